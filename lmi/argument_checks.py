@@ -58,49 +58,49 @@ def input_stack(model: object, A: Array, letter: str = "B") -> Array:
     ------
     ModelError : absent, shape, not finite, or inputs (outputs) that are not independent.
     """
-    what = "inputs" if letter == "B" else "outputs"
+    signals = "inputs" if letter == "B" else "outputs"
     source = getattr(model, letter, None)
     if source is None:
-        raise ModelError(f"the model has no {letter}; {what} are needed, give {letter}")
+        raise ModelError(f"the model has no {letter}; {signals} are needed, give {letter}")
     B = _numbers(letter, source)
     B = B.transpose(0, 2, 1) if letter == "C" and B.ndim == 3 else B
     if B.ndim != 3 or B.shape[:2] != A.shape[:2]:
-        wanted = "(r, n, m)" if letter == "B" else "(r, p, n)"
+        shape_text = "(r, n, m)" if letter == "B" else "(r, p, n)"
         raise ModelError(
-            f"{letter} has shape {np.shape(source)}, A has {A.shape}; {letter} must be {wanted} "
-            "with the vertices and states of A"
+            f"{letter} has shape {np.shape(source)}, A has {A.shape}; {letter} must be "
+            f"{shape_text} with the vertices and states of A"
         )
     if B.shape[2] == 0:
-        raise ModelError(f"the model has no {what}; {letter} needs at least one")
+        raise ModelError(f"the model has no {signals}; {letter} needs at least one")
     _finite(letter, B)
     _check_independent(B.astype(np.float64), letter)
     return B
 
 
-def sample_time_of(model: object, given: float | None = None) -> float | None:
+def sample_time_of(model: object, sample_time: float | None = None) -> float | None:
     """Return the sample time T in s of a discrete-time model; None for continuous time.
 
     Parameters
     ----------
-    given : where the model is an array and cannot say; must agree with a model that can.
+    sample_time : where the model is an array and cannot say; must agree with a model that can.
 
     Raises
     ------
     ModelError : not positive, or not the model's own.
     """
-    own = getattr(model, "sample_time", None)
-    if given is None:
-        return own
-    step = float(number("sample_time", given))
+    model_time = getattr(model, "sample_time", None)
+    if sample_time is None:
+        return model_time
+    step = float(number("sample_time", sample_time))
     if step <= 0:
         raise ModelError(
             f"sample_time is {step:g} s; it must be positive, None for continuous time"
         )
-    if own is not None and own != step:
+    if model_time is not None and model_time != step:
         raise ModelError(
-            f"sample_time is {step:g} s, but the model's own is {own:g} s; leave it out"
+            f"sample_time is {step:g} s, but the model's own is {model_time:g} s; leave it out"
         )
-    if own is None and hasattr(model, "sample_time"):
+    if model_time is None and hasattr(model, "sample_time"):
         raise ModelError(
             f"sample_time is {step:g} s, but the model is of continuous time; discretise it first"
         )
@@ -188,10 +188,10 @@ def symmetric(name: str, value: ArrayLike, size: int, *, definite: bool) -> Arra
             "is what you mean"
         )
     weight = (weight + weight.T) / 2
-    least = float(np.linalg.eigvalsh(weight)[0])
-    if least < -1e-12 * np.abs(weight).max() or (definite and least <= 0):
+    smallest = float(np.linalg.eigvalsh(weight)[0])
+    if smallest < -1e-12 * np.abs(weight).max() or (definite and smallest <= 0):
         need = "positive definite" if definite else "positive semidefinite"
-        raise ModelError(f"{name} has the eigenvalue {least:.6g}; it must be {need}")
+        raise ModelError(f"{name} has the eigenvalue {smallest:.6g}; it must be {need}")
     return weight
 
 
@@ -241,18 +241,18 @@ def _equal_sizes(B: Array) -> Array:
 
 
 def _check_independent(B: Array, letter: str) -> None:
-    what, column = ("input", "column") if letter == "B" else ("output", "row")
+    signal, column = ("input", "column") if letter == "B" else ("output", "row")
     stacked = B.reshape(-1, B.shape[2])
     size = np.abs(stacked).max(axis=0)
     for k in np.flatnonzero(size == 0):
         raise ModelError(
-            f"{what} {k + 1} of {B.shape[2]}: its {column} of {letter} is zero in every vertex, so "
-            f"it does nothing; leave it out"
+            f"{signal} {k + 1} of {B.shape[2]}: its {column} of {letter} is zero in every vertex, "
+            f"so it does nothing; leave it out"
         )
     # Columns of equal size are compared, so the answer does not depend on the units of the inputs.
     singular = np.linalg.svd(_equal_sizes(B), compute_uv=False)
     if len(singular) < B.shape[2] or singular[-1] <= 1e-12 * singular[0]:
         raise ModelError(
             f"{letter} has rank {int((singular > 1e-12 * singular[0]).sum())} over all vertices, "
-            f"but {B.shape[2]} {what}s: one is a combination of the others; merge them"
+            f"but {B.shape[2]} {signal}s: one is a combination of the others; merge them"
         )

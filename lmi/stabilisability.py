@@ -28,12 +28,12 @@ def check_stabilisable(
     dual : write the message about outputs and observation instead.
     step : sample time T in s of a discrete-time model; None for continuous time.
     """
-    found = fixed_mode(A, B, 0.0, step=step)
-    if found is None:
+    mode = fixed_mode(A, B, 0.0, step=step)
+    if mode is None:
         return
-    vertex, eigenvalue, direction = found
+    vertex, eigenvalue, direction = mode
     labels = names or tuple(f"x{k}" for k in range(1, A.shape[1] + 1))
-    parts = [
+    state_shares = [
         f"{weight:+.3g} * {label}"
         for weight, label in zip(direction / units, labels, strict=True)
         # Smaller parts of the direction are rounding, and would only confuse the message.
@@ -43,8 +43,8 @@ def check_stabilisable(
     where = "" if step is None else ", not inside the unit circle,"
     raise ModelError(
         f"vertex {vertex + 1} of {len(A)}: the mode at {_number(eigenvalue)}{where} "
-        f"({' '.join(parts)}) does not decay and can {verb}; change {need} or the box, so that it "
-        "decays or can be reached"
+        f"({' '.join(state_shares)}) does not decay and can {verb}; change {need} or the box, so "
+        "that it decays or can be reached"
     )
 
 
@@ -62,10 +62,10 @@ def fixed_mode(
         e^(-decay_rate T); None for continuous time.
     """
     A, B = A.astype(np.float64), B.astype(np.float64)
-    for vertex, (one, reach) in enumerate(zip(A, B, strict=True)):
-        size = float(np.abs(one).max()) or 1.0
+    for vertex, (vertex_matrix, reach) in enumerate(zip(A, B, strict=True)):
+        size = float(np.abs(vertex_matrix).max()) or 1.0
         reach = reach * (size / (np.abs(reach).max() or 1.0))
-        eigenvalues = np.linalg.eigvals(one)
+        eigenvalues = np.linalg.eigvals(vertex_matrix)
         for eigenvalue in _with_means(eigenvalues, size):
             if step is None:
                 # An eigenvalue exactly at the limit does not decay fast enough, whichever way it is
@@ -73,7 +73,11 @@ def fixed_mode(
                 slow = eigenvalue.real >= -decay_rate - 1e-12 * size
             else:
                 slow = abs(eigenvalue) >= np.exp(-decay_rate * step) - 1e-12 * size
-            direction = _unmoved(one - eigenvalue * np.eye(len(one)), reach, size) if slow else None
+            direction = (
+                _unmoved(vertex_matrix - eigenvalue * np.eye(len(vertex_matrix)), reach, size)
+                if slow
+                else None
+            )
             if direction is not None:
                 return vertex, complex(eigenvalue), direction
     return None
@@ -89,21 +93,21 @@ def _with_means(eigenvalues: Array, size: float) -> list[complex]:
     A multiple eigenvalue is computed as several that are off by a root of the rounding error;
     their mean is not.
     """
-    found: list[complex] = []
+    values: list[complex] = []
     for eigenvalue in eigenvalues:
-        near = eigenvalues[np.abs(eigenvalues - eigenvalue) <= 1e-5 * size]
-        mean = complex(near.mean())
+        cluster = eigenvalues[np.abs(eigenvalues - eigenvalue) <= 1e-5 * size]
+        mean = complex(cluster.mean())
         # Of a real matrix a cluster that is its own mirror image has a real mean.
         if abs(mean.imag) <= 1e-14 * size:
             mean = complex(mean.real, 0.0)
-        found += [mean, complex(eigenvalue)] if len(near) > 1 else [complex(eigenvalue)]
-    return found
+        values += [mean, complex(eigenvalue)] if len(cluster) > 1 else [complex(eigenvalue)]
+    return values
 
 
 def _unmoved(shifted: Array, reach: Array, size: float) -> Array | None:
     """Return the real direction v with v' [A - lambda I, B] = 0, to rounding; None if none."""
-    left, singular, _ = np.linalg.svd(np.concatenate([shifted, reach], axis=1))
+    left_vectors, singular, _ = np.linalg.svd(np.concatenate([shifted, reach], axis=1))
     if singular[-1] > 1e-10 * size:
         return None
-    v = left[:, -1].conj()
+    v = left_vectors[:, -1].conj()
     return np.asarray(np.real(v / v[np.argmax(np.abs(v))]))

@@ -19,7 +19,7 @@ def compiled(function: _Function) -> _Function:
     another file.
     """
     try:
-        made = numba.njit(cache=True, error_model="numpy")(function)
+        compiled_function = numba.njit(cache=True, error_model="numpy")(function)
     except RuntimeError:
-        made = numba.njit(error_model="numpy")(function)
-    return cast(_Function, made)
+        compiled_function = numba.njit(error_model="numpy")(function)
+    return cast(_Function, compiled_function)

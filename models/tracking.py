@@ -70,15 +70,15 @@ def following_plant(
     for reference, _, _, followed in references:
         strange = sorted(str(s) for s in followed.free_symbols - allowed)
         if strange or not followed.free_symbols & states:
-            what = f"depends on {', '.join(strange)}" if strange else "depends on no state"
+            problem = f"depends on {', '.join(strange)}" if strange else "depends on no state"
             raise ModelError(
-                f"{reference.follows} {what}; what follows a reference is an expression of states "
-                "and known parameters"
+                f"{reference.follows} {problem}; what follows a reference is an expression of "
+                "states and known parameters"
             )
-    moved = [followed - signal.symbol for _, signal, _, followed in references]
+    integral_rates = [followed - signal.symbol for _, signal, _, followed in references]
     return replace(
         plant,
-        equations=(*plant.equations, *moved),
+        equations=(*plant.equations, *integral_rates),
         states=(*plant.states, *(integral for _, _, integral, _ in references)),
         disturbances=(
             *(_as_it_rests(plant, v) for v in plant.disturbances),
@@ -100,8 +100,8 @@ def _as_it_rests(plant: Plant, variable: Variable) -> Variable:
         if v.symbol != variable.symbol
     }
     at_rest |= {s: sp.Rational(*value.as_integer_ratio()) for s, value in plant.values.items()}
-    left = [sp.sympify(row).subs(at_rest) for row in plant.equations]
-    moves = any(sp.simplify(row.diff(variable.symbol)) != 0 for row in left)
+    residuals = [sp.sympify(row).subs(at_rest) for row in plant.equations]
+    moves = any(sp.simplify(row.diff(variable.symbol)) != 0 for row in residuals)
     return replace(variable, schedules=not moves)
 
 
@@ -163,8 +163,8 @@ def held_rests(plant: Plant, *, inside: bool = False) -> HeldRests:
         halfway: list[tuple[float, ...]] = [(low, (low + high) / 2, high) for low, high in ends]
         if len(ends) > MOST_HALVED:
             halfway = list(ends)
-        known = {tuple(corner) for corner in corners}
-        corners += [np.array(point) for point in product(*halfway) if point not in known]
+        corner_points = {tuple(corner) for corner in corners}
+        corners += [np.array(point) for point in product(*halfway) if point not in corner_points]
         for k, pair in enumerate(ends):
             for end in pair:
                 corners.append(np.array([*middle[:k], end, *middle[k + 1 :]]))
@@ -202,18 +202,18 @@ class _Search:
 
     def along(self, first: Floats, last: Floats) -> Floats:
         """Return the equilibrium at ``last``, by continuation from that at ``first``."""
-        value, held = self.start, 0.0
+        value, held_share = self.start, 0.0
         for k in range(1, STEPS + 1):
-            found = self._held(first + (last - first) * k / STEPS, value)
-            if found is None:
-                self._refuse(first, last, held, k / STEPS, value)
-            assert found is not None  # refused above
-            value, held = found, k / STEPS
+            equilibrium = self._held(first + (last - first) * k / STEPS, value)
+            if equilibrium is None:
+                self._refuse(first, last, held_share, k / STEPS, value)
+            assert equilibrium is not None  # refused above
+            value, held_share = equilibrium, k / STEPS
         return value
 
     def _held(self, point: Floats, value: Floats) -> Floats | None:
-        found = self._newton(point, value)
-        return found if found is not None and not self._outside(found) else None
+        equilibrium = self._newton(point, value)
+        return equilibrium if equilibrium is not None and not self._outside(equilibrium) else None
 
     def _newton(self, point: Floats, start: Floats) -> Floats | None:
         value = start.copy()
@@ -233,7 +233,7 @@ class _Search:
         return None
 
     def _outside(self, value: Floats) -> list[int]:
-        found = []
+        outside = []
         for k, variable in enumerate(self.wanted):
             if variable.range is not None:
                 low, high = float(variable.range.lower), float(variable.range.upper)
@@ -241,40 +241,42 @@ class _Search:
                 # rounding.
                 slack = 1e-9 * (high - low)
                 if not low - slack <= value[k] <= high + slack:
-                    found.append(k)
-        return found
+                    outside.append(k)
+        return outside
 
-    def _refuse(self, first: Floats, last: Floats, held: float, lost: float, value: Floats) -> None:
+    def _refuse(
+        self, first: Floats, last: Floats, held_share: float, lost: float, value: Floats
+    ) -> None:
         """Raise ModelError with the largest reference on the way that the inputs can hold."""
         target = self._newton(last, value)
         for _ in range(HALVINGS):
-            middle = (held + lost) / 2
-            found = self._held(first + (last - first) * middle, value)
-            if found is None:
+            middle = (held_share + lost) / 2
+            equilibrium = self._held(first + (last - first) * middle, value)
+            if equilibrium is None:
                 lost = middle
             else:
-                held, value = middle, found
-        moved = [k for k in range(len(last)) if last[k] != first[k]]
-        most = first + (last - first) * held
+                held_share, value = middle, equilibrium
+        moving = [k for k in range(len(last)) if last[k] != first[k]]
+        last_held = first + (last - first) * held_share
         names = ", ".join(
-            f"{self.signals[k].name} = {_shown(self.signals[k], last[k])}" for k in moved
+            f"{self.signals[k].name} = {_shown(self.signals[k], last[k])}" for k in moving
         )
         best = ", ".join(
-            f"{self.signals[k].name} = {_shown(self.signals[k], most[k])}" for k in moved
+            f"{self.signals[k].name} = {_shown(self.signals[k], last_held[k])}" for k in moving
         )
         lead = min(
-            (self.signals[k].name for k in moved if self.signals[k].name in self.references),
+            (self.signals[k].name for k in moving if self.signals[k].name in self.references),
             default=min(self.references),
         )
         if target is None:
             why = f"the plant has no rest at {names}"
         else:
-            parts = [
+            limit_texts = [
                 f"{self.wanted[k].name} = {_shown(self.wanted[k], target[k])}, outside its range "
                 f"{_ends(self.wanted[k])}"
                 for k in self._outside(target)
             ]
-            why = f"at {names} the plant rests with {'; '.join(parts)}"
+            why = f"at {names} the plant rests with {'; '.join(limit_texts)}"
         raise ModelError(
             f"{lead}: {why}; on the way there {best} is the last that is held: narrow the range of "
             "the reference, or widen what it leaves"
@@ -349,26 +351,26 @@ class EquilibriumLine:
         if self.Q is None:
             return self.D[:, j][None]
         pairs = _pairs(len(self.sides))
-        found = []
+        slopes_at_corners = []
         for corner in product(*self.sides):
             by = [(a == j) * corner[b] + (b == j) * corner[a] for a, b in pairs]
-            found.append(self.D[:, j] + self.Q @ np.array(by))
-        return np.array(found)
+            slopes_at_corners.append(self.D[:, j] + self.Q @ np.array(by))
+        return np.array(slopes_at_corners)
 
 
 def placed_gain(plant: Plant, gain: Floats, observer: ConstantObserver | None) -> Floats:
     """Return K (m, N) of u - u* = -K z with z = (X, s): own states' columns act on s."""
     if observer is None:
         return gain
-    own = own_states(plant)
+    own_columns = own_states(plant)
     inner = gain.copy()
-    inner[:, own] = 0.0
-    return np.hstack([inner, gain[:, own]])
+    inner[:, own_columns] = 0.0
+    return np.hstack([inner, gain[:, own_columns]])
 
 
 def own_states(plant: Plant) -> list[int]:
     """Return the places of the states that are no integrals."""
-    integrals = {one.integral for one in plant.references}
+    integrals = {reference.integral for reference in plant.references}
     return [k for k, v in enumerate(plant.states) if v.name not in integrals]
 
 
@@ -436,18 +438,20 @@ def _right_sides(
     }
     listed = (*plant.states, *plant.inputs, *signals)
     symbols = [v.symbol for v in listed]
-    right = sp.lambdify(
+    right_sides = sp.lambdify(
         symbols, [sp.sympify(row).subs(values) for row in plant.equations], ["scipy", "numpy"]
     )
-    still = np.array([float(v.rest) for v in listed])
-    seen = _outputs(plant, observer)
+    at_rest = np.array([float(v.rest) for v in listed])
+    outputs = _outputs(plant, observer)
 
     def rates(X: Floats, s: Floats, u: Floats, r: Floats) -> Floats:
-        moved = np.array(right(*(still + np.concatenate([X, u, r]))), dtype=np.float64)
+        state_rates = np.array(
+            right_sides(*(at_rest + np.concatenate([X, u, r]))), dtype=np.float64
+        )
         if observer is None:
-            return moved
-        gap = seen(X) - observer.C @ s
-        return np.concatenate([moved, observer.A @ s + observer.B @ u + observer.L @ gap])
+            return state_rates
+        gap = outputs(X) - observer.C @ s
+        return np.concatenate([state_rates, observer.A @ s + observer.B @ u + observer.L @ gap])
 
     return rates
 
@@ -459,12 +463,12 @@ def _outputs(plant: Plant, observer: ConstantObserver | None) -> Callable[[Float
     if observer is None:
         return lambda X: X[:0]
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    given = {y.name: y.expression for y in plant.outputs}
-    rows = [sp.sympify(given[name]).subs(values) for name in observer.measured]
+    output_expressions = {y.name: y.expression for y in plant.outputs}
+    rows = [sp.sympify(output_expressions[name]).subs(values) for name in observer.measured]
     function = sp.lambdify([v.symbol for v in plant.states], rows, ["scipy", "numpy"])
-    still = np.array([float(v.rest) for v in plant.states])
-    resting = np.array(function(*still), dtype=np.float64)
-    return lambda X: np.array(function(*(still + X)), dtype=np.float64) - resting
+    at_rest = np.array([float(v.rest) for v in plant.states])
+    resting = np.array(function(*at_rest), dtype=np.float64)
+    return lambda X: np.array(function(*(at_rest + X)), dtype=np.float64) - resting
 
 
 def _features(point: Floats, *, curved: bool) -> Floats:
@@ -482,12 +486,12 @@ def _feature_ends(
     sides: tuple[tuple[float, float], ...], *, curved: bool
 ) -> tuple[tuple[float, float], ...]:
     """Return the ranges of the deviations, and of their products."""
-    found = list(sides)
+    ends_found = list(sides)
     for a, b in _pairs(len(sides)) if curved else ():
         ends = [x * y for x in sides[a] for y in sides[b]]
         crosses = a == b and sides[a][0] <= 0 <= sides[a][1]
-        found.append((0.0 if crosses else min(ends), max(ends)))
-    return tuple(found)
+        ends_found.append((0.0 if crosses else min(ends), max(ends)))
+    return tuple(ends_found)
 
 
 def _fitted(
@@ -506,25 +510,31 @@ def _fitted(
     ])  # fmt: skip
     values = rests.values[1:] - rests.values[0]
     fitted = np.linalg.lstsq(points, values, rcond=None)[0].T
-    own, inputs = fitted[:n_own], fitted[n_own:]
-    known = own
+    plant_states, inputs = fitted[:n_own], fitted[n_own:]
+    law_states = plant_states
     if observer is not None:
-        seen = _outputs(plant, observer)
+        outputs_of = _outputs(plant, observer)
         nothing = np.zeros(len(plant.references))
-        outputs = np.array([seen(np.concatenate([value[:n_own], nothing])) for value in values])
+        outputs = np.array(
+            [outputs_of(np.concatenate([value[:n_own], nothing])) for value in values]
+        )
         y = np.linalg.lstsq(points, outputs, rcond=None)[0].T
         inner = observer.A - observer.L @ observer.C
-        known = -np.linalg.solve(inner, observer.B @ inputs + observer.L @ y)
+        law_states = -np.linalg.solve(inner, observer.B @ inputs + observer.L @ y)
     # K_x x + K_xi xi = -u; the least-squares solution if there are more inputs than references.
-    integral = -np.linalg.lstsq(gain[:, n_own:], inputs + gain[:, :n_own] @ known, rcond=None)[0]
-    line = np.vstack([own, integral] if observer is None else [own, integral, known])
-    parts = [line[:, : len(sides)], line[:, len(sides) :]]
-    sizes = [np.abs(part).max() if part.size else 1.0 for part in parts]
+    integral = -np.linalg.lstsq(gain[:, n_own:], inputs + gain[:, :n_own] @ law_states, rcond=None)[
+        0
+    ]
+    line = np.vstack(
+        [plant_states, integral] if observer is None else [plant_states, integral, law_states]
+    )
+    blocks = [line[:, : len(sides)], line[:, len(sides) :]]
+    sizes = [np.abs(coefficients).max() if coefficients.size else 1.0 for coefficients in blocks]
     return np.hstack([
-        np.array([[_short(value, size or 1.0) for value in row] for row in part]).reshape(
-            part.shape
+        np.array([[_short(value, size or 1.0) for value in row] for row in coefficients]).reshape(
+            coefficients.shape
         )
-        for part, size in zip(parts, sizes, strict=True)
+        for coefficients, size in zip(blocks, sizes, strict=True)
     ])  # fmt: skip
 
 

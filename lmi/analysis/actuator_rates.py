@@ -75,8 +75,8 @@ def input_rate_bound(
     Q = np.linalg.inv(symmetric("P", P, n, definite=True))
     step = sample_time_of(model, sample_time)
     phi = membership_rates(rate_bounds, K, discrete=step is not None)
-    found = _largest(input_rate_rows(A, B, K, discrete=step is not None), Q)
-    return found if phi is None else found + _largest_of_rates(K, phi, Q)
+    bounds = _largest(input_rate_rows(A, B, K, discrete=step is not None), Q)
+    return bounds if phi is None else bounds + _largest_of_rates(K, phi, Q)
 
 
 def input_rate_rows(A: Array, B: Array, K: Array, *, discrete: bool = False) -> Array:
@@ -141,15 +141,15 @@ def membership_corners(phi: Array) -> Array:
             f"{r} rules have up to {r * 2 ** (r - 1)} corners of membership rates; at most "
             f"{MOST_RULES} rules are listed: bound the rate with input_rate_bound instead"
         )
-    found = []
+    corners = []
     for free in range(r):
-        others = np.delete(phi, free)
+        other_bounds = np.delete(phi, free)
         for signs in product((1.0, -1.0), repeat=r - 1):
-            rest = np.array(signs) * others
-            last = -rest.sum()
+            others = np.array(signs) * other_bounds
+            last = -others.sum()
             if abs(last) <= phi[free]:
-                found.append(np.insert(rest, free, last))
-    return np.unique(np.array(found), axis=0)
+                corners.append(np.insert(others, free, last))
+    return np.unique(np.array(corners), axis=0)
 
 
 def _largest(rows: Array, Q: Array) -> Array:
@@ -163,7 +163,7 @@ def _largest_of_rates(K: Array, phi: Array, Q: Array) -> Array:
     if len(K) <= MOST_RULES:
         return _largest(np.tensordot(membership_corners(phi), K, axes=1), Q)
     # The rates sum to zero, so the same gain may be subtracted from all gains.
-    apart = np.stack([_norms(K - other, Q) for other in (*K, K.mean(axis=0))])
+    apart = np.stack([_norms(K - reference, Q) for reference in (*K, K.mean(axis=0))])
     return np.asarray((phi[:, None] * apart).sum(axis=1).min(axis=0))
 
 
@@ -188,13 +188,13 @@ def with_input_states(model: TSModel) -> TSModel:
         raise ModelError(f"model {model.name!r} has no inputs; there is nothing to make a state")
     input_stack(model, A)
     discrete = model.sample_time is not None
-    one = np.broadcast_to(np.eye(m), (r, m, m))
-    held = one if discrete else 0 * one
-    rest = np.zeros((r, m, n))
+    eye = np.broadcast_to(np.eye(m), (r, m, m))
+    kept_inputs = eye if discrete else 0 * eye
+    zeros = np.zeros((r, m, n))
     measured, disturbed = model.C.shape[1] > 0, model.E.shape[2] > 0
     return TSModel(
-        np.block([[A, B], [rest, held]]),
-        np.concatenate([B if discrete else 0 * B, one], axis=1),
+        np.block([[A, B], [zeros, kept_inputs]]),
+        np.concatenate([B if discrete else 0 * B, eye], axis=1),
         C=np.concatenate([model.C, model.D], axis=2) if measured else None,
         D=(model.D if discrete else 0 * model.D) if measured else None,
         E=np.concatenate([model.E, np.zeros((r, m, model.E.shape[2]))], axis=1)

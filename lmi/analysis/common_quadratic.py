@@ -49,16 +49,16 @@ from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
 
 # A margin that is missed by no more may be one that no solver sees.
-NEAR = 1e-6
+NEARLY_HELD_MARGIN = 1e-6
 
 
 def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None:
     """Return T of x = T xhat; None where the mean does not decay at the rate alpha [1/s]."""
     from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
-    one = np.eye(A.shape[1])
+    eye = np.eye(A.shape[1])
     if step is None:
-        mean = A.mean(axis=0) + alpha * one
+        mean = A.mean(axis=0) + alpha * eye
         falls = np.linalg.eigvals(mean).real.max() < 0
     else:
         mean = A.mean(axis=0) / np.sqrt(rate_parameter(alpha, step)["contraction"])
@@ -71,9 +71,9 @@ def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None
             # caller.
             warnings.simplefilter("ignore")
             if step is None:
-                P = solve_continuous_lyapunov(mean.T, -one)
+                P = solve_continuous_lyapunov(mean.T, -eye)
             else:
-                P = solve_discrete_lyapunov(mean.T, one)
+                P = solve_discrete_lyapunov(mean.T, eye)
         P = (P + P.T) / 2
         if not (np.isfinite(P).all() and np.diag(P).min() > 0):
             return None
@@ -138,9 +138,9 @@ def common_lyapunov(
         there = _where_the_mean_falls(A, s, alpha, step)
         if there is not None and there.found:
             return replace(there, tries=(*outcome.tries, *there.tries))
-        before = (*outcome.tries, *(there.tries if there is not None else ()))
+        tries = (*outcome.tries, *(there.tries if there is not None else ()))
         condition, outcome = decide_by_rounds(scaled, alpha, pose)
-        outcome = _by_its_rate(condition, replace(outcome, tries=(*before, *outcome.tries)), A, s)
+        outcome = _by_its_rate(condition, replace(outcome, tries=(*tries, *outcome.tries)), A, s)
     return answer_in_states(condition, outcome, A, s, step=step)
 
 
@@ -152,8 +152,8 @@ def _by_its_rate(condition: Condition, outcome: Outcome, A: Floats, s: Floats) -
     from takagi.lmi.analysis.decay_rate import fast_decay
 
     all_posed = condition.lmis[-1].count == len(A)
-    near = outcome.status == "unknown" and outcome.margin > -NEAR
-    if not (near and all_posed) or out_of_time():
+    nearly_held = outcome.status == "unknown" and outcome.margin > -NEARLY_HELD_MARGIN
+    if not (nearly_held and all_posed) or out_of_time():
         return outcome
     step = 1.0 if "contraction" in condition.parameters else None
     fast = fast_decay(A, scales=s, sample_time=step)
@@ -162,11 +162,11 @@ def _by_its_rate(condition: Condition, outcome: Outcome, A: Floats, s: Floats) -
     P = fast.P * s * s[:, None]
     P = P / np.linalg.eigvalsh(P)[-1] / 2
     values = {"P": ((P + P.T) / 2)[None]}
-    held = exactly_held(
+    checked = exactly_held(
         condition, replace(outcome, values=values, margin=margin(condition, values))
     )
     tries = (*outcome.tries, *fast.tries)
-    return replace(held if held.status == "candidate" else outcome, tries=tries)
+    return replace(checked if checked.status == "candidate" else outcome, tries=tries)
 
 
 def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None) -> Answer | None:

@@ -89,10 +89,12 @@ def max_decay_rate(
     s = state_units(A, scales, step=step)
     size = vertex_weight(A * s / s[:, None], step=step) / (step or 1.0)
     rate, bound = answer.decay_rate, answer.bound
-    known = abs(bound) if np.isfinite(bound) else 0.0
-    if bound <= rate + promised(tolerance) * max(known, 1e-3 * size):
+    largest_known = abs(bound) if np.isfinite(bound) else 0.0
+    if bound <= rate + promised(tolerance) * max(largest_known, 1e-3 * size):
         return answer
-    most = f"no P shows more than {bound:.6g} 1/s" if np.isfinite(bound) else "no bound is known"
+    upper_bound = (
+        f"no P shows more than {bound:.6g} 1/s" if np.isfinite(bound) else "no bound is known"
+    )
     return replace(
         answer,
         status="unknown",
@@ -100,8 +102,8 @@ def max_decay_rate(
         decay_rate=None,
         feasible=answer.values,
         diagnosis=(
-            f"the largest rate is not settled: a P shows {rate:.6g} 1/s, {most}; ask for a rate "
-            "between them, with common_lyapunov, or for a larger tolerance"
+            f"the largest rate is not settled: a P shows {rate:.6g} 1/s, {upper_bound}; ask for a "
+            "rate between them, with common_lyapunov, or for a larger tolerance"
         ),
     )
 
@@ -167,9 +169,9 @@ class _Search:
         off = np.finfo(float).eps ** (1.0 / n) * np.linalg.norm(self.A, 2, axis=(1, 2))
         if self.step is None:
             return float((off - values.real.max(axis=1)).min())
-        least = np.maximum(np.abs(values).max(axis=1) - off, 0.0)
+        moduli = np.maximum(np.abs(values).max(axis=1) - off, 0.0)
         with np.errstate(divide="ignore"):
-            return float((-np.log(least) / self.step).min())
+            return float((-np.log(moduli) / self.step).min())
 
     def ascend(self, A: Floats, P: Floats, tries: list[Try]) -> tuple[Floats, float]:
         """Return the P that shows the largest rate of these vertices, and a bound on that rate."""
@@ -189,7 +191,7 @@ class _Search:
     def _attempt(self, A: Floats, P: Floats, tries: list[Try]) -> tuple[Floats, float]:
         R = np.linalg.cholesky(P).T
         inside = np.linalg.solve(R.T, (R @ A).transpose(0, 2, 1)).transpose(0, 2, 1)
-        found = extreme_parameter(
+        extreme = extreme_parameter(
             common_lyapunov_condition(inside, sample_time=self.step),
             "alpha" if self.step is None else "contraction",
             largest=self.step is None,
@@ -200,10 +202,10 @@ class _Search:
             worst=min(0.5, WORST / float(np.linalg.eigvalsh(P)[0] / np.linalg.eigvalsh(P)[-1])),
             centre=False,
         )
-        tries.extend(found.outcome.tries)
-        better = R.T @ found.best["P"][0] @ R
+        tries.extend(extreme.outcome.tries)
+        better = R.T @ extreme.best["P"][0] @ R
         return np.asarray((better + better.T) / (2 * np.linalg.norm(better))), self._rate(
-            found.bound
+            extreme.bound
         )
 
     def _rate(self, value: float) -> float:
@@ -214,8 +216,12 @@ class _Search:
 
     def _difference(self, value: float) -> float:
         """Return the absolute tolerance of the parameter."""
-        hair = self.hair(self._rate(value))
-        return hair if self.step is None else float(value * np.expm1(2 * self.step * hair))
+        rate_tolerance = self.hair(self._rate(value))
+        return (
+            rate_tolerance
+            if self.step is None
+            else float(value * np.expm1(2 * self.step * rate_tolerance))
+        )
 
     def centre(self, chosen: Floats, P: Floats) -> tuple[Condition, Outcome]:
         """Return the best conditioned P just below the rate, checked at all vertices."""
@@ -227,6 +233,8 @@ class _Search:
             rate_of(self.A, outcome.values["P"][0], step=self.step) >= aim
         ):
             P = P / np.linalg.eigvalsh(P)[-1]
-            held = margin(condition, {"P": P[None]})
-            outcome = replace(outcome, status="candidate", values={"P": P[None]}, margin=held)
+            checked_margin = margin(condition, {"P": P[None]})
+            outcome = replace(
+                outcome, status="candidate", values={"P": P[None]}, margin=checked_margin
+            )
         return condition, outcome

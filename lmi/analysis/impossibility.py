@@ -35,20 +35,20 @@ def impossibility_condition(
     """
     count, n = A.shape[:2]
     Z = Unknown("Z", n, n, symmetric=True, count=count)
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     every = np.arange(count)
     positive = LMI(
         name="multiplier",
         blocks=(n,),
-        terms=(Term(unknown=Z, left=one, right=one, items=every, members=every),),
+        terms=(Term(unknown=Z, left=eye, right=eye, items=every, members=every),),
         count=count,
         strict=False,
     )
     bounded = LMI(
         name="scale of the multiplier",
         blocks=(n,),
-        terms=(Term(unknown=Z, left=one, right=one, items=every, members=every),),
-        constants=(Constant(value=-one, latex="-I"),),
+        terms=(Term(unknown=Z, left=eye, right=eye, items=every, members=every),),
+        constants=(Constant(value=-eye, latex="-I"),),
         sign=-1,
         count=count,
         strict=False,
@@ -64,21 +64,21 @@ def impossibility_condition(
 
 def _sum(A: Floats, Z: Unknown, rate: float, step: float | None) -> tuple[Term, ...]:
     count, n = A.shape[:2]
-    one, every, first = np.eye(n)[None], np.arange(count), np.zeros(count, dtype=np.intp)
+    eye, every, first = np.eye(n)[None], np.arange(count), np.zeros(count, dtype=np.intp)
     if step is None:
         shifted = A + rate * np.eye(n)
-        moved = Term(
+        motion_term = Term(
             unknown=Z,
             left=shifted,
-            right=one,
+            right=eye,
             plus_transpose=True,
             items=first,
             members=every,
             latex=("A_{i}", ""),
         )
-        return (moved,)
+        return (motion_term,)
     ahead = A.transpose(0, 2, 1)
-    kept = -np.exp(-2.0 * rate * step) * one
+    decay = -np.exp(-2.0 * rate * step) * eye
     return (
         Term(
             unknown=Z,
@@ -88,7 +88,7 @@ def _sum(A: Floats, Z: Unknown, rate: float, step: float | None) -> tuple[Term, 
             members=every,
             latex=("A_{i}", r"A_{i}^\top"),
         ),
-        Term(unknown=Z, left=kept, right=one, items=first, members=every, latex=(r"-\rho^2", "")),
+        Term(unknown=Z, left=decay, right=eye, items=first, members=every, latex=(r"-\rho^2", "")),
     )
 
 

@@ -49,15 +49,17 @@ def contraction(P: Floats, low: Floats, high: Floats, disturbance: Floats) -> Co
     lower = np.linalg.cholesky(P)
     inverse = np.linalg.inv(lower)
     middle, radius = (low + high) / 2, (high - low) / 2
-    found = [_spare(P, m, r) for m, r in zip(middle, radius, strict=True)]
-    rate = min(float(np.linalg.eigvalsh(inverse @ N @ inverse.T)[0]) for N in found) / 2
+    decreases = [_spare(P, m, r) for m, r in zip(middle, radius, strict=True)]
+    rate = min(float(np.linalg.eigvalsh(inverse @ N @ inverse.T)[0]) for N in decreases) / 2
     if rate <= 0:
         return None
-    signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=len(P) - 1)])
+    signs = np.array(
+        [(1.0, *signs_behind) for signs_behind in product((1.0, -1.0), repeat=len(P) - 1)]
+    )
     push = (signs * disturbance) @ P
     for share in MULTIPLIERS:
         alpha = 2 * rate * share
-        if all(_invariant(N - alpha * P, push, alpha) for N in found):
+        if all(_invariant(N - alpha * P, push, alpha) for N in decreases):
             return Contraction(rate, alpha)
     return None
 
@@ -75,11 +77,11 @@ def lyapunov_candidates(corners: Floats) -> list[Floats]:
     slowest = -float(np.linalg.eigvals(mean).real.max())
     if slowest <= 0:
         return []
-    one = np.eye(len(mean))
-    found = [solve_continuous_lyapunov((mean + s * slowest * one).T, -one) for s in SHIFTS]
+    eye = np.eye(len(mean))
+    candidates = [solve_continuous_lyapunov((mean + s * slowest * eye).T, -eye) for s in SHIFTS]
     modes = np.linalg.inv(np.linalg.eig(mean)[1])
-    found.append((modes.conj().T @ modes).real)
-    return [(P + P.T) / 2 for P in found if np.all(np.linalg.eigvalsh(P + P.T) > 0)]
+    candidates.append((modes.conj().T @ modes).real)
+    return [(P + P.T) / 2 for P in candidates if np.all(np.linalg.eigvalsh(P + P.T) > 0)]
 
 
 def _spare(P: Floats, middle: Floats, radius: Floats) -> Floats:
@@ -91,8 +93,8 @@ def _spare(P: Floats, middle: Floats, radius: Floats) -> Floats:
     return np.asarray(-(PM + PM.T) - (P * rows) @ P - np.diag(columns))
 
 
-def _invariant(rest: Floats, push: Floats, alpha: float) -> bool:
-    if np.linalg.eigvalsh(rest)[0] <= 0:
+def _invariant(decrease: Floats, push: Floats, alpha: float) -> bool:
+    if np.linalg.eigvalsh(decrease)[0] <= 0:
         return False
-    demanded = (push * np.linalg.solve(rest, push.T).T).sum(axis=1)
+    demanded = (push * np.linalg.solve(decrease, push.T).T).sum(axis=1)
     return bool(demanded.max() < alpha * (1 - ROOM))

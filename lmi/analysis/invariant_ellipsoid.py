@@ -79,14 +79,14 @@ def invariant_ellipsoid_condition(
         raise ModelError(f"multiplier {alpha.min():.4g} of vertex {alpha.argmin()}: give alpha > 0")
     P = Unknown("P", n, n, symmetric=True)
     eta = Unknown("eta", 1, 1, symmetric=True, latex=r"\eta")
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     invariant = LMI(
         name="invariance",
         blocks=(n, 1),
         terms=(
-            Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{k}")),
-            Term(unknown=P, left=alpha[:, None, None] * one, right=one, latex=(r"\alpha_{k}", "")),
-            Term(unknown=P, left=one, right=d[:, :, None], at=(0, 1), latex=("", "d_{k}")),
+            Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{k}")),
+            Term(unknown=P, left=alpha[:, None, None] * eye, right=eye, latex=(r"\alpha_{k}", "")),
+            Term(unknown=P, left=eye, right=d[:, :, None], at=(0, 1), latex=("", "d_{k}")),
         ),
         constants=(Constant(value=-alpha[:, None, None], at=(1, 1), latex=r"-\alpha_{k}"),),
         sign=-1,
@@ -97,7 +97,7 @@ def invariant_ellipsoid_condition(
         name="inside the bounds",
         blocks=(n, 1),
         terms=(
-            Term(unknown=P, left=one, right=one),
+            Term(unknown=P, left=eye, right=eye),
             Term(unknown=eta, left=np.ones((1, 1, 1)), right=np.ones((1, 1, 1)), at=(1, 1)),
         ),
         constants=(Constant(value=directions[:, :, None], at=(0, 1), latex="h_{i}"),),
@@ -146,10 +146,10 @@ def invariant_ellipsoid(
     units = 1 / np.abs(directions).max(axis=0)
     scaled_A, scaled_d, h = A * units / units[:, None], d / units, directions * units
     for _ in range(rounds):
-        found = _step(scaled_A, scaled_d, alpha[groups], h)
-        if found is None:
+        step = _step(scaled_A, scaled_d, alpha[groups], h)
+        if step is None:
             break
-        better, eta, words = found
+        better, eta, words = step
         P = better / np.outer(units, units) * eta
         scale = eta**-0.5
         alpha = _multipliers(P, A, d * scale, groups, count)
@@ -240,15 +240,15 @@ def _scales_at(alphas: Floats, rates: Floats, f: Floats, g: Floats) -> Floats:
     rates : (N, n) eigenvalues of A + A';  f, g : (N, n) disturbances along the eigenvectors.
     """
     N = -(rates + alphas[:, None, None])
-    held = N.min(axis=(1, 2)) > 0
-    share = 1 / np.where(held[:, None, None], N, 1.0)
+    feasible = N.min(axis=(1, 2)) > 0
+    share = 1 / np.where(feasible[:, None, None], N, 1.0)
     a, b = (g * g * share).sum(axis=2), (f * g * share).sum(axis=2)
     c = (f * f * share).sum(axis=2) - alphas[:, None]
-    held &= c.max(axis=1) < 0
+    feasible &= c.max(axis=1) < 0
     root = np.sqrt(np.maximum(b * b - a * c, 0.0))
     # The stable form of the larger root of a s^2 + 2 b s + c = 0 with c < 0.
     roots = np.where(a > 0, -c / np.maximum(b + root, 1e-300), np.inf)
-    return np.asarray(np.where(held, roots.min(axis=1), -1.0), dtype=np.float64)
+    return np.asarray(np.where(feasible, roots.min(axis=1), -1.0), dtype=np.float64)
 
 
 def _multipliers(P: Floats, A: Floats, d: Floats, groups: Groups, count: int) -> Floats:

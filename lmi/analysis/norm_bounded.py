@@ -214,19 +214,19 @@ def _bounded(tau: Unknown) -> LMI:
 
 
 def _flow(A: Array, P: Unknown) -> tuple[Term, ...]:
-    one = np.eye(A.shape[1])[None]
+    eye = np.eye(A.shape[1])[None]
     return (
-        Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=2 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
+        Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{i}")),
+        Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
     )
 
 
 def _step(A: Array, P: Unknown) -> tuple[Term, ...]:
-    one = np.eye(A.shape[1])[None]
+    eye = np.eye(A.shape[1])[None]
     return (
-        Term(unknown=P, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
-        Term(unknown=P, left=one, right=A, at=(1, 0), latex=("", "A_{i}")),
-        Term(unknown=P, left=-one, right=one, at=(1, 1), latex=("-", "")),
+        Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
+        Term(unknown=P, left=eye, right=A, at=(1, 0), latex=("", "A_{i}")),
+        Term(unknown=P, left=-eye, right=eye, at=(1, 1), latex=("-", "")),
     )
 
 

@@ -58,11 +58,11 @@ def common_lyapunov_condition(
     step = sample_time_of(model, sample_time)
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    one = _identity(A)
+    eye = _identity(A)
     decay = LMI(
         name="vertex",
         blocks=(n,),
-        terms=_continuous(P, A, one) if step is None else _discrete(P, A, one),
+        terms=_continuous(P, A, eye) if step is None else _discrete(P, A, eye),
         sign=-1,
         count=len(A),
         weight=vertex_weight(A, step=step) if weight is None else weight,
@@ -79,18 +79,18 @@ def common_lyapunov_condition(
     )
 
 
-def _continuous(P: Unknown, A: Array, one: Array) -> tuple[Term, ...]:
+def _continuous(P: Unknown, A: Array, eye: Array) -> tuple[Term, ...]:
     return (
-        Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=2 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
+        Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{i}")),
+        Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
     )
 
 
-def _discrete(P: Unknown, A: Array, one: Array) -> tuple[Term, ...]:
+def _discrete(P: Unknown, A: Array, eye: Array) -> tuple[Term, ...]:
     behind = A.transpose(0, 2, 1)
     return (
         Term(unknown=P, left=behind, right=A, latex=(r"A_{i}^\top", "A_{i}")),
-        Term(unknown=P, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
+        Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
     )
 
 
@@ -146,17 +146,17 @@ def vertex_weight(A: Array, *, step: float | None = None) -> float:
     return 2.0 * largest if largest > 0 else 1.0
 
 
-def capped(moved: float) -> float:
-    return min(1.0, 2.0 * moved + moved**2) if moved > 0 else 1.0
+def capped(change: float) -> float:
+    return min(1.0, 2.0 * change + change**2) if change > 0 else 1.0
 
 
 def _identity(A: Array) -> Array:
     n = A.shape[1]
     if A.dtype != object:
         return np.eye(n)[None]
-    one = np.full((1, n, n), Fraction(0), dtype=object)
-    one[:, range(n), range(n)] = Fraction(1)
-    return one
+    eye = np.full((1, n, n), Fraction(0), dtype=object)
+    eye[:, range(n), range(n)] = Fraction(1)
+    return eye
 
 
 def _diagnosis(condition: Condition, outcome: Outcome) -> str:

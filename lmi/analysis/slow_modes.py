@@ -20,7 +20,7 @@ from takagi.lmi.argument_checks import rate_parameter
 from takagi.models.arrays import Floats
 
 # Number of vertices that are examined, slowest first; the others are left to the solver.
-MOST = 8
+MOST_VERTICES = 8
 # The rounding error of an eigenvalue is at most this many times norm, condition number and epsilon.
 ROUNDING = 8.0
 
@@ -34,18 +34,18 @@ def slow_vertex(
     """
     sizes = _sizes(np.linalg.eigvals(A), step).max(axis=1)
     limit = -alpha if step is None else float(np.exp(-alpha * step))
-    for vertex in np.argsort(-sizes, kind="stable")[:MOST].tolist():
+    for vertex in np.argsort(-sizes, kind="stable")[:MOST_VERTICES].tolist():
         if sizes[vertex] + _most_rounding(A[vertex]) < limit:
             return None
-        found, vectors = np.linalg.eig(A[vertex])
-        worst = int(np.argmax(_sizes(found, step)))
-        excess = float(_sizes(found, step)[worst] - limit)
+        eigenvalues, vectors = np.linalg.eig(A[vertex])
+        worst = int(np.argmax(_sizes(eigenvalues, step)))
+        excess = float(_sizes(eigenvalues, step)[worst] - limit)
         off = float(_rounding(A[vertex], vectors)[worst])
         sure = abs(excess) > off
         if (sure and excess > 0) or (not sure and not decays_exactly(A[vertex], alpha, step=step)):
             v = vectors[:, worst]
             Z = np.real(np.outer(v, v.conj()))
-            return vertex, complex(found[worst]), Z / np.trace(Z)
+            return vertex, complex(eigenvalues[worst]), Z / np.trace(Z)
     return None
 
 
@@ -63,11 +63,11 @@ def _most_rounding(A: Floats) -> float:
 def _rounding(A: Floats, vectors: Floats) -> Floats:
     """Return the possible rounding error of each eigenvalue; inf if it cannot be bounded."""
     try:
-        left = np.linalg.inv(vectors)
+        left_vectors = np.linalg.inv(vectors)
     except np.linalg.LinAlgError:
         return np.full(len(A), np.inf)
     with np.errstate(over="ignore"):  # inf: almost dependent eigenvectors give no bound
-        condition = np.linalg.norm(left, axis=1) * np.linalg.norm(vectors, axis=0)
+        condition = np.linalg.norm(left_vectors, axis=1) * np.linalg.norm(vectors, axis=0)
     unit = ROUNDING * len(A) * np.finfo(float).eps * float(np.linalg.norm(A))
     # For larger errors the first-order bound does not hold.
     return np.where(unit * condition.max() < 1e-3 * np.linalg.norm(A), unit * condition, np.inf)
@@ -89,10 +89,10 @@ def decays_exactly(A: Floats, alpha: float, *, step: float | None = None) -> boo
     limit = one * _rational(rate_parameter(alpha, step)["contraction"])
     squares = exact * exact
     try:
-        moved = (squares - limit).solve(squares + limit)
+        transformed = (squares - limit).solve(squares + limit)
     except ZeroDivisionError:
         return False
-    return _is_hurwitz(moved)
+    return _is_hurwitz(transformed)
 
 
 def _rational(value: float) -> Any:

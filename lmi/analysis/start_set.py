@@ -72,18 +72,18 @@ def start_set_condition(
             "(n, n) are needed"
         )
     P = Unknown("P", n, n, symmetric=True)
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     if sample_time is None:
         falls = (
-            Term(unknown=P, left=one, right=G, plus_transpose=True, latex=("", "G_{k}")),
-            Term(unknown=P, left=2 * decay_rate * one, right=one, latex=(r"2\alpha", "")),
+            Term(unknown=P, left=eye, right=G, plus_transpose=True, latex=("", "G_{k}")),
+            Term(unknown=P, left=2 * decay_rate * eye, right=eye, latex=(r"2\alpha", "")),
         )
     else:
         shrink = math.exp(-2 * decay_rate * sample_time)
         back = G.transpose(0, 2, 1)
         falls = (
             Term(unknown=P, left=back, right=G, latex=(r"G_{k}^\top", "G_{k}")),
-            Term(unknown=P, left=-shrink * one, right=one, latex=(r"-e^{-2\alpha T}", "")),
+            Term(unknown=P, left=-shrink * eye, right=eye, latex=(r"-e^{-2\alpha T}", "")),
         )
     decrease = LMI(
         name="decrease",
@@ -96,7 +96,7 @@ def start_set_condition(
     inside = LMI(
         name="inside the limits",
         blocks=(n, 1),
-        terms=(Term(unknown=P, left=one, right=one),),
+        terms=(Term(unknown=P, left=eye, right=eye),),
         constants=(
             Constant(value=rows[:, :, None], at=(0, 1), latex=r"r_{t}^\top"),
             Constant(value=np.ones((1, 1, 1)), at=(1, 1), latex="1"),

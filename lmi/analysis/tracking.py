@@ -57,23 +57,26 @@ def tracking_condition(
     ModelError : sizes that do not fit, a rate that is not positive, both objectives or none.
     """
     count, n = A.shape[:2]
-    given = [part for part in (jumps, errors) if part is not None]
-    if any(part.shape[1:] != (n,) for part in (rows, pushes, *given)) or A.shape[2] != n:
+    rows_given = [row_stack for row_stack in (jumps, errors) if row_stack is not None]
+    if (
+        any(row_stack.shape[1:] != (n,) for row_stack in (rows, pushes, *rows_given))
+        or A.shape[2] != n
+    ):
         raise ModelError(
             f"vertices {A.shape}, rows {rows.shape}, pushes {pushes.shape}: (N, n, n), (h, n) and "
             "(p, n) are needed, and n columns in jumps and errors"
         )
-    if alpha <= 0 or len(given) != 1:
+    if alpha <= 0 or len(rows_given) != 1:
         raise ModelError(f"decay rate {alpha:.4g}: give one above 0, and jumps or errors")
     P = Unknown("P", n, n, symmetric=True)
     eta = Unknown("eta", 1, 1, symmetric=True, latex=r"\eta")
-    one, unit = np.eye(n)[None], np.ones((1, 1, 1))
+    eye, unit = np.eye(n)[None], np.ones((1, 1, 1))
     falls = LMI(
         name="decay",
         blocks=(n,),
         terms=(
-            Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{k}")),
-            Term(unknown=P, left=2 * alpha * one, right=one, latex=(r"2\alpha", "")),
+            Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{k}")),
+            Term(unknown=P, left=2 * alpha * eye, right=eye, latex=(r"2\alpha", "")),
         ),
         sign=-1,
         count=count,
@@ -83,16 +86,16 @@ def tracking_condition(
     if len(rows):
         lmis.append(_bordered("inside the ranges", P, rows, "h", "i"))
     if len(pushes):
-        held = Constant(value=unit, at=(0, 0), latex="1")
-        lmis.append(_moved("the set is kept", P, pushes, "v", "j", constants=(held,)))
+        unit_bound = Constant(value=unit, at=(0, 0), latex="1")
+        lmis.append(_moved("the set is kept", P, pushes, "v", "j", constants=(unit_bound,)))
     unknowns: tuple[Unknown, ...] = (P, eta)
     if residuals is not None:
         U = Unknown("u", 1, 1, symmetric=True, count=n)
         lmis += _forgotten(P, U, A, alpha, residuals, left)
         unknowns = (P, eta, U)
     if jumps is not None:
-        most = Term(unknown=eta, left=unit, right=unit)
-        lmis.append(_moved("jumps", P, jumps, "m", "j", terms=(most,)))
+        eta_term = Term(unknown=eta, left=unit, right=unit)
+        lmis.append(_moved("jumps", P, jumps, "m", "j", terms=(eta_term,)))
     if errors is not None:
         lmis.append(_bordered("the error", P, errors, "c", "k", eta))
     return Condition(
@@ -105,31 +108,31 @@ def tracking_condition(
 
 
 def _forgotten(
-    P: Unknown, U: Unknown, A: Floats, alpha: float, residuals: Floats, left: float
+    P: Unknown, U: Unknown, A: Floats, alpha: float, residuals: Floats, left_over: float
 ) -> list[LMI]:
     """Pose the two LMIs of the residuals."""
     count, n = A.shape[:2]
-    one, every = np.eye(n)[None], np.arange(n)
-    places = np.zeros((n, n, n))
-    places[every, every, every] = 1.0
+    eye, every = np.eye(n)[None], np.arange(n)
+    diagonal = np.zeros((n, n, n))
+    diagonal[every, every, every] = 1.0
     # The weight of each row stands at its place of the diagonal, in every item.
     row, item = np.tile(every, count), np.repeat(np.arange(count), n)
-    weights = Term(unknown=U, left=places[row], items=item, members=row, at=(1, 1))
+    weights = Term(unknown=U, left=diagonal[row], items=item, members=row, at=(1, 1))
     balance = LMI(
         name="the residuals are forgotten",
         blocks=(n, n),
         terms=(
-            Term(unknown=P, left=-one, right=A, plus_transpose=True, latex=("-", "A_{k}")),
-            Term(unknown=P, left=-2 * alpha * one, right=one, latex=(r"-2\alpha", "")),
-            Term(unknown=P, left=one, right=np.diag(residuals)[None], at=(0, 1), latex=("", "E")),
+            Term(unknown=P, left=-eye, right=A, plus_transpose=True, latex=("-", "A_{k}")),
+            Term(unknown=P, left=-2 * alpha * eye, right=eye, latex=(r"-2\alpha", "")),
+            Term(unknown=P, left=eye, right=np.diag(residuals)[None], at=(0, 1), latex=("", "E")),
             weights,
         ),
         count=count,
         index=rf"k = 1, \dots, {count}",
     )
-    most = Constant(value=np.full((1, 1, 1), 2 * alpha * left**2))
+    bound = Constant(value=np.full((1, 1, 1), 2 * alpha * left_over**2))
     total = Term(unknown=U, left=-np.ones((n, 1, 1)), items=0 * every, members=every)
-    return [balance, LMI(name="their share", blocks=(1,), terms=(total,), constants=(most,))]
+    return [balance, LMI(name="their share", blocks=(1,), terms=(total,), constants=(bound,))]
 
 
 def _moved(
@@ -144,7 +147,7 @@ def _moved(
 ) -> LMI:
     """Pose the other terms less v'Pv >= 0 for each row v."""
     latex = f"{symbol}_{{{letter}}}"
-    moved = Term(
+    quadratic = Term(
         unknown=P,
         left=-rows[:, None, :],
         right=rows[:, :, None],
@@ -153,7 +156,7 @@ def _moved(
     return LMI(
         name=name,
         blocks=(1,),
-        terms=(moved, *terms),
+        terms=(quadratic, *terms),
         constants=constants,
         count=len(rows),
         index=rf"{letter} = 1, \dots, {len(rows)}",
@@ -200,8 +203,8 @@ def tracking_function(
     """
     # States scaled so that the entries of rows and pushes are about 1.
     bound = np.vstack([np.abs(rows), np.zeros((1, A.shape[1]))]).max(axis=0)
-    moved = np.vstack([np.abs(pushes), np.abs(pushes[:0] if jumps is None else jumps)])
-    step = np.vstack([moved, np.zeros((1, A.shape[1]))]).max(axis=0)
+    row_sizes = np.vstack([np.abs(pushes), np.abs(pushes[:0] if jumps is None else jumps)])
+    step = np.vstack([row_sizes, np.zeros((1, A.shape[1]))]).max(axis=0)
     unit = np.where(bound > 0, 1 / np.where(bound > 0, bound, 1.0), np.where(step > 0, step, 1.0))
     condition = tracking_condition(
         A * unit / unit[:, None],

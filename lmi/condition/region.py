@@ -142,8 +142,10 @@ class EigenvalueRegion:
                 f"slowest is {float(slow):g}, fastest {float(fast):g} 1/s; give slowest < fastest"
             )
         minus = -_like(fast, 1)
-        right = _one("right half-plane", [[-2 * fast]], [[minus]], f"Re z > {_text(-fast)}")
-        return cls.half_plane(slowest) & right
+        half_plane_right = _one(
+            "right half-plane", [[-2 * fast]], [[minus]], f"Re z > {_text(-fast)}"
+        )
+        return cls.half_plane(slowest) & half_plane_right
 
     @classmethod
     def horizontal_strip(cls, bandwidth: Number) -> EigenvalueRegion:

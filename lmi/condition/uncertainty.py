@@ -50,13 +50,13 @@ class NormBounded:
         """
         enters, state = np.asarray(D, dtype=np.float64), np.asarray(E, dtype=np.float64)
         driven = None if F is None else np.asarray(F, dtype=np.float64)
-        stacks = [part for part in (enters, state, driven) if part is not None]
-        if any(part.ndim != 3 or len(part) != len(enters) for part in stacks):
-            shapes = ", ".join(str(part.shape) for part in stacks)
+        stacks = [stack for stack in (enters, state, driven) if stack is not None]
+        if any(stack.ndim != 3 or len(stack) != len(enters) for stack in stacks):
+            shapes = ", ".join(str(stack.shape) for stack in stacks)
             raise ModelError(f"by_rule needs one D, E and F for each of r rules; given: {shapes}")
-        only = np.eye(len(enters))[:, :, None, None]
+        selector = np.eye(len(enters))[:, :, None, None]
         return tuple(
-            cls(enters[k], only[k] * state, None if driven is None else only[k] * driven)
+            cls(enters[k], selector[k] * state, None if driven is None else selector[k] * driven)
             for k in range(len(enters))
         )
 
@@ -116,30 +116,30 @@ def blocks_of(uncertainty: Uncertainty, r: int, n: int, m: int) -> tuple[Uncerta
 
 
 def _channel(block: NormBounded, k: int, count: int, r: int, n: int, m: int) -> UncertaintyBlock:
-    what = f"uncertainty {k} of {count}"
-    D, E = _stack(f"{what}: D", block.D, r), _stack(f"{what}: E", block.E, r)
+    owner = f"uncertainty {k} of {count}"
+    D, E = _stack(f"{owner}: D", block.D, r), _stack(f"{owner}: E", block.E, r)
     q = E.shape[1]
-    F = np.zeros((r, q, m)) if block.F is None else _stack(f"{what}: F", block.F, r)
+    F = np.zeros((r, q, m)) if block.F is None else _stack(f"{owner}: F", block.F, r)
     for letter, array, shape in (("D", D, (n, D.shape[2])), ("E", E, (q, n)), ("F", F, (q, m))):
         if array.shape[1:] != shape:
             raise ModelError(
-                f"{what}: {letter} is {array.shape[1]} x {array.shape[2]}; {shape[0]} x "
+                f"{owner}: {letter} is {array.shape[1]} x {array.shape[2]}; {shape[0]} x "
                 f"{shape[1]} is needed, for {n} states, {m} inputs and {q} rows of E"
             )
     if not D.any() or not (E.any() or F.any()):
         idle = "D is" if not D.any() else "E and F are"
-        raise ModelError(f"{what}: {idle} zero in every rule, so it does nothing; leave it out")
+        raise ModelError(f"{owner}: {idle} zero in every rule, so it does nothing; leave it out")
     return UncertaintyBlock(D, E, F)
 
 
-def _stack(what: str, value: ArrayLike, r: int) -> Array:
+def _stack(owner: str, value: ArrayLike, r: int) -> Array:
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise ModelError(f"{what} cannot be read as an array of real numbers ({error})") from error
+        raise ModelError(f"{owner} cannot be read as an array of real numbers ({error})") from error
     array = np.broadcast_to(array, (r, *array.shape)) if array.ndim == 2 else array
     if array.ndim != 3 or len(array) != r or 0 in array.shape[1:2]:
-        raise ModelError(f"{what} has shape {np.shape(value)}; ({r}, ., .) or (., .) is needed")
+        raise ModelError(f"{owner} has shape {np.shape(value)}; ({r}, ., .) or (., .) is needed")
     if not np.isfinite(array).all():
-        raise ModelError(f"{what} has an entry that is not finite; every entry must be")
+        raise ModelError(f"{owner} has an entry that is not finite; every entry must be")
     return array

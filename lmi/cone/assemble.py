@@ -60,13 +60,13 @@ class Assembled:
         The sparsity pattern is the same for all parameter values, so a solver that was set up
         for one can be updated to another.
         """
-        known = {**self.condition.parameters, **(parameters or {})}
-        parts = [self.entries]
-        parts += [
-            Triplets(part.row, part.column, part.value * known[name])
-            for name, part in self.parametric.items()
+        values = {**self.condition.parameters, **(parameters or {})}
+        summands = [self.entries]
+        summands += [
+            Triplets(triplets.row, triplets.column, triplets.value * values[name])
+            for name, triplets in self.parametric.items()
         ]
-        row, column, value = (np.concatenate(axis) for axis in zip(*parts, strict=True))
+        row, column, value = (np.concatenate(axis) for axis in zip(*summands, strict=True))
         shape = (len(self.constant), len(self.objective))
         return sp.csc_array(sp.coo_array((value, (row, column)), shape=shape))
 
@@ -112,19 +112,19 @@ def assemble(condition: Condition) -> Assembled:
         cones.append(Cone(lmi.size, lmi.count, rows))
         rows += lmi.count * triangle(lmi.size)
     constant, margin_column = np.zeros(rows), np.zeros(rows)
-    parts: dict[str | None, list[Triplets]] = {None: [_none()]}
+    groups: dict[str | None, list[Triplets]] = {None: [_none()]}
     for lmi, cone in zip(condition.lmis, cones, strict=True):
         constant[cone.rows] = pack(lmi.sign * _constant(lmi)).ravel()
         margin_column[cone.rows] = np.tile(pack(lmi.weight * np.eye(lmi.size)), lmi.count)
         for term in lmi.terms:
-            found = _triplets(term, lmi, cone, offsets[term.unknown.name])
-            parts.setdefault(term.parameter, []).append(found)
+            triplets = _triplets(term, lmi, cone, offsets[term.unknown.name])
+            groups.setdefault(term.parameter, []).append(triplets)
     joined = {
         name: Triplets(*(np.concatenate(axis) for axis in zip(*group, strict=True)))
-        for name, group in parts.items()
+        for name, group in groups.items()
     }
     base = joined.pop(None)
-    parametric = {name: part for name, part in joined.items() if name is not None}
+    parametric = {name: matrix for name, matrix in joined.items() if name is not None}
     return Assembled(
         condition,
         offsets,
@@ -163,10 +163,10 @@ def _triangle_of(size: int) -> tuple[Indices, Indices, NDArray[np.bool_]]:
     They are kept, since they are asked for more often than a triangle is packed.
     """
     column, row = np.tril_indices(size)
-    found = column, row, row == column
-    for array in found:
+    indices = column, row, row == column
+    for array in indices:
         array.flags.writeable = False
-    return found
+    return indices
 
 
 def _none() -> Triplets:
@@ -219,8 +219,8 @@ def _triplets(term: Term, lmi: LMI, cone: Cone, offset: int) -> Triplets:
             row, column = row[keep], column[keep]
     low, high = np.minimum(row, column), np.maximum(row, column)
     value = np.where(low == high, value, np.sqrt(2.0) * value) * lmi.sign
-    place = cone.start + item * triangle(cone.size) + high * (high + 1) // 2 + low
-    return Triplets(place, offset + member * term.unknown.entries + entry, value)
+    packed_row = cone.start + item * triangle(cone.size) + high * (high + 1) // 2 + low
+    return Triplets(packed_row, offset + member * term.unknown.entries + entry, value)
 
 
 def _products(term: Term, count: int) -> tuple[Indices, Indices, Indices, Indices, Indices, Floats]:

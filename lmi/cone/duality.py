@@ -36,15 +36,15 @@ def margin_bound(program: ConeProgram, raw: Raw) -> tuple[float, Floats]:
     if scale <= 0.5:
         return -np.inf if _contradict(program, z, raw) else np.inf, z[program.linear :]
     z, residual = z / scale, (residual - program.q) / scale + program.q
-    left = np.abs(residual[:-1]) @ _size(raw)[:-1]
-    return float(program.b @ z + left), z[program.linear :]
+    residual_bound = np.abs(residual[:-1]) @ _size(raw)[:-1]
+    return float(program.b @ z + residual_bound), z[program.linear :]
 
 
 def _contradict(program: ConeProgram, z: Floats, raw: Raw) -> bool:
     """Return whether 0 <= z . (b - A y) = b . z - (A' z) . y fails for all y of about that size."""
     value = float(program.b @ z)
-    left = float(np.abs(program.A.T @ z) @ _size(raw))
-    return value + left < -CLEARLY * float(np.abs(program.b) @ np.abs(z))
+    residual_bound = float(np.abs(program.A.T @ z) @ _size(raw))
+    return value + residual_bound < -CLEARLY * float(np.abs(program.b) @ np.abs(z))
 
 
 def least_objective_bound(program: ConeProgram, raw: Raw) -> float:
@@ -68,9 +68,9 @@ def _size(raw: Raw) -> Floats:
     return ALLOWED * np.maximum(1.0, np.abs(raw.y))
 
 
-def in_dual_cone(program: ConeProgram, given: Floats) -> Floats:
+def in_dual_cone(program: ConeProgram, multipliers: Floats) -> Floats:
     """Return the nearest multipliers that are nonnegative and semidefinite."""
-    z = given.copy()
+    z = multipliers.copy()
     z[: program.linear] = np.maximum(z[: program.linear], 0.0)
     for cone in program.cones:
         rows = slice(program.linear + cone.rows.start, program.linear + cone.rows.stop)

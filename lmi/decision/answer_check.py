@@ -27,50 +27,50 @@ from takagi.models.arrays import Floats
 SMALLEST_BOUND = 1e-7
 # Where no LMI is strict, the bound on the margin must be below minus this for a no: an LMI may
 # be violated by its tolerance and still count as satisfied.
-MISSED = 1e-5
+NONSTRICT_TOLERANCE = 1e-5
 # How far the objective is followed where it falls without end, in units of its size.
-FAR = (1e3, 1e6)
+DISTANCES = (1e3, 1e6)
 # Entries of multipliers up to which a no is sought in exact arithmetic: about a second.
 EXACT = 1200
 
 
 def judged(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
     """Check the solver's numbers from scratch; its status is not read."""
-    found = weighed(data, program, raw)
-    if found.status == "unknown" and says_no(data, found) and _excluded(data, program, raw):
-        return replace(found, status="infeasible")
-    return found
+    outcome = weighed(data, program, raw)
+    if outcome.status == "unknown" and says_no(data, outcome) and _excluded(data, program, raw):
+        return replace(outcome, status="infeasible")
+    return outcome
 
 
 def weighed(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
     """Return the same without a search for a no: what is no candidate is "unknown"."""
     values = values_of(data, raw)
-    held = margin(data.condition, values) if values else -np.inf
+    checked_margin = margin(data.condition, values) if values else -np.inf
     bound, packed = margin_bound(program, raw)
     multipliers = data.multipliers(packed) if len(packed) else {}
-    status: Status = "candidate" if holds(data.condition, held) else "unknown"
-    return Outcome(status, values, held, bound, multipliers, ())
+    status: Status = "candidate" if holds(data.condition, checked_margin) else "unknown"
+    return Outcome(status, values, checked_margin, bound, multipliers, ())
 
 
-def says_no(data: Assembled, found: Outcome) -> bool:
+def says_no(data: Assembled, outcome: Outcome) -> bool:
     """Return whether the bound on the margin is one that may leave none."""
     strict = any(lmi.strict for lmi in data.condition.lmis)
-    return found.bound < (SMALLEST_BOUND if strict else -MISSED)
+    return outcome.bound < (SMALLEST_BOUND if strict else -NONSTRICT_TOLERANCE)
 
 
-def exactly_judged(condition: Condition, found: Outcome) -> Outcome:
+def exactly_judged(condition: Condition, outcome: Outcome) -> Outcome:
     """Return a no where exact multipliers exclude every solution; what is given where none do."""
     from takagi.lmi.refutation.refutation import exact_no
 
     entries = sum(lmi.count * triangle(lmi.size) for lmi in condition.lmis)
-    shown = exact_no(condition, found.multipliers) if entries <= EXACT else None
-    if shown is None:
-        return found
-    exact = {name: value.astype(np.float64) for name, value in shown.multipliers.items()}
-    return replace(found, status="infeasible", multipliers={**found.multipliers, **exact})
+    refutation = exact_no(condition, outcome.multipliers) if entries <= EXACT else None
+    if refutation is None:
+        return outcome
+    exact = {name: value.astype(np.float64) for name, value in refutation.multipliers.items()}
+    return replace(outcome, status="infeasible", multipliers={**outcome.multipliers, **exact})
 
 
-def exactly_held(condition: Condition, found: Outcome) -> Outcome:
+def exactly_held(condition: Condition, outcome: Outcome) -> Outcome:
     """Return a candidate where the unknowns satisfy every LMI in exact arithmetic.
 
     For a margin that is positive and too small for floating point: entries of an LMI, or the LMIs
@@ -79,11 +79,13 @@ def exactly_held(condition: Condition, found: Outcome) -> Outcome:
     from takagi.lmi.equalities.exact_solution import ExactSolution
 
     entries = sum(lmi.count * triangle(lmi.size) for lmi in condition.lmis)
-    if not (found.status == "unknown" and found.values and found.margin > 0 and entries <= EXACT):
-        return found
-    exact = {name: fractions(value) for name, value in found.values.items()}
-    held = ExactSolution(condition=condition, values=exact).holds
-    return replace(found, status="candidate") if held else found
+    if not (
+        outcome.status == "unknown" and outcome.values and outcome.margin > 0 and entries <= EXACT
+    ):
+        return outcome
+    exact = {name: fractions(value) for name, value in outcome.values.items()}
+    is_exact = ExactSolution(condition=condition, values=exact).holds
+    return replace(outcome, status="candidate") if is_exact else outcome
 
 
 def falling(data: Assembled, raw: Raw, start: Outcome) -> Outcome | None:
@@ -97,10 +99,10 @@ def falling(data: Assembled, raw: Raw, start: Outcome) -> Outcome | None:
     if start.status != "candidate" or not down < 0:
         return None
     size = max(1.0, abs(objective_at(data.condition, start.values)))
-    for far in FAR:
-        step = far * size / -down
-        moved = {name: value + step * direction[name] for name, value in start.values.items()}
-        if not holds(data.condition, margin(data.condition, moved)):
+    for distance in DISTANCES:
+        step = distance * size / -down
+        shifted = {name: value + step * direction[name] for name, value in start.values.items()}
+        if not holds(data.condition, margin(data.condition, shifted)):
             return None
     return replace(
         start,

@@ -19,7 +19,7 @@ from takagi.lmi.condition.evaluate import (
     shares,
     smallest_eigenvalues,
 )
-from takagi.lmi.condition.statements import Asked, condition_of
+from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Condition, selected_items
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.assemble import assemble
@@ -36,9 +36,9 @@ FIRST, ADDED, ROUNDS = 12, 12, 60
 # Unknowns will do when the items left out keep this share of the margin of those given.
 ENOUGH = 0.5
 # How far, relative to the LMI's size, an item may miss its constraint before the last round.
-MISSED = 1e-7
+ITEM_TOLERANCE = 1e-7
 # Numbers in one piece of the items that are evaluated together; bounds the memory.
-PIECE = 1_000_000
+ENTRIES_AT_ONCE = 1_000_000
 
 
 @limited
@@ -80,13 +80,13 @@ def _decided(
         worst = _worst(margins, outcome.margin)
         if not some.add(margins, ENOUGH * outcome.margin):
             break
-    held: Outcome = replace(outcome, margin=worst, tries=tuple(tries))
-    return held if holds(some.whole, worst) else replace(held, status="unknown")
+    outcome_of_all: Outcome = replace(outcome, margin=worst, tries=tuple(tries))
+    return outcome_of_all if holds(some.whole, worst) else replace(outcome_of_all, status="unknown")
 
 
 @limited
 def optimise_by_rounds(
-    condition: Asked,
+    condition: StatedCondition,
     *,
     slack: float = 1e-6,
     cap: float = 1.0,
@@ -103,8 +103,8 @@ def optimise_by_rounds(
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
         "unknown", and its diagnosis reports it.  None for no limit.
     """
-    whole = condition_of(condition, "optimise_by_rounds")
-    posed = whole.with_parameters(**parameters) if parameters else whole
+    full = condition_of(condition, "optimise_by_rounds")
+    posed = full.with_parameters(**parameters) if parameters else full
     some = _Some.of(posed)
     tries = _touching(some)
     for _ in range(ROUNDS):
@@ -144,7 +144,7 @@ def _touching(some: _Some) -> list[Try]:
         margins = some.margins(data.values(raw.y))
         worst = _worst(margins, np.inf)
         tries.append(Try(raw.solver, raw.status, worst, raw.iterations, raw.seconds))
-        if not some.add(margins, -MISSED):
+        if not some.add(margins, -ITEM_TOLERANCE):
             return tries
     return tries
 
@@ -194,11 +194,11 @@ class _Some:
     def add(self, margins: Mapping[int, Floats], enough: float) -> bool:
         """Add the worst items of each LMI that are not chosen; return whether there were any."""
         added = False
-        for k, found in margins.items():
-            least = enough if self.whole.lmis[k].strict else 0.0
-            missed = np.flatnonzero(found < least)
-            missed = missed[~np.isin(missed, self.chosen[k])]
-            worst = missed[np.argsort(found[missed])[:ADDED]]
+        for k, item_margins in margins.items():
+            required = enough if self.whole.lmis[k].strict else 0.0
+            violated = np.flatnonzero(item_margins < required)
+            violated = violated[~np.isin(violated, self.chosen[k])]
+            worst = violated[np.argsort(item_margins[violated])[:ADDED]]
             self.chosen[k] = np.concatenate([self.chosen[k], worst])
             added = added or len(worst) > 0
         return added
@@ -207,8 +207,10 @@ class _Some:
         """Double the items, evenly over those left; return whether there were any."""
         added = False
         for k, chosen in self.chosen.items():
-            left = np.setdiff1d(np.arange(self.whole.lmis[k].count), chosen)
-            some = left[np.linspace(0, len(left) - 1, min(len(left), len(chosen))).astype(np.intp)]
+            remaining = np.setdiff1d(np.arange(self.whole.lmis[k].count), chosen)
+            some = remaining[
+                np.linspace(0, len(remaining) - 1, min(len(remaining), len(chosen))).astype(np.intp)
+            ]
             self.chosen[k] = np.concatenate([chosen, np.unique(some)])
             added = added or len(some) > 0
         return added
@@ -232,12 +234,12 @@ def _margins(condition: Condition, lmi: LMI, values: Mapping[str, Floats]) -> Fl
     return np.where(share >= -lmi.tolerance, np.inf, share)
 
 
-def _worst(margins: Mapping[int, Floats], held: float) -> float:
-    return min([held, *(float(found.min()) for found in margins.values())])
+def _worst(margins: Mapping[int, Floats], others: float) -> float:
+    return min([others, *(float(item_margins.min()) for item_margins in margins.values())])
 
 
 def _pieces(lmi: LMI) -> Iterator[LMI]:
-    step = max(1, PIECE // lmi.size**2)
+    step = max(1, ENTRIES_AT_ONCE // lmi.size**2)
     for start in range(0, lmi.count, step):
         yield selected_items(lmi, range(start, min(start + step, lmi.count)))
 
@@ -251,21 +253,25 @@ def _first(condition: Condition, pieces: tuple[LMI, ...]) -> Indices:
     random = np.random.default_rng(1)
     guess = {X.name: _identity(X) for X in condition.unknowns}
     probe = {X.name: _random(X, random) for X in condition.unknowns}
-    least = np.concatenate([smallest_eigenvalues(condition, piece, guess) for piece in pieces])
+    eigenvalues = np.concatenate(
+        [smallest_eigenvalues(condition, piece, guess) for piece in pieces]
+    )
     mean = lmi_value(pieces[0], probe, condition.parameters).mean(axis=0)
-    far = np.concatenate(
+    distances = np.concatenate(
         [
             np.abs(lmi_value(piece, probe, condition.parameters) - mean).sum(axis=(1, 2))
             for piece in pieces
         ]
     )
     half = FIRST // 2
-    return np.unique(np.concatenate([np.argsort(least)[:half], np.argsort(-far)[:half]]))
+    return np.unique(
+        np.concatenate([np.argsort(eigenvalues)[:half], np.argsort(-distances)[:half]])
+    )
 
 
 def _identity(X: Unknown) -> Floats:
-    one = np.eye(X.rows) if X.symmetric or X.scalar else np.zeros((X.rows, X.cols))
-    return np.broadcast_to(one, (X.count, X.rows, X.cols))
+    eye = np.eye(X.rows) if X.symmetric or X.scalar else np.zeros((X.rows, X.cols))
+    return np.broadcast_to(eye, (X.count, X.rows, X.cols))
 
 
 def _random(X: Unknown, random: np.random.Generator) -> Floats:

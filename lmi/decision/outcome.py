@@ -14,7 +14,7 @@ from takagi.models.arrays import Floats
 
 # How far above its bound an objective may be to pass for the least, relative, where less was asked
 # for: the bound is good to the solver's accuracy only.
-NEAR = 1e-3
+LARGEST_GAP = 1e-3
 # What solvers cannot distinguish from zero, in unknowns of order one.
 FLOOR = 2e-8
 
@@ -34,7 +34,7 @@ class Outcome:
     bound : no values have a larger t, to solver accuracy; inf when unknown.
     objective : recomputed from ``values``; nan without an objective or a candidate, -inf where it
         is unbounded.
-    least : no unknowns have a smaller objective, to solver accuracy; -inf when unknown.
+    lower_bound : no unknowns have a smaller objective, to solver accuracy; -inf when unknown.
     settled : whether an objective was minimised and is near ``least``: of a candidate of
         ``optimise`` always.
     feasible : the unknowns of an outcome that is "unknown" or "unbounded" although they satisfy
@@ -49,7 +49,7 @@ class Outcome:
     multipliers: Mapping[str, Floats]
     tries: tuple[Try, ...]
     objective: float = np.nan
-    least: float = -np.inf
+    lower_bound: float = -np.inf
     settled: bool = False
     feasible: Mapping[str, Floats] = field(default_factory=dict)
     reason: str = ""
@@ -75,16 +75,18 @@ class Outcome:
         )
 
 
-def better(one: Outcome, other: Outcome) -> bool:
+def better(first: Outcome, second: Outcome) -> bool:
     """Return whether it is a candidate with a smaller objective, or nearer to being one."""
-    if one.status == other.status == "candidate":
-        return one.objective < other.objective
-    return one.status == "candidate" or (other.status != "candidate" and one.margin > other.margin)
+    if first.status == second.status == "candidate":
+        return first.objective < second.objective
+    return first.status == "candidate" or (
+        second.status != "candidate" and first.margin > second.margin
+    )
 
 
 def promised(slack: float) -> float:
     """Return how far above the least an objective is at most, relative, where it was minimised."""
-    return max(slack, NEAR)
+    return max(slack, LARGEST_GAP)
 
 
 def nothing(condition: Condition) -> float:
@@ -102,10 +104,10 @@ def measured(condition: Condition, outcome: Outcome, slack: float) -> Outcome:
     """
     if outcome.status != "candidate":
         return outcome
-    if not np.isfinite(outcome.least):
+    if not np.isfinite(outcome.lower_bound):
         return replace(outcome, settled=False)
-    allowed = max(promised(slack) * abs(outcome.least), nothing(condition))
-    return replace(outcome, settled=outcome.objective - outcome.least <= allowed)
+    allowed = max(promised(slack) * abs(outcome.lower_bound), nothing(condition))
+    return replace(outcome, settled=outcome.objective - outcome.lower_bound <= allowed)
 
 
 def concluded(outcome: Outcome) -> Outcome:
@@ -116,14 +118,18 @@ def concluded(outcome: Outcome) -> Outcome:
         outcome,
         status="unknown",
         feasible=outcome.values,
-        reason=not_least(outcome.objective, outcome.least),
+        reason=not_least(outcome.objective, outcome.lower_bound),
     )
 
 
-def not_least(found: float, least: float) -> str:
+def not_least(value: float, lower_bound: float) -> str:
     """Return in words that an objective is not near its bound, with both numbers."""
-    bound = f"the least is no less than {least:.5g}" if np.isfinite(least) else "no bound is known"
-    return f"no solver came near the least one: {found:.5g} was found, {bound}"
+    bound = (
+        f"the least is no less than {lower_bound:.5g}"
+        if np.isfinite(lower_bound)
+        else "no bound is known"
+    )
+    return f"no solver came near the least one: {value:.5g} was found, {bound}"
 
 
 def objective_at(condition: Condition, values: Mapping[str, Floats]) -> float:
@@ -133,7 +139,7 @@ def objective_at(condition: Condition, values: Mapping[str, Floats]) -> float:
 
 
 # Items with less of the bound than this are not reported.
-LEAST = 0.02
+SMALLEST_SHARE = 0.02
 
 
 class Share(NamedTuple):
@@ -161,10 +167,10 @@ def binding_items(
 
 def asks_for_decay(condition: Condition) -> bool:
     """Return whether a decay rate above 0 is asked for, which might be lowered."""
-    given = condition.parameters
-    if not {"alpha", "contraction"} & set(given):
+    parameters = condition.parameters
+    if not {"alpha", "contraction"} & set(parameters):
         return True  # the rate is not a parameter of the condition
-    return given.get("alpha", 0.0) > 0 or given.get("contraction", 1.0) < 1
+    return parameters.get("alpha", 0.0) > 0 or parameters.get("contraction", 1.0) < 1
 
 
 def advice_about_limit(condition: Condition) -> str:
@@ -180,7 +186,7 @@ def shares_in_words(shares: Sequence[Share]) -> str:
     Multipliers show the no: an item without any could be left out, and it would still be no.
     """
     first = f"{shares[0].label} ({shares[0].share:.0%} of the multipliers that show it)"
-    return ", ".join([first, *(f"{one.label} ({one.share:.0%})" for one in shares[1:])])
+    return ", ".join([first, *(f"{share.label} ({share.share:.0%})" for share in shares[1:])])
 
 
 def binding_shares(
@@ -195,18 +201,20 @@ def binding_shares(
     ----------
     names : the LMIs to examine; without names, all that have a weight.
     """
-    found = []
+    shares = []
     for lmi in condition.lmis:
         if lmi.name in multipliers and (lmi.name in names or (not names and lmi.strict)):
             traces = _size(lmi) * np.trace(multipliers[lmi.name], axis1=1, axis2=2)
-            found += [Share(lmi.label(k), lmi.name, float(t)) for k, t in enumerate(traces)]
-    total = sum(one.share for one in found)
+            shares += [Share(lmi.label(k), lmi.name, float(t)) for k, t in enumerate(traces)]
+    total = sum(share.share for share in shares)
     if total <= 0:
         return ()
     # A stable order: of equal shares the first item is named first.
-    found.sort(key=lambda one: -one.share)
+    shares.sort(key=lambda share: -share.share)
     return tuple(
-        one._replace(share=one.share / total) for one in found if one.share > LEAST * total
+        share._replace(share=share.share / total)
+        for share in shares
+        if share.share > SMALLEST_SHARE * total
     )
 
 

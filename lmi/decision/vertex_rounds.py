@@ -56,8 +56,8 @@ def decide_by_rounds(
         margins = _margins(A, alpha, outcome.values["P"], pose, weight)
         worst = float(margins.min())
         if worst >= ENOUGH * outcome.margin:
-            held = min(worst, outcome.margin)
-            return condition, replace(outcome, margin=held, tries=tuple(tries))
+            smallest_margin = min(worst, outcome.margin)
+            return condition, replace(outcome, margin=smallest_margin, tries=tuple(tries))
         chosen = _more(chosen, margins)
     return condition, replace(outcome, status="unknown", margin=worst, tries=tuple(tries))
 
@@ -79,21 +79,21 @@ def first_vertices(A: Floats) -> Indices:
 
 
 def _largest(symmetric: Floats) -> Floats:
-    pieces = [
+    chunks = [
         np.linalg.eigvalsh(symmetric[k : k + CHUNK])[:, -1] for k in range(0, len(symmetric), CHUNK)
     ]
-    return np.concatenate(pieces)
+    return np.concatenate(chunks)
 
 
 def _margins(
     A: Floats, alpha: float, P: Floats, pose: Callable[..., Condition], weight: float
 ) -> Floats:
-    pieces = []
+    chunks = []
     for k in range(0, len(A), CHUNK):
         condition = pose(A[k : k + CHUNK], decay_rate=alpha, weight=weight)
         vertex = condition.lmis[-1]
-        pieces.append(smallest_eigenvalues(condition, vertex, {"P": P}) / vertex.weight)
-    return np.concatenate(pieces)
+        chunks.append(smallest_eigenvalues(condition, vertex, {"P": P}) / vertex.weight)
+    return np.concatenate(chunks)
 
 
 def _more(chosen: Indices, margins: Floats) -> Indices:

@@ -30,7 +30,7 @@ from takagi.lmi.condition.evaluate import (
     fractions,
     lmi_value,
 )
-from takagi.lmi.condition.statements import Asked, condition_of
+from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.refutation.adjoint import adjoint
@@ -73,8 +73,8 @@ class Parametrised:
         """Return values of the original's unknowns from values of the condition's, in floats."""
         z = np.zeros(0) if self.free is None else values[self.free.name].ravel()
         numbers = self.base.astype(np.float64) + z @ self.directions.astype(np.float64)
-        kept = {key: value for key, value in values.items() if self._kept(key)}
-        return {**kept, **_split(self.bound, numbers)}
+        other_values = {key: value for key, value in values.items() if self._kept(key)}
+        return {**other_values, **_split(self.bound, numbers)}
 
     def exact(self, values: Mapping[str, Any]) -> dict[str, Array]:
         """Return Fractions near the given values of the original that satisfy the equalities.
@@ -82,17 +82,19 @@ class Parametrised:
         The free entries and the other unknowns are taken as they are given, a float as the dyadic
         number it stores; the dependent entries are computed from the free ones.
         """
-        given = {
+        exact_values = {
             unknown.name: fractions(values[unknown.name]) for unknown in self.original.unknowns
         }
         if not self.bound:
-            return given
-        entries = np.concatenate([unknown.numbers(given[unknown.name]) for unknown in self.bound])
+            return exact_values
+        entries = np.concatenate(
+            [unknown.numbers(exact_values[unknown.name]) for unknown in self.bound]
+        )
         numbers = self.base.copy()
-        for place, direction in zip(self.places, self.directions, strict=True):
-            used = direction != 0
-            numbers[used] += entries[place] * direction[used]
-        return {**given, **_split(self.bound, numbers)}
+        for entry, direction in zip(self.places, self.directions, strict=True):
+            nonzero = direction != 0
+            numbers[nonzero] += entries[entry] * direction[nonzero]
+        return {**exact_values, **_split(self.bound, numbers)}
 
     def _kept(self, name: str) -> bool:
         return self.free is None or name != self.free.name
@@ -107,17 +109,17 @@ def parametrised(condition: Condition) -> Parametrised | None:
     meant, give them as strings or Fractions.
     """
     bound = _bound(condition)
-    base, directions, places = _solutions(condition, bound)
+    base, directions, free_entries = _solutions(condition, bound)
     if base is None:
         return None
     names = {unknown.name for unknown in condition.unknowns}
     name = "free"
     while name in names:
         name += "_"
-    free = Unknown(name, 1, 1, count=len(places), latex="z") if len(places) else None
-    others = tuple(unknown for unknown in condition.unknowns if unknown not in bound)
-    known = {unknown.name: base_value for unknown, base_value in _members(bound, base)}
-    steps = [_split(bound, one) for one in directions] if condition.objective else []
+    free = Unknown(name, 1, 1, count=len(free_entries), latex="z") if len(free_entries) else None
+    unbound = tuple(unknown for unknown in condition.unknowns if unknown not in bound)
+    members = {unknown.name: base_value for unknown, base_value in _members(bound, base)}
+    steps = [_split(bound, direction) for direction in directions] if condition.objective else []
     lmis = tuple(_in_free(lmi, condition, bound, free, base, directions) for lmi in condition.lmis)
     costs = {
         u.name: fractions(condition.objective[u.name])
@@ -133,7 +135,7 @@ def parametrised(condition: Condition) -> Parametrised | None:
         )
     posed = Condition(
         name=condition.name,
-        unknowns=others if free is None else (*others, free),
+        unknowns=unbound if free is None else (*unbound, free),
         lmis=lmis,
         objective=objective,
         parameters=condition.parameters,
@@ -144,10 +146,10 @@ def parametrised(condition: Condition) -> Parametrised | None:
         condition=posed,
         free=free,
         bound=bound,
-        places=places,
+        places=free_entries,
         base=base,
         directions=directions,
-        offset=Fraction(_cost(costs, known)),
+        offset=Fraction(_cost(costs, members)),
     )
 
 
@@ -165,13 +167,13 @@ def _solutions(
     frames = tuple(equality.frame() for equality in condition.equalities)
     read = adjoint(Condition(name=condition.name, unknowns=bound, lmis=frames))
     # Every off-diagonal entry of a frame counts twice in the adjoint, the constant too.
-    used: list[int] = []
+    columns: list[int] = []
     for block in read.blocks:
         p = condition.equalities[block.lmi].shape[0]
-        used += block.index[:p, p:].ravel().tolist()
-    equation = {column: k for k, column in enumerate(used)}
+        columns += block.index[:p, p:].ravel().tolist()
+    equation = {column: k for k, column in enumerate(columns)}
     numbers = read.rows
-    rows = [[0] * (numbers + 1) for _ in used]
+    rows = [[0] * (numbers + 1) for _ in columns]
     for row, column, value in zip(read.row, read.column, read.value, strict=True):
         if int(column) in equation:
             rows[equation[int(column)]][int(row)] += int(value)
@@ -193,20 +195,23 @@ def _solutions(
     directions = directions.reshape(len(loose), numbers)
     for i, pivot in enumerate(pivots):
         base[order[pivot]] = Fraction(-int(reduced[i, numbers]), int(denominator))
-        for k, place in enumerate(loose):
-            directions[k, order[pivot]] = Fraction(-int(reduced[i, place]), int(denominator))
-    for k, place in enumerate(loose):
-        directions[k, order[place]] = Fraction(1)
-    return base, directions, np.array([order[place] for place in loose], dtype=np.intp)
+        for k, entry in enumerate(loose):
+            directions[k, order[pivot]] = Fraction(-int(reduced[i, entry]), int(denominator))
+    for k, entry in enumerate(loose):
+        directions[k, order[entry]] = Fraction(1)
+    return base, directions, np.array([order[entry] for entry in loose], dtype=np.intp)
 
 
 def _favoured(rows: list[list[int]], numbers: int) -> list[int]:
     """Return all entries, those first that are best computed from the others."""
     if not rows:
         return list(range(numbers))
-    largest = [max((abs(one) for one in row[:numbers]), default=0) or 1 for row in rows]
+    largest = [max((abs(number) for number in row[:numbers]), default=0) or 1 for row in rows]
     matrix = np.array(
-        [[one / most for one in row[:numbers]] for row, most in zip(rows, largest, strict=True)]
+        [
+            [number / row_size for number in row[:numbers]]
+            for row, row_size in zip(rows, largest, strict=True)
+        ]
     ).reshape(len(rows), numbers)
     _, triangular, order = qr(matrix, mode="economic", pivoting=True)
     size = np.abs(np.diag(triangular))
@@ -216,10 +221,10 @@ def _favoured(rows: list[list[int]], numbers: int) -> list[int]:
 
 
 def _identity(size: int) -> Array:
-    found = np.array(
+    matrix = np.array(
         [[Fraction(int(i == j)) for j in range(size)] for i in range(size)], dtype=object
     )
-    return found.reshape(size, size)
+    return matrix.reshape(size, size)
 
 
 def _split(bound: tuple[Unknown, ...], numbers: Array) -> dict[str, Any]:
@@ -227,11 +232,11 @@ def _split(bound: tuple[Unknown, ...], numbers: Array) -> dict[str, Any]:
 
 
 def _members(bound: tuple[Unknown, ...], numbers: Array) -> list[tuple[Unknown, Array]]:
-    found, start = [], 0
+    members, start = [], 0
     for unknown in bound:
-        found.append((unknown, unknown.value(numbers[start : start + unknown.length])))
+        members.append((unknown, unknown.value(numbers[start : start + unknown.length])))
         start += unknown.length
-    return found
+    return members
 
 
 def _cost(costs: Mapping[str, Array], values: Mapping[str, Array]) -> Fraction:
@@ -295,29 +300,29 @@ class _Entries:
         read = adjoint(
             Condition(name=lmi.name, unknowns=unknowns, lmis=(lmi,), parameters=parameters)
         )
-        place: dict[int, tuple[int, int, int]] = {}
+        position: dict[int, tuple[int, int, int]] = {}
         for block in read.blocks:
             for a in range(block.size):
                 for b in range(a, block.size):
-                    place[int(block.index[a, b])] = (block.item, a, b)
-        found: dict[int, list[tuple[int, int, int, Fraction]]] = {}
+                    position[int(block.index[a, b])] = (block.item, a, b)
+        contributions: dict[int, list[tuple[int, int, int, Fraction]]] = {}
         for row, column, value in zip(read.row, read.column, read.value, strict=True):
-            item, a, b = place[int(column)]
+            item, a, b = position[int(column)]
             # In the sum of products an entry off the diagonal counts twice.
             share = Fraction(int(value), read.denominator * (1 if a == b else 2))
-            found.setdefault(int(row), []).append((item, a, b, share))
-        return cls(lmi.count, lmi.size, found)
+            contributions.setdefault(int(row), []).append((item, a, b, share))
+        return cls(lmi.count, lmi.size, contributions)
 
     def at(self, numbers: Array) -> dict[int, Array]:
         """Return item -> its matrix at these numbers; items that are zero are left out."""
         total: dict[int, Array] = {}
-        for place in np.flatnonzero(numbers != 0).tolist():
-            for item, a, b, share in self.of_number.get(place, ()):
+        for number in np.flatnonzero(numbers != 0).tolist():
+            for item, a, b, share in self.of_number.get(number, ()):
                 matrix = total.get(item)
                 if matrix is None:
                     matrix = np.full((self.size, self.size), Fraction(0), dtype=object)
                     total[item] = matrix
-                added = share * numbers[place]
+                added = share * numbers[number]
                 matrix[a, b] += added
                 if a != b:
                     matrix[b, a] += added
@@ -352,8 +357,8 @@ class ExactSolution:
                 return f"{unknown.name} is not symmetric"
         for equality in self.condition.equalities:
             gap = exact_difference(equality, self.values)
-            for item, one in enumerate(gap):
-                if (one != 0).any():
+            for item, matrix in enumerate(gap):
+                if (matrix != 0).any():
                     return f"{equality.frame().label(item)}: the two sides differ"
         for lmi in self.condition.lmis:
             test = is_definite if lmi.strict else is_semidefinite
@@ -375,7 +380,7 @@ class ExactSolution:
         )
 
 
-def exact_solution(condition: Asked, values: Mapping[str, Any]) -> ExactSolution | None:
+def exact_solution(condition: StatedCondition, values: Mapping[str, Any]) -> ExactSolution | None:
     """Return rational unknowns next to the given ones that satisfy every equality exactly.
 
     Parameters
@@ -396,9 +401,11 @@ def exact_solution(condition: Asked, values: Mapping[str, Any]) -> ExactSolution
     for unknown in condition.unknowns:
         shape = (unknown.count, unknown.rows, unknown.cols)
         if unknown.name not in values or np.shape(values[unknown.name]) != shape:
-            given = "nothing" if unknown.name not in values else f"{np.shape(values[unknown.name])}"
-            raise ModelError(f"unknown {unknown.name}: {given} is given; {shape} is needed")
-    found = parametrised(condition)
-    if found is None:
+            shape_given = (
+                "nothing" if unknown.name not in values else f"{np.shape(values[unknown.name])}"
+            )
+            raise ModelError(f"unknown {unknown.name}: {shape_given} is given; {shape} is needed")
+    free = parametrised(condition)
+    if free is None:
         return None
-    return ExactSolution(condition=condition, values=MappingProxyType(found.exact(values)))
+    return ExactSolution(condition=condition, values=MappingProxyType(free.exact(values)))

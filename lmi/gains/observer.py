@@ -119,13 +119,13 @@ def _secants(unmeasured: ArrayLike, n: int) -> Array:
     return S
 
 
-def _relaxation(given: str | None, unmeasured: ArrayLike | None) -> str:
+def _relaxation(name: str | None, unmeasured: ArrayLike | None) -> str:
     """Return the relaxation's name, which secants leave no choice of."""
     if unmeasured is None:
-        return "wang-tanaka-griffin" if given is None else given
-    if given not in (None, "common-gain"):
+        return "wang-tanaka-griffin" if name is None else name
+    if name not in (None, "common-gain"):
         raise ModelError(
-            f"relaxation {given!r} was asked for with unmeasured secants; the gain cannot depend "
+            f"relaxation {name!r} was asked for with unmeasured secants; the gain cannot depend "
             'on what is not measured: leave relaxation out, or give "common-gain"'
         )
     return "common-gain"
@@ -216,8 +216,8 @@ def observer(
         scales=None if scales is None else 1.0 / positive_vector("scales", scales, n),
     )
     if design.gains is None or design.P is None:
-        said = design.answer.diagnosis.replace("no input moves", "no output shows")
-        return replace(design, answer=replace(design.answer, diagnosis=said))
+        diagnosis = design.answer.diagnosis.replace("no input moves", "no output shows")
+        return replace(design, answer=replace(design.answer, diagnosis=diagnosis))
     P = np.linalg.inv(design.P)
     P = (P + P.T) / 2
     P /= np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))

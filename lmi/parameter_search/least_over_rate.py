@@ -17,7 +17,7 @@ GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 # The least objective is sought with the LMIs satisfied by this margin, in units of order one.  At
 # the minimum without a margin some LMI is singular.  The solver's tolerances would then violate
 # it slightly, and the unknowns would show nothing.
-HELD = 1e-6
+REQUIRED_MARGIN = 1e-6
 
 
 def least_over_rate(
@@ -35,49 +35,54 @@ def least_over_rate(
     rates : ascending, at least three; the first and the last bound the search.
     tolerance : relative tolerance of the rate.
     """
-    found = [value(rate) for rate in rates]
-    best = int(np.argmin(found))
-    if not np.isfinite(found[best]):
+    values = [value(rate) for rate in rates]
+    best = int(np.argmin(values))
+    if not np.isfinite(values[best]):
         return None
     low = float(np.log(rates[max(best - 1, 0)]))
     high = float(np.log(rates[min(best + 1, len(rates) - 1)]))
     inner = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
-    shown = [value(float(np.exp(at))) for at in inner]
+    inner_values = [value(float(np.exp(at))) for at in inner]
     while high - low > tolerance:
-        if shown[0] <= shown[1]:
-            high, inner[1], shown[1] = inner[1], inner[0], shown[0]
+        if inner_values[0] <= inner_values[1]:
+            high, inner[1], inner_values[1] = inner[1], inner[0], inner_values[0]
             inner[0] = high - GOLDEN * (high - low)
-            shown[0] = value(float(np.exp(inner[0])))
+            inner_values[0] = value(float(np.exp(inner[0])))
         else:
-            low, inner[0], shown[0] = inner[0], inner[1], shown[1]
+            low, inner[0], inner_values[0] = inner[0], inner[1], inner_values[1]
             inner[1] = low + GOLDEN * (high - low)
-            shown[1] = value(float(np.exp(inner[1])))
-    tried = [(found[best], float(rates[best])), *zip(shown, np.exp(inner).tolist(), strict=True)]
+            inner_values[1] = value(float(np.exp(inner[1])))
+    tried = [
+        (values[best], float(rates[best])),
+        *zip(inner_values, np.exp(inner).tolist(), strict=True),
+    ]
     return float(min(tried)[1])
 
 
-def unknowns_near_least(condition: Condition, *, held: float = HELD) -> Mapping[str, Floats]:
+def unknowns_near_least(
+    condition: Condition, *, required_margin: float = REQUIRED_MARGIN
+) -> Mapping[str, Floats]:
     """Return unknowns near the least objective, without a check; empty if the solver returns none.
 
     Parameters
     ----------
-    held : the margin that the LMIs must keep.
+    required_margin : the margin that the LMIs must keep.
     """
     data = assemble(condition)
-    raw = Session().solve(cone_program(data, data.objective, (), margin=held))
+    raw = Session().solve(cone_program(data, data.objective, (), margin=required_margin))
     usable = len(raw.y) == len(data.objective) and bool(np.all(np.isfinite(raw.y)))
     return data.values(raw.y) if usable else {}
 
 
-def least_objective(condition: Condition, *, held: float = HELD) -> float:
+def least_objective(condition: Condition, *, required_margin: float = REQUIRED_MARGIN) -> float:
     """Return an approximate least objective for use in a search; inf if no unknowns were found.
 
     Parameters
     ----------
-    held : the margin that the LMIs must keep.  With 0 no margin is required or checked.
+    required_margin : the margin that the LMIs must keep.  With 0 no margin is required or checked.
     """
-    values = unknowns_near_least(condition, held=held)
+    values = unknowns_near_least(condition, required_margin=required_margin)
     # The solver meets the margin only to its tolerance; half of it leaves space for that error.
-    if not values or (held > 0 and margin(condition, values) < 0.5 * held):
+    if not values or (required_margin > 0 and margin(condition, values) < 0.5 * required_margin):
         return np.inf
     return float(sum(np.sum(cost * values[name]) for name, cost in condition.objective.items()))

@@ -39,9 +39,9 @@ def sweep(
     ModelError : the condition has no such parameter, or a value is not finite.
     """
     if name not in condition.parameters:
-        known = ", ".join(condition.parameters) or "none"
+        names = ", ".join(condition.parameters) or "none"
         raise ModelError(
-            f"condition {condition.name}: there is no parameter {name!r} to vary; there are {known}"
+            f"condition {condition.name}: there is no parameter {name!r} to vary; there are {names}"
         )
     return _swept(condition, name, values, stage, options)
 
@@ -54,8 +54,8 @@ def _swept(
     options: dict[str, Any],
 ) -> Iterator[tuple[float, Outcome]]:
     data, session = assemble(condition), Session()
-    for given in values:
-        value = float(number(name, given))
+    for raw_value in values:
+        value = float(number(name, raw_value))
         outcome = stage(
             condition, parameters={name: value}, assembled=data, session=session, **options
         )

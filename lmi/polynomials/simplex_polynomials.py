@@ -67,8 +67,10 @@ class Basis:
     def orderings(self) -> Indices:
         """Return (count,): the factor prod_k g_k! / prod_c a^k_c! of each B_a."""
         factorials = np.array([factorial(k) for k in range(max(self.degrees, default=0) + 1)])
-        whole = int(np.prod(factorials[list(self.degrees)]))
-        return np.asarray(whole // factorials[self.exponents].prod(axis=1), dtype=np.intp)
+        factorial_of_degrees = int(np.prod(factorials[list(self.degrees)]))
+        return np.asarray(
+            factorial_of_degrees // factorials[self.exponents].prod(axis=1), dtype=np.intp
+        )
 
     def raised(self, degrees: Degrees) -> Basis:
         """Return the basis with its degrees raised by the given ones."""
@@ -85,13 +87,13 @@ class Basis:
 
     def rank(self, exponents: Indices) -> Indices:
         """Return where rows of exponents appear in ``exponents``: the inverse of taking them."""
-        place = np.zeros(len(exponents), dtype=np.intp)
+        position = np.zeros(len(exponents), dtype=np.intp)
         first = 0
         for size, degree in zip(self.sizes, self.degrees, strict=True):
-            part = exponents[:, first : first + size]
-            place = place * comb(size + degree - 1, degree) + _rank(part, degree)
+            powers = exponents[:, first : first + size]
+            position = position * comb(size + degree - 1, degree) + _rank(powers, degree)
             first += size
-        return place
+        return position
 
     def corners(self, corners: Indices) -> Indices:
         """Return which B_a is alone at each corner, (r,), for rows of corner numbers (r, K)."""
@@ -126,10 +128,12 @@ class Products(NamedTuple):
 @lru_cache(maxsize=64)
 def products(first: Basis, second: Basis) -> Products:
     """Return every product of the one basis with the other, in the basis of the summed degrees."""
-    whole = first.raised(second.degrees)
+    product_basis = first.raised(second.degrees)
     a, b = np.indices((first.count, second.count)).reshape(2, -1)
-    item = whole.rank(first.exponents[a] + second.exponents[b])
-    return Products(item, a, b, first.orderings[a] * second.orderings[b], whole.orderings[item])
+    item = product_basis.rank(first.exponents[a] + second.exponents[b])
+    return Products(
+        item, a, b, first.orderings[a] * second.orderings[b], product_basis.orderings[item]
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,8 +160,8 @@ class Known:
         """Return the product, of the summed degrees."""
         table = products(self.basis, other.basis)
         weight = table.weight(exact=self.exact or other.exact)[:, None, None]
-        found = self.values[table.first] @ other.values[table.second]
-        return self._summed(self.basis.raised(other.basis.degrees), table.item, weight * found)
+        terms = self.values[table.first] @ other.values[table.second]
+        return self._summed(self.basis.raised(other.basis.degrees), table.item, weight * terms)
 
     def raised(self, degrees: Degrees) -> Known:
         """Return the same polynomial with its degrees raised by the given ones."""
@@ -181,10 +185,10 @@ class Known:
         return Known(first.basis, first.values - second.values)
 
     @staticmethod
-    def _summed(basis: Basis, item: Indices, parts: Array) -> Known:
-        zero = Fraction(0) if parts.dtype == object else 0.0
-        values = np.full((basis.count, *parts.shape[1:]), zero, dtype=parts.dtype)
-        np.add.at(values, item, parts)
+    def _summed(basis: Basis, item: Indices, summands: Array) -> Known:
+        zero = Fraction(0) if summands.dtype == object else 0.0
+        values = np.full((basis.count, *summands.shape[1:]), zero, dtype=summands.dtype)
+        np.add.at(values, item, summands)
         return Known(basis, values)
 
 
@@ -194,20 +198,22 @@ def marginals(h: ArrayLike, sizes: tuple[int, ...], corners: Indices) -> Floats:
     w^k_c is the sum of h_i over the corners i of the product that take corner c of simplex k.
     """
     weights = np.asarray(h, dtype=np.float64)
-    parts = [weights @ (corners[:, k : k + 1] == np.arange(size)) for k, size in enumerate(sizes)]
-    return np.concatenate(parts, axis=-1)
+    marginal_weights = [
+        weights @ (corners[:, k : k + 1] == np.arange(size)) for k, size in enumerate(sizes)
+    ]
+    return np.concatenate(marginal_weights, axis=-1)
 
 
 @lru_cache(maxsize=256)
 def _exponents(sizes: tuple[int, ...], degrees: Degrees) -> Indices:
-    parts = []
+    powers = []
     for size, degree in zip(sizes, degrees, strict=True):
         chosen = np.array(list(combinations_with_replacement(range(size), degree)), dtype=np.intp)
-        parts.append((chosen[:, :, None] == np.arange(size)).sum(axis=1))
+        powers.append((chosen[:, :, None] == np.arange(size)).sum(axis=1))
     rows = np.zeros((1, 0), dtype=np.intp)
-    for part in parts:
-        left = np.repeat(rows, len(part), axis=0)
-        rows = np.concatenate([left, np.tile(part, (len(rows), 1))], axis=1)
+    for rows_of_simplex in powers:
+        repeated = np.repeat(rows, len(rows_of_simplex), axis=0)
+        rows = np.concatenate([repeated, np.tile(rows_of_simplex, (len(rows), 1))], axis=1)
     rows.setflags(write=False)
     return rows
 
@@ -216,12 +222,12 @@ def _rank(exponents: Indices, degree: int) -> Indices:
     """Return how many exponents of one simplex come before each, larger first powers first."""
     size = exponents.shape[1]
     tails = degree - np.cumsum(exponents, axis=1)
-    place = np.zeros(len(exponents), dtype=np.intp)
+    position = np.zeros(len(exponents), dtype=np.intp)
     for c in range(size - 1):
-        left = size - 1 - c
-        before = np.array([comb(tail - 1 + left, left) for tail in range(degree + 1)])
-        place += before[tails[:, c]]
-    return place
+        later = size - 1 - c
+        smaller = np.array([comb(tail - 1 + later, later) for tail in range(degree + 1)])
+        position += smaller[tails[:, c]]
+    return position
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -252,19 +258,21 @@ class UnknownPolynomial:
         direction : v^k, (corners of simplex k,), one a simplex.  Sums to zero in each, or it
             leaves the simplexes.
         """
-        found = []
+        slopes = []
         first = 0
         for k, (degree, v) in enumerate(zip(self.basis.degrees, direction, strict=True)):
             corner = np.arange(len(v))
             if degree and np.any(v):
-                low = self.basis.lowered(tuple(int(k == other) for other in range(len(direction))))
+                low = self.basis.lowered(
+                    tuple(int(k == simplex) for simplex in range(len(direction)))
+                )
                 up = np.repeat(low.exponents[:, None, :], len(v), axis=1)
                 up[:, corner, first + corner] += 1
-                place = self.basis.rank(up.reshape(-1, up.shape[2])).reshape(up.shape[:2])
-                slope = degree * (v[None, :, None] * self.weights[place]).sum(axis=1)
-                found.append(UnknownPolynomial(low, slope))
+                position = self.basis.rank(up.reshape(-1, up.shape[2])).reshape(up.shape[:2])
+                slope = degree * (v[None, :, None] * self.weights[position]).sum(axis=1)
+                slopes.append(UnknownPolynomial(low, slope))
             first += len(v)
-        return tuple(found)
+        return tuple(slopes)
 
 
 class Contributions(NamedTuple):
@@ -275,25 +283,27 @@ class Contributions(NamedTuple):
     values: Array
 
 
-def contributions(unknown: UnknownPolynomial, known: Known, degrees: Degrees) -> Contributions:
+def contributions(
+    unknown: UnknownPolynomial, factor_given: Known, degrees: Degrees
+) -> Contributions:
     """Return the coefficients of X(h) K(h), or K(h) X(h), of the given degrees.
 
     Coefficient ``items[t]`` is the sum over t of X_members[t] values[t] (or the other way round);
     no pair of item and member occurs twice.
     """
-    whole = Basis(unknown.basis.sizes, degrees)
-    factor = known.to(whole.lowered(unknown.basis.degrees).degrees)
+    full_basis = Basis(unknown.basis.sizes, degrees)
+    factor = factor_given.to(full_basis.lowered(unknown.basis.degrees).degrees)
     table = products(unknown.basis, factor.basis)
     t, member = np.nonzero(unknown.weights[table.first])
     scale = unknown.weights[table.first[t], member]
     # A fraction times a float is a float, so each float becomes the fraction it is.
     scale = table.weight(exact=factor.exact)[t] * (_exact(scale) if factor.exact else scale)
-    parts = scale[:, None, None] * factor.values[table.second[t]]
+    weighted = scale[:, None, None] * factor.values[table.second[t]]
     pair = table.item[t] * unknown.weights.shape[1] + member
-    pairs, place = np.unique(pair, return_inverse=True)
-    zero = Fraction(0) if parts.dtype == object else 0.0
-    values = np.full((len(pairs), *parts.shape[1:]), zero, dtype=parts.dtype)
-    np.add.at(values, place, parts)
+    pairs, pair_index = np.unique(pair, return_inverse=True)
+    zero = Fraction(0) if weighted.dtype == object else 0.0
+    values = np.full((len(pairs), *weighted.shape[1:]), zero, dtype=weighted.dtype)
+    np.add.at(values, pair_index, weighted)
     items, members = np.divmod(pairs, unknown.weights.shape[1])
     return Contributions(items, members, values)
 
@@ -314,12 +324,12 @@ def substituted(degree: int, points: Floats) -> Floats:
     size, many = points.shape
     chosen = np.array(list(combinations_with_replacement(range(many), degree)), dtype=np.intp)
     T = np.ones((len(chosen), 1))
-    one = Basis((size,), (1,))
+    linear_basis = Basis((size,), (1,))
     for s in range(degree):
-        table = products(Basis((size,), (s,)), one)
+        table = products(Basis((size,), (s,)), linear_basis)
         wider = np.zeros((len(chosen), Basis((size,), (s + 1,)).count))
-        parts = T[:, table.first] * points[table.second][:, chosen[:, s]].T
-        np.add.at(wider.T, table.item, parts.T)
+        contributions_of = T[:, table.first] * points[table.second][:, chosen[:, s]].T
+        np.add.at(wider.T, table.item, contributions_of.T)
         T = wider
     return T
 

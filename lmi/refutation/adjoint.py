@@ -93,25 +93,25 @@ def adjoint(condition: Condition) -> Adjoint:
     for unknown in condition.unknowns:
         offsets[unknown.name] = variables
         variables += unknown.length
-    parts, constants, blocks, start = [_Entries.none()], [], [], 0
+    term_entries, constants, blocks, start = [_Entries.none()], [], [], 0
     for number, lmi in enumerate(condition.lmis):
         width = triangle(lmi.size)
         for item in range(lmi.count):
             blocks.append(Block(number, item, start + item * width + packed_places(lmi.size)))
         for term in lmi.terms:
             factor = 1 if term.parameter is None else condition.parameters[term.parameter]
-            found = _term_entries(term, lmi, start, offsets[term.unknown.name])
-            parts.append(found.times(lmi.sign * Fraction(factor)))
+            triplets = _term_entries(term, lmi, start, offsets[term.unknown.name])
+            term_entries.append(triplets.times(lmi.sign * Fraction(factor)))
         constants += [
             _constant_entries(constant, lmi, start).times(Fraction(lmi.sign))
             for constant in lmi.constants
         ]
         start += lmi.count * width
-    together = math.lcm(*(part.denominator for part in (*parts, *constants)))
-    row, column, value = _joined([part.over(together) for part in parts], start)
+    together = math.lcm(*(entries.denominator for entries in (*term_entries, *constants)))
+    row, column, value = _joined([entries.over(together) for entries in term_entries], start)
     constant = np.zeros(start, dtype=object)
-    for part in constants:
-        np.add.at(constant, part.column, part.over(together).value)
+    for entries in constants:
+        np.add.at(constant, entries.column, entries.over(together).value)
     return Adjoint(condition, row, column, value, constant, together, tuple(blocks))
 
 
@@ -126,10 +126,10 @@ def over_one_denominator(array: Array) -> tuple[Array, int]:
     if array.dtype.kind == "f" and array.dtype.itemsize <= 8 and np.isfinite(array).all():
         mantissa, exponent = np.frexp(np.asarray(array, dtype=np.float64))
         integers = (mantissa * 2.0**53).astype(np.int64).astype(object)
-        used = mantissa != 0
-        least = int(exponent[used].min()) if used.any() else 53
-        shift = np.where(used, exponent - least, 0).astype(object)
-        power = least - 53
+        nonzero = mantissa != 0
+        smallest_exponent = int(exponent[nonzero].min()) if nonzero.any() else 53
+        shift = np.where(nonzero, exponent - smallest_exponent, 0).astype(object)
+        power = smallest_exponent - 53
         integers = np.asarray(integers * 2**shift, dtype=object)
         return (integers * 2**power, 1) if power > 0 else (integers, 2**-power)
     exact = fractions(array)
@@ -182,24 +182,26 @@ def _term_entries(term: Term, lmi: LMI, start: int, offset: int) -> _Entries:
         # The product L X R has a term for each pair of an entry of L and an entry of R.
         per = np.bincount(s, minlength=len(M))
         repeats = per[t]
-        one = np.repeat(np.arange(len(t)), repeats)
+        left_index = np.repeat(np.arange(len(t)), repeats)
         first = np.cumsum(per) - per
-        other = (
-            first[t[one]] + np.arange(len(one)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
+        right_index = (
+            first[t[left_index]]
+            + np.arange(len(left_index))
+            - np.repeat(np.cumsum(repeats) - repeats, repeats)
         )
-        i, b, entry = t[one], q[other], index[k[one], m[other]]
-        value = N[t, a, k][one] * M[s, m, q][other]
-        a, D = a[one], D * E
+        i, b, entry = t[left_index], q[right_index], index[k[left_index], m[right_index]]
+        value = N[t, a, k][left_index] * M[s, m, q][right_index]
+        a, D = a[left_index], D * E
     rows, columns = lmi.spans(term.at)
     # <F, Z> counts F_ab and F_ba; a block off the diagonal, and a transpose, bring their mirrors.
     mirrored = rows != columns or term.plus_transpose
     value = value * (2 if mirrored else 1)
-    place = (
+    position = (
         start
         + item[i] * triangle(lmi.size)
         + packed_places(lmi.size)[a + rows.start, b + columns.start]
     )
-    return _Entries(offset + member[i] * term.unknown.entries + entry, place, value, D)
+    return _Entries(offset + member[i] * term.unknown.entries + entry, position, value, D)
 
 
 def _spread_integers(array: Array, shape: tuple[int, ...]) -> tuple[Array, int]:
@@ -211,20 +213,20 @@ def _constant_entries(constant: Constant, lmi: LMI, start: int) -> _Entries:
     rows, columns = lmi.spans(constant.at)
     N, D = _spread_integers(constant.value, (lmi.count, *constant.shape))
     item, a, b = np.nonzero(N)
-    place = (
+    position = (
         start
         + item * triangle(lmi.size)
         + packed_places(lmi.size)[a + rows.start, b + columns.start]
     )
     value = N[item, a, b] * (2 if rows != columns else 1)
-    return _Entries(np.zeros_like(item), place, value, D)
+    return _Entries(np.zeros_like(item), position, value, D)
 
 
-def _joined(parts: list[_Entries], columns: int) -> tuple[Indices, Indices, Array]:
+def _joined(entries: list[_Entries], columns: int) -> tuple[Indices, Indices, Array]:
     """Return row, column, value with equal positions added up and zeros left out."""
-    row = np.concatenate([part.row for part in parts]).astype(np.int64)
-    column = np.concatenate([part.column for part in parts]).astype(np.int64)
-    value = np.concatenate([part.value for part in parts])
+    row = np.concatenate([triplets.row for triplets in entries]).astype(np.int64)
+    column = np.concatenate([triplets.column for triplets in entries]).astype(np.int64)
+    value = np.concatenate([triplets.value for triplets in entries])
     position, where = np.unique(row * columns + column, return_inverse=True)
     total = np.zeros(len(position), dtype=object)
     np.add.at(total, where, value)

@@ -78,9 +78,9 @@ class Alternative:
                     return f"the multiplier of {read.name(block)} is not positive semidefinite"
         # One denominator for all: sums of integers are quicker than sums of fractions.
         z, denominator = over_one_denominator(z)
-        left = np.flatnonzero(read.products(z))
-        if len(left):
-            return f"the sum depends on {_number_name(self.condition, int(left[0]))}"
+        nonzero = np.flatnonzero(read.products(z))
+        if len(nonzero):
+            return f"the sum depends on {_number_name(self.condition, int(nonzero[0]))}"
         constant = Fraction(int(read.constant @ z), denominator * read.denominator)
         if constant > 0:
             return f"the sum is {float(constant):.3g}; it must not be positive"
@@ -143,7 +143,7 @@ def _number_name(condition: Condition, number: int) -> str:
         if number < unknown.length:
             member, entry = divmod(number, unknown.entries)
             row, column = np.argwhere(unknown.entry_index() == entry)[0]
-            which = f"{member + 1}" if unknown.count > 1 else ""
-            return f"{unknown.name}{which}[{row}, {column}]"
+            member_text = f"{member + 1}" if unknown.count > 1 else ""
+            return f"{unknown.name}{member_text}[{row}, {column}]"
         number -= unknown.length
     raise AssertionError("no unknown has that number")

@@ -49,13 +49,13 @@ def exact_near(face: Face, s: Floats, size: Floats) -> Array | None:
     if len(core):
         # A column with a single entry belongs to a row that is already solved, so that the core
         # only has columns that are still free.
-        part = entries.only(core)
-        exact[free] = _short(_projected(part, core, s, size)[free])
-        if not _settle_core(part, core, exact, size):
+        core_entries = entries.only(core)
+        exact[free] = _short(_projected(core_entries, core, s, size)[free])
+        if not _settle_core(core_entries, core, exact, size):
             return None
-    rest = entries.sums(exact)
+    sums = entries.sums(exact)
     for row in np.flatnonzero(slack >= 0).tolist():
-        exact[slack[row]] = -rest[row] / entries.value_at(row, slack[row])
+        exact[slack[row]] = -sums[row] / entries.value_at(row, slack[row])
     return exact
 
 
@@ -68,13 +68,13 @@ class _Rows:
     def own_columns(self, columns: int) -> Indices:
         """Return (rows,): a column that only this row has, the largest; -1 where none exists."""
         single = np.bincount(self.column, minlength=columns)[self.column] == 1
-        found = np.full(self.rows, -1, dtype=np.intp)
+        single_column = np.full(self.rows, -1, dtype=np.intp)
         largest: dict[int, int] = {}
         for t in np.flatnonzero(single):
             row, value = int(self.row[t]), abs(self.value[t])
             if value > largest.get(row, 0):
-                largest[row], found[row] = value, self.column[t]
-        return found
+                largest[row], single_column[row] = value, self.column[t]
+        return single_column
 
     def only(self, rows: Indices) -> _Rows:
         keep = np.isin(self.row, rows)
@@ -85,7 +85,9 @@ class _Rows:
         numerators, denominator = over_one_denominator(z)
         total = np.full(self.rows, 0, dtype=object)
         np.add.at(total, self.row, self.value * numerators[self.column])
-        return np.array([Fraction(int(one), denominator) for one in total], dtype=object)
+        return np.array(
+            [Fraction(int(numerator), denominator) for numerator in total], dtype=object
+        )
 
     def value_at(self, row: int, column: int) -> int:
         return int(self.value[(self.row == row) & (self.column == column)][0])
@@ -99,37 +101,39 @@ def _short(z: Floats) -> Array:
     return np.array([Fraction(round(Fraction(float(x)) / unit)) * unit for x in z], dtype=object)
 
 
-def _scaled(part: _Rows, core: Indices, size: Floats) -> tuple[sp.csr_array, Indices, Floats]:
+def _scaled(core_rows: _Rows, core: Indices, size: Floats) -> tuple[sp.csr_array, Indices, Floats]:
     """Return the core in floating point with rows of order one, its columns, and row scales."""
-    columns, place = np.unique(part.column, return_inverse=True)
-    row = np.searchsorted(core, part.row)
+    columns, column_index = np.unique(core_rows.column, return_inverse=True)
+    row = np.searchsorted(core, core_rows.row)
     largest = np.zeros(len(core), dtype=object)
-    np.maximum.at(largest, row, np.abs(part.value))
-    value = np.array([v / w for v, w in zip(part.value, largest[row], strict=True)])
-    matrix = sp.csr_array((value * size[part.column], (row, place)), (len(core), len(columns)))
+    np.maximum.at(largest, row, np.abs(core_rows.value))
+    value = np.array([v / w for v, w in zip(core_rows.value, largest[row], strict=True)])
+    matrix = sp.csr_array(
+        (value * size[core_rows.column], (row, column_index)), (len(core), len(columns))
+    )
     length = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).ravel())
     length = np.where(length > 0, length, 1.0)
     return sp.csr_array(sp.diags_array(1.0 / length) @ matrix), columns, length
 
 
-def _projected(part: _Rows, core: Indices, z: Floats, size: Floats) -> Floats:
+def _projected(core_rows: _Rows, core: Indices, z: Floats, size: Floats) -> Floats:
     """Return z moved the least, in units of size, so that the core's equalities hold roughly."""
-    matrix, columns, _ = _scaled(part, core, size)
+    matrix, columns, _ = _scaled(core_rows, core, size)
     gram = (matrix @ matrix.T).toarray()
-    moved = z.copy()
+    corrected = z.copy()
     # Three times, because each projection leaves a residual of its own rounding errors.
     for _ in range(3):
-        residual = matrix @ (moved[columns] / size[columns])
+        residual = matrix @ (corrected[columns] / size[columns])
         step = np.linalg.lstsq(gram, residual, rcond=1e-14)[0]
-        moved[columns] -= size[columns] * (matrix.T @ step)
-    return moved
+        corrected[columns] -= size[columns] * (matrix.T @ step)
+    return corrected
 
 
-def _settle_core(part: _Rows, core: Indices, exact: Array, size: Floats) -> bool:
+def _settle_core(core_rows: _Rows, core: Indices, exact: Array, size: Floats) -> bool:
     """Move as many entries of ``exact`` as there are equalities so that the core holds exactly."""
     import flint
 
-    matrix, columns, _ = _scaled(part, core, size)
+    matrix, columns, _ = _scaled(core_rows, core, size)
     dense = matrix.toarray()
     _, triangular, order = qr(dense, mode="economic", pivoting=True)
     pivots = np.abs(np.diag(triangular))
@@ -137,18 +141,18 @@ def _settle_core(part: _Rows, core: Indices, exact: Array, size: Floats) -> bool
     picked = order[:rank]
     rows = qr(dense[:, picked].T, mode="r", pivoting=True)[1][:rank]
     position = {int(core[r]): k for k, r in enumerate(rows)}
-    place = {int(columns[c]): k for k, c in enumerate(picked)}
+    column_index = {int(columns[c]): k for k, c in enumerate(picked)}
     square = [[0] * rank for _ in range(rank)]
-    for row, column, value in zip(part.row, part.column, part.value, strict=True):
-        if int(row) in position and int(column) in place:
-            square[position[int(row)]][place[int(column)]] = int(value)
-    numerators, denominator = over_one_denominator(part.sums(exact)[core[rows]])
-    right = flint.fmpz_mat([[int(value)] for value in numerators])
+    for row, column, value in zip(core_rows.row, core_rows.column, core_rows.value, strict=True):
+        if int(row) in position and int(column) in column_index:
+            square[position[int(row)]][column_index[int(column)]] = int(value)
+    numerators, denominator = over_one_denominator(core_rows.sums(exact)[core[rows]])
+    right_side = flint.fmpz_mat([[int(value)] for value in numerators])
     try:
-        step: Any = flint.fmpz_mat(square).solve(right)
+        step: Any = flint.fmpz_mat(square).solve(right_side)
     except ZeroDivisionError:
         return False
     for k, column in enumerate(columns[picked]):
         entry = step[k, 0]
         exact[column] -= Fraction(int(entry.p), int(entry.q) * denominator)
-    return not part.sums(exact)[core].any()
+    return not core_rows.sums(exact)[core].any()

@@ -41,8 +41,8 @@ def is_semidefinite(matrix: Array) -> bool:
         return True
     # M is semidefinite if its restriction to a complement of its null space is.  The kept
     # coordinates span such a complement.
-    kept = _without_null(integers)
-    inside = integers[np.ix_(kept, kept)]
+    coordinates = _without_null(integers)
+    inside = integers[np.ix_(coordinates, coordinates)]
     return _clearly_definite(inside) or _pivots_hold(inside, zero=True)
 
 
@@ -95,14 +95,14 @@ def _pivots_hold(integers: Array, *, zero: bool) -> bool:
             return False
         if pivot == 0:
             continue
-        rest = M[k + 1 :, k + 1 :] * pivot - np.outer(M[k + 1 :, k], M[k, k + 1 :])
-        M[k + 1 :, k + 1 :] = rest // previous
+        complement = M[k + 1 :, k + 1 :] * pivot - np.outer(M[k + 1 :, k], M[k, k + 1 :])
+        M[k + 1 :, k + 1 :] = complement // previous
         previous = pivot
     return True
 
 
 # Binary digits to which the function is rounded, and items that are tried.
-DIGITS, MOST = 48, 256
+DIGITS, MOST_ITEMS = 48, 256
 
 
 def fault_of_function(condition: Condition, values: Mapping[str, Array]) -> str:
@@ -121,8 +121,8 @@ def fault_of_function(condition: Condition, values: Mapping[str, Array]) -> str:
         items = [item for item in range(lmi.count) if _crosses(condition, lmi, item)]
         if not items:
             continue
-        found = exact_matrices(condition, lmi, {P.name: value})[items]
-        if any(np.array_equal(F, F.T) and is_definite(F) for F in found):
+        matrices = exact_matrices(condition, lmi, {P.name: value})[items]
+        if any(np.array_equal(F, F.T) and is_definite(F) for F in matrices):
             return ""
     return f"no vertex decays with this value of {P.name}"
 
@@ -133,11 +133,11 @@ def function_that_decays(read: Adjoint) -> Mapping[str, Array] | None:
     P = _lone_unknown(condition)
     if P is None:
         return None
-    for block in read.blocks[:MOST]:
+    for block in read.blocks[:MOST_ITEMS]:
         if not _crosses(condition, condition.lmis[block.lmi], block.item):
             continue
-        found = _rounded(_solved(read, block, P))
-        values = {P.name: found[None]}
+        lyapunov = _rounded(_solved(read, block, P))
+        values = {P.name: lyapunov[None]}
         if not fault_of_function(condition, values):
             return values
     return None
@@ -201,13 +201,13 @@ def _multiple(matrix: Array) -> object:
 def _solved(read: Adjoint, block: Block, P: Unknown) -> Floats:
     """Return P with F(P) = I approximately, in floating point."""
     n = block.size
-    place = np.full(read.columns, -1)
+    number = np.full(read.columns, -1)
     high, low = np.tril_indices(n)
-    place[block.index[low, high]] = np.arange(len(low))
-    here = place[read.column] >= 0
+    number[block.index[low, high]] = np.arange(len(low))
+    here = number[read.column] >= 0
     matrix = np.zeros((len(low), P.entries))
     value = np.array([v / read.denominator for v in read.value[here]])
-    matrix[place[read.column[here]], read.row[here]] = value
+    matrix[number[read.column[here]], read.row[here]] = value
     target = (low == high).astype(np.float64)
     numbers = np.linalg.lstsq(matrix, target, rcond=1e-13)[0]
     return np.asarray(P.value(numbers)[0])

@@ -90,8 +90,8 @@ def open_face(read: Adjoint) -> Face:
     """
     owner = np.full((read.columns, 2), -1)
     for number, block in enumerate(read.blocks):
-        own = np.column_stack([np.full(block.size, number), np.arange(block.size)])
-        owner[np.diag(block.index)] = own
+        block_positions = np.column_stack([np.full(block.size, number), np.arange(block.size)])
+        owner[np.diag(block.index)] = block_positions
     diagonal = owner[:, 0] >= 0
     alive = np.ones(read.columns, dtype=bool)
     sign = np.array([1 if value > 0 else -1 for value in read.value], dtype=np.intp)
@@ -104,8 +104,10 @@ def open_face(read: Adjoint) -> Face:
             break
         for number, a in owner[dead]:
             alive[read.blocks[number].index[a]] = False
-    kept = [alive[np.diag(block.index)] for block in read.blocks]
-    return restricted_to_face(read, [_identity(len(one))[:, one] for one in kept])
+    open_diagonals = [alive[np.diag(block.index)] for block in read.blocks]
+    return restricted_to_face(
+        read, [_identity(len(open_entries))[:, open_entries] for open_entries in open_diagonals]
+    )
 
 
 def faces_near(face: Face, z: Floats) -> Iterator[Face]:
@@ -114,15 +116,15 @@ def faces_near(face: Face, z: Floats) -> Iterator[Face]:
     Only directions with small rational ratios are recognised.
     """
     largest = max((np.trace(z[block.index]) for block in face.read.blocks), default=0.0)
-    before: list[Array] = list(face.bases)
-    for singular, near in ROUGHNESS:
+    previous: list[Array] = list(face.bases)
+    for singular, tolerance in ROUGHNESS:
         bases = []
         for block, U in zip(face.read.blocks, face.bases, strict=True):
-            W = _range(z[block.index], largest, singular, near) if U.shape[1] else None
+            W = _range(z[block.index], largest, singular, tolerance) if U.shape[1] else None
             bases.append(U if W is None or W.shape[1] >= U.shape[1] else W)
-        if any(not np.array_equal(U, V) for U, V in zip(bases, before, strict=True)):
+        if any(not np.array_equal(U, V) for U, V in zip(bases, previous, strict=True)):
             yield restricted_to_face(face.read, bases)
-        before = bases
+        previous = bases
 
 
 def restricted_to_face(read: Adjoint, bases: list[Array]) -> Face:
@@ -185,13 +187,13 @@ def _product(
     repeats = per[read.column]
     t = np.repeat(np.arange(len(read.column)), repeats)
     within = np.arange(len(t)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
-    other = first[read.column[t]] + within
-    position = read.row[t] * max(columns, 1) + s_entry[other]
-    places, where = np.unique(position, return_inverse=True)
-    total = np.zeros(len(places), dtype=object)
-    np.add.at(total, where, read.value[t] * factor[other])
+    factor_entry = first[read.column[t]] + within
+    position = read.row[t] * max(columns, 1) + s_entry[factor_entry]
+    positions, where = np.unique(position, return_inverse=True)
+    total = np.zeros(len(positions), dtype=object)
+    np.add.at(total, where, read.value[t] * factor[factor_entry])
     keep = np.flatnonzero(total != 0)
-    row, column = np.divmod(places[keep], max(columns, 1))
+    row, column = np.divmod(positions[keep], max(columns, 1))
     return row, column, total[keep]
 
 
@@ -208,7 +210,7 @@ def _forced(read: Adjoint, alive: Array, diagonal: Array, sign: Indices) -> Arra
     return dead
 
 
-def _range(Z: Floats, largest: float, singular: float, near: float) -> Array | None:
+def _range(Z: Floats, largest: float, singular: float, tolerance: float) -> Array | None:
     """Return an integer basis of the directions in which Z is not singular; None if irrational."""
     values, vectors = np.linalg.eigh(Z)
     if values[-1] <= singular * largest:
@@ -220,25 +222,25 @@ def _range(Z: Floats, largest: float, singular: float, near: float) -> Array | N
     reduced = np.linalg.solve(basis[order[:r]].T, basis.T).T
     exact = np.full(reduced.shape, 0, dtype=object)
     for column in range(r):
-        ratios = [_simplest(float(x), near) for x in reduced[:, column]]
+        ratios = [_simplest(float(x), tolerance) for x in reduced[:, column]]
         if any(ratio is None for ratio in ratios):
             return None
-        known = [ratio for ratio in ratios if ratio is not None]
-        common = lcm(*(ratio.denominator for ratio in known))
-        exact[:, column] = [int(ratio * common) for ratio in known]
+        rational_ratios = [ratio for ratio in ratios if ratio is not None]
+        common = lcm(*(ratio.denominator for ratio in rational_ratios))
+        exact[:, column] = [int(ratio * common) for ratio in rational_ratios]
     return exact
 
 
-def _simplest(x: float, near: float) -> Fraction | None:
+def _simplest(x: float, tolerance: float) -> Fraction | None:
     """Return the fraction of smallest denominator that is as near to x; None if none exists."""
     for denominator in range(1, LARGEST_DENOMINATOR + 1):
-        found = Fraction(round(x * denominator), denominator)
-        if abs(float(found) - x) <= near:
-            return found
+        fraction = Fraction(round(x * denominator), denominator)
+        if abs(float(fraction) - x) <= tolerance:
+            return fraction
     return None
 
 
 def _identity(n: int) -> Array:
-    one = np.full((n, n), 0, dtype=object)
-    one[range(n), range(n)] = 1
-    return one
+    eye = np.full((n, n), 0, dtype=object)
+    eye[range(n), range(n)] = 1
+    return eye

@@ -24,7 +24,7 @@ import scipy.sparse as sp
 
 from takagi.lmi.answer import Answer, Design
 from takagi.lmi.argument_checks import number
-from takagi.lmi.condition.statements import Asked, condition_of
+from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown, triangle
 from takagi.lmi.cone.assemble import Assembled, Cone, assemble, unpack
@@ -55,14 +55,14 @@ def rigorous_no(answer: Answer | Design) -> Alternative | None:
     made exact. That happens if a condition has a solution only just, or if the multipliers are
     unique and irrational. None does not show that a solution exists.
     """
-    found = answer.answer if isinstance(answer, Design) else answer
-    if found.status == "candidate" or found.condition is None:
+    checked_answer = answer.answer if isinstance(answer, Design) else answer
+    if checked_answer.status == "candidate" or checked_answer.condition is None:
         return None
-    return exact_no(found.condition, found.multipliers)
+    return exact_no(checked_answer.condition, checked_answer.multipliers)
 
 
 def exact_no(
-    condition: Asked,
+    condition: StatedCondition,
     multipliers: Mapping[str, Floats] | None = None,
     *,
     parameters: Mapping[str, Fraction] | None = None,
@@ -99,9 +99,9 @@ def exact_no(
     begin = [_float_entries(read, multipliers)] if multipliers else []
     floats = {name: float(value) for name, value in exact.parameters.items()}
     for z in chain(begin, _interior(face, exact.with_parameters(**floats))):
-        found = _checked(face, z)
-        if found is not None:
-            return found
+        alternative = _checked(face, z)
+        if alternative is not None:
+            return alternative
     function = function_that_decays(read)
     return None if function is None else Alternative(condition=exact, function=function)
 
@@ -120,11 +120,11 @@ def _checked(face: Face, z: Floats) -> Alternative | None:
     s = face.drop(z / largest)
     z = face.lift(s)
     # Singular multipliers are definite on a smaller face, and only definite ones can be rounded.
-    smaller = ((one, one.drop(z)) for one in faces_near(face, z))
-    for one, entries in chain([(face, s)], smaller):
-        found = _on_face(one, entries)
-        if found is not None:
-            return found
+    smaller = ((smaller_face, smaller_face.drop(z)) for smaller_face in faces_near(face, z))
+    for smaller_face, entries in chain([(face, s)], smaller):
+        alternative = _on_face(smaller_face, entries)
+        if alternative is not None:
+            return alternative
     return None
 
 
@@ -133,13 +133,13 @@ def _on_face(face: Face, s: Floats) -> Alternative | None:
     if exact is None:
         return None
     z = face.lift(exact)
-    found: dict[str, Array] = {}
+    multipliers: dict[str, Array] = {}
     for block in face.read.blocks:
         lmi = face.read.condition.lmis[block.lmi]
         shape = (lmi.count, lmi.size, lmi.size)
-        members = found.setdefault(lmi.name, np.full(shape, Fraction(0), dtype=object))
+        members = multipliers.setdefault(lmi.name, np.full(shape, Fraction(0), dtype=object))
         members[block.item] = z[block.index]
-    alternative = Alternative(condition=face.read.condition, multipliers=found)
+    alternative = Alternative(condition=face.read.condition, multipliers=multipliers)
     return alternative if alternative.holds else None
 
 
@@ -149,9 +149,11 @@ def _sizes(face: Face, s: Floats) -> Floats:
     for block, U in enumerate(face.bases):
         if U.shape[1]:
             values = np.linalg.eigvalsh(face.member(block, s))
-            used = values[values > 1e-14]
+            positive_values = values[values > 1e-14]
             start = face.starts[block]
-            size[start : start + triangle(U.shape[1])] = used[0] if len(used) else 1e-12
+            size[start : start + triangle(U.shape[1])] = (
+                positive_values[0] if len(positive_values) else 1e-12
+            )
     return size
 
 
@@ -161,8 +163,8 @@ def _interior(face: Face, condition: Condition) -> Iterator[Floats]:
     read, rows, cones = face.read, *_open_rows(face, data)
     matrix = data.matrix()[rows]
     constant, weight, inside = data.constant[rows], np.zeros(len(rows)), np.zeros(len(rows))
-    used = [block for block, U in enumerate(face.bases) if U.shape[1]]
-    for block, cone in zip(used, cones, strict=True):
+    open_blocks = [block for block, U in enumerate(face.bases) if U.shape[1]]
+    for block, cone in zip(open_blocks, cones, strict=True):
         natural = condition.lmis[read.blocks[block].lmi].weight or 1.0
         diagonal = cone.start + np.diag(packed_places(cone.size))
         weight[diagonal], inside[diagonal] = natural, 1.0 / natural
@@ -194,12 +196,12 @@ def _open_rows(face: Face, data: Assembled) -> tuple[Indices, tuple[Cone, ...]]:
     for block, U in zip(face.read.blocks, face.bases, strict=True):
         if not U.shape[1]:
             continue
-        used = np.flatnonzero(U.any(axis=1))
-        high, low = np.tril_indices(len(used))
-        own = data.cones[block.lmi].start + block.item * triangle(block.size)
-        rows.append(own + packed_places(block.size)[used[low], used[high]])
-        cones.append(Cone(len(used), 1, start))
-        start += triangle(len(used))
+        open_entries = np.flatnonzero(U.any(axis=1))
+        high, low = np.tril_indices(len(open_entries))
+        block_rows = data.cones[block.lmi].start + block.item * triangle(block.size)
+        rows.append(block_rows + packed_places(block.size)[open_entries[low], open_entries[high]])
+        cones.append(Cone(len(open_entries), 1, start))
+        start += triangle(len(open_entries))
     return np.concatenate(rows), tuple(cones)
 
 
@@ -274,10 +276,10 @@ def _term(unknown: Unknown, cost: np.ndarray[tuple[int, ...], np.dtype[np.generi
     """Return the sum of entrywise products, column by column: c_j' X e_j."""
     members = np.repeat(np.arange(unknown.count), unknown.cols)
     columns = np.tile(np.eye(unknown.cols)[:, :, None], (unknown.count, 1, 1))
-    left = cost.transpose(0, 2, 1).reshape(-1, 1, unknown.rows)
+    entry_columns = cost.transpose(0, 2, 1).reshape(-1, 1, unknown.rows)
     return Term(
         unknown=unknown,
-        left=left,
+        left=entry_columns,
         right=columns,
         items=np.zeros(len(members), dtype=np.intp),
         members=members,

@@ -17,7 +17,7 @@ from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
 from takagi.models.arrays import Floats
 
 # Most accurate first.
-OTHERS = ("MOSEK", "CVXOPT", "SCS")
+OTHER_SOLVERS = ("MOSEK", "CVXOPT", "SCS")
 SECONDS_FOR_OTHERS = 20.0
 
 
@@ -26,7 +26,7 @@ def with_others(program: ConeProgram) -> Iterator[Raw]:
     cp: Any = import_module("cvxpy")
 
     installed = set(cp.installed_solvers())
-    for name in OTHERS:
+    for name in OTHER_SOLVERS:
         if out_of_time():
             return
         # CVXOPT takes no limit on its time.
@@ -53,13 +53,15 @@ def with_cvxpy(program: ConeProgram, name: str) -> Raw:
             )
             constraints.append(square >> 0)
     problem = cp.Problem(cp.Minimize(program.q @ y), constraints)
-    left = remaining()
+    seconds_left = remaining()
     options: dict[str, Any] = {}
     if name == "SCS":
-        most = SECONDS_FOR_OTHERS if left is None else min(left, SECONDS_FOR_OTHERS)
-        options = {"time_limit_secs": most, "eps": 1e-8}
-    elif name == "MOSEK" and left is not None:
-        options = {"mosek_params": {"MSK_DPAR_OPTIMIZER_MAX_TIME": left}}
+        seconds_allowed = (
+            SECONDS_FOR_OTHERS if seconds_left is None else min(seconds_left, SECONDS_FOR_OTHERS)
+        )
+        options = {"time_limit_secs": seconds_allowed, "eps": 1e-8}
+    elif name == "MOSEK" and seconds_left is not None:
+        options = {"mosek_params": {"MSK_DPAR_OPTIMIZER_MAX_TIME": seconds_left}}
     try:
         with warnings.catch_warnings():
             # cvxpy warns if a solution is inaccurate; the recorded status says so too.
@@ -68,13 +70,13 @@ def with_cvxpy(program: ConeProgram, name: str) -> Raw:
     except cp.SolverError as error:
         nothing = np.zeros(0)
         return Raw(name, f"failed: {error}", nothing, nothing, 0, time.perf_counter() - started)
-    if left is not None and remaining() == 0.0:
+    if seconds_left is not None and remaining() == 0.0:
         stopped()
     duals = [np.atleast_1d(c.dual_value) for c in constraints if c.dual_value is not None]
     z = np.concatenate([_packed_dual(dual) for dual in duals]) if duals else np.zeros(0)
-    found = np.zeros(0) if y.value is None else np.asarray(y.value)
+    values = np.zeros(0) if y.value is None else np.asarray(y.value)
     iterations = int(getattr(problem.solver_stats, "num_iters", None) or 0)
-    return Raw(name, problem.status, found, z, iterations, time.perf_counter() - started)
+    return Raw(name, problem.status, values, z, iterations, time.perf_counter() - started)
 
 
 def _unpacking(size: int) -> sp.csr_array:

@@ -86,12 +86,12 @@ class Guide:
 
     indices: Indices
     indptr: Indices
-    place: Indices
+    stored: Indices
 
     def filled(self, A: sp.csc_array) -> sp.csc_array:
         """Return A with the zeros; its pattern must be that of the guide's program."""
         data = np.zeros(len(self.indices))
-        data[self.place] = A.data
+        data[self.stored] = A.data
         return sp.csc_array((data, self.indices, self.indptr), shape=A.shape)
 
 
@@ -99,34 +99,34 @@ def guide(program: ConeProgram, inside: Incidence | None = None) -> Guide | None
     """Return the zeros for a program; None if they would not help."""
     if max(cone.size for cone in program.cones) <= WIDEST_UNGUIDED:
         return None
-    found = incidence(program) if inside is None else inside
-    variable, cone = _raised(found)
+    counts = incidence(program) if inside is None else inside
+    variable, cone = _raised(counts)
     if not len(variable):
         return None
-    A, count = program.A, found.rows[cone]
-    before = np.cumsum(count) - count
-    row = np.repeat(found.first[cone] - before, count) + np.arange(count.sum())
-    column = np.repeat(np.arange(A.shape[1]), found.degree)
+    A, count = program.A, counts.rows[cone]
+    first_row = np.cumsum(count) - count
+    row = np.repeat(counts.first[cone] - first_row, count) + np.arange(count.sum())
+    column = np.repeat(np.arange(A.shape[1]), counts.degree)
     old = column * A.shape[0] + A.indices
     keys = np.union1d(old, np.repeat(variable, count) * A.shape[0] + row)
     indptr = np.searchsorted(keys, np.arange(A.shape[1] + 1) * A.shape[0])
     return Guide(keys % A.shape[0], indptr, np.searchsorted(keys, old))
 
 
-def _raised(found: Incidence) -> tuple[Indices, Indices]:
+def _raised(counts: Incidence) -> tuple[Indices, Indices]:
     """Return the variables whose degree is raised, and in which cone: a largest that each has.
 
     The cones are taken in turns, because clarabel's ordering treats a row with many entries as
     dense and puts it last.
     """
-    turn = (found.cone + found.variable) % len(found.size)
-    order = np.lexsort((turn, found.rows[found.cone], found.variable))
-    last = np.cumsum(np.bincount(found.variable))
-    variable, cone = found.variable[order], found.cone[order]
+    turn = (counts.cone + counts.variable) % len(counts.size)
+    order = np.lexsort((turn, counts.rows[counts.cone], counts.variable))
+    last = np.cumsum(np.bincount(counts.variable))
+    variable, cone = counts.variable[order], counts.cone[order]
     ends = np.unique(last[last > 0]) - 1
     variable, cone = variable[ends], cone[ends]
-    many = found.touched[variable] >= MANY_CONES
-    low = found.degree[variable] < ENOUGH * found.rows[cone]
+    many = counts.touched[variable] >= MANY_CONES
+    low = counts.degree[variable] < ENOUGH * counts.rows[cone]
     return variable[many & low], cone[many & low]
 
 
@@ -136,25 +136,25 @@ LONG, CLEARLY = 0.5, 1.5
 ITERATIONS_CLARABEL, ITERATIONS_SDPA = 25, 30
 
 
-def prefers_sdpa(found: Incidence) -> bool:
+def prefers_sdpa(counts: Incidence) -> bool:
     """Return whether sdpa is expected to be clearly quicker than clarabel."""
-    clarabel = ITERATIONS_CLARABEL * clarabel_iteration(found)
-    return clarabel > LONG and clarabel > CLEARLY * ITERATIONS_SDPA * sdpa_iteration(found)
+    clarabel = ITERATIONS_CLARABEL * clarabel_iteration(counts)
+    return clarabel > LONG and clarabel > CLEARLY * ITERATIONS_SDPA * sdpa_iteration(counts)
 
 
-def clarabel_iteration(found: Incidence) -> float:
+def clarabel_iteration(counts: Incidence) -> float:
     """Return about the seconds of one iteration: factors of a dense block a cone.
 
     The cones are eliminated one by one, then the variables that they share.  A variable of two
     cones is eliminated before the wider of them.
     """
-    rows = found.rows.astype(np.float64)
-    shared = found.touched[found.variable] >= 3
+    rows = counts.rows.astype(np.float64)
+    shared = counts.touched[counts.variable] >= 3
     joined = np.where(shared, 1.0, 0.0)
-    small = rows[found.cone] < rows.max()
-    joined += np.where((found.touched[found.variable] == 2) & small, 1.0, 0.0)
-    p = np.bincount(found.cone, joined, len(rows))
-    last = float(np.count_nonzero(found.touched >= 3))
+    small_cones = rows[counts.cone] < rows.max()
+    joined += np.where((counts.touched[counts.variable] == 2) & small_cones, 1.0, 0.0)
+    p = np.bincount(counts.cone, joined, len(rows))
+    last = float(np.count_nonzero(counts.touched >= 3))
     return float(
         9e-6 * len(rows)
         + 4.1e-8 * (rows**2).sum()
@@ -163,15 +163,15 @@ def clarabel_iteration(found: Incidence) -> float:
     )
 
 
-def sdpa_iteration(found: Incidence) -> float:
+def sdpa_iteration(counts: Incidence) -> float:
     """Return about the seconds of one iteration: the Schur complement, formed and factored."""
-    n = found.size.astype(np.float64)
-    p = np.bincount(found.cone, minlength=len(n)).astype(np.float64)
-    dense, sparse = p * n**3 + p**2 * n**2 / 2, found.entries.astype(np.float64) ** 2
+    n = counts.size.astype(np.float64)
+    p = np.bincount(counts.cone, minlength=len(n)).astype(np.float64)
+    dense, sparse = p * n**3 + p**2 * n**2 / 2, counts.entries.astype(np.float64) ** 2
     return float(
         1.8e-5 * len(n)
-        + 7.2e-11 * len(found.touched) ** 3 / 3
+        + 7.2e-11 * len(counts.touched) ** 3 / 3
         + 2.1e-10 * np.minimum(dense, sparse).sum()
-        + 3.2e-8 * np.minimum(p * n**2, found.entries * n).sum()
-        + 8.9e-8 * found.degree.sum()
+        + 3.2e-8 * np.minimum(p * n**2, counts.entries * n).sum()
+        + 8.9e-8 * counts.degree.sum()
     )

@@ -48,12 +48,12 @@ def sdpa_is_installed() -> bool:
 def with_sdpa(program: ConeProgram) -> Raw:
     """Solve the program; y and z as clarabel's."""
     started = time.perf_counter()
-    whole, sizes = _whole(program)
+    expansion, sizes = _whole(program)
     # The one entry point that takes SeDuMi's form as it is; the documented one converts first.
     solve = import_module("sdpap.sdpacall.sdpacall").solve_sdpa
     cone = import_module("sdpap.symcone").SymCone(l=program.linear + sizes.count(1), s=_wide(sizes))
-    A = sp.csc_matrix((whole @ program.A).T)
-    b, c = sp.csc_matrix(-program.q[:, None]), sp.csc_matrix((whole @ program.b)[:, None])
+    A = sp.csc_matrix((expansion @ program.A).T)
+    b, c = sp.csc_matrix(-program.q[:, None]), sp.csc_matrix((expansion @ program.b)[:, None])
     largest = max(SMALLEST_BEGINNING, float(np.abs(program.b).max(initial=0.0)))
     for times in BEGINNINGS:
         options = _options(times * largest) | _iterations(program)
@@ -67,7 +67,7 @@ def with_sdpa(program: ConeProgram) -> Raw:
         "sdpa",
         str(info["phasevalue"]),
         np.asarray(y.toarray(), dtype=np.float64).ravel(),
-        whole.T @ np.asarray(x.toarray(), dtype=np.float64).ravel(),
+        expansion.T @ np.asarray(x.toarray(), dtype=np.float64).ravel(),
         int(info["iteration"]),
         time.perf_counter() - started,
     )
@@ -81,10 +81,10 @@ def _options(beginning: float) -> dict[str, Any]:
 
 def _iterations(program: ConeProgram) -> dict[str, Any]:
     """Return how many iterations fit the time limit, by a model: sdpa has no time limit."""
-    left = remaining()
-    if left is None:
+    seconds_left = remaining()
+    if seconds_left is None:
         return {}
-    fit = max(1, int(left / sdpa_iteration(incidence(program))))
+    fit = max(1, int(seconds_left / sdpa_iteration(incidence(program))))
     return {"maxIteration": fit} if fit < MOST_ITERATIONS else {}
 
 
@@ -100,14 +100,14 @@ def _whole(program: ConeProgram) -> tuple[sp.csr_array, list[int]]:
     """
     sizes = [size for cone in program.cones for size in [cone.size] * cone.items]
     linear = np.arange(program.linear)
-    parts: list[Entries] = [(linear, linear, np.ones(program.linear))]
+    blocks: list[Entries] = [(linear, linear, np.ones(program.linear))]
     alone, wide = program.linear, program.linear + sizes.count(1)
     for cone in program.cones:
         position = alone if cone.size == 1 else wide
-        parts.append(_squares(cone, program, position))
+        blocks.append(_squares(cone, program, position))
         alone += cone.items if cone.size == 1 else 0
         wide += cone.items * cone.size**2 if cone.size > 1 else 0
-    row, source, value = (np.concatenate(part) for part in zip(*parts, strict=True))
+    row, source, value = (np.concatenate(values) for values in zip(*blocks, strict=True))
     return sp.csr_array((value, (row, source)), shape=(wide, len(program.b))), sizes
 
 
@@ -116,12 +116,12 @@ def _squares(cone: Cone, program: ConeProgram, position: int) -> Entries:
     n = cone.size
     high, low = np.tril_indices(n)
     off = high != low
-    place = np.concatenate([low + n * high, (high + n * low)[off]])
+    entry = np.concatenate([low + n * high, (high + n * low)[off]])
     packed = np.concatenate([np.arange(triangle(n)), np.flatnonzero(off)])
     scale = np.where(np.concatenate([off, off[off]]), np.sqrt(0.5), 1.0)
     item = np.arange(cone.items)[:, None]
     return (
-        (position + item * n * n + place).ravel(),
+        (position + item * n * n + entry).ravel(),
         (program.linear + cone.start + item * triangle(n) + packed).ravel(),
         np.tile(scale, cone.items),
     )
@@ -135,7 +135,7 @@ def _quiet() -> Iterator[None]:
     """
     sys.stdout.flush()
     try:
-        kept = os.dup(1)
+        original = os.dup(1)
     except OSError:
         # There is no standard output, so there is nothing to keep clean.
         yield
@@ -145,6 +145,6 @@ def _quiet() -> Iterator[None]:
     try:
         yield
     finally:
-        os.dup2(kept, 1)
-        os.close(kept)
+        os.dup2(original, 1)
+        os.close(original)
         os.close(nowhere)

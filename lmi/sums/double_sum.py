@@ -84,10 +84,10 @@ class DoubleSum:
     @property
     def most_active(self) -> int:
         """Return the largest number of rules that act at one state."""
-        most = self.rules if self.active_rules is None else self.active_rules
+        active_rules = self.rules if self.active_rules is None else self.active_rules
         if self.active is None:
-            return most
-        return min(most, int(self.active.sum(axis=1).max()))
+            return active_rules
+        return min(active_rules, int(self.active.sum(axis=1).max()))
 
     def pairs(self) -> tuple[Indices, Indices]:
         """Return (i, j), i < j, of the pairs of rules that can act together."""
@@ -142,11 +142,11 @@ class DoubleSum:
             index=index,
         )
 
-    def _check_length(self, what: str, array: Array) -> None:
+    def _check_length(self, owner: str, array: Array) -> None:
         r = self.rules
         if array.shape[:-2] not in ((1,), (r,), (r, r)):
             raise ModelError(
-                f"{what} has shape {array.shape}; (1, ., .), ({r}, ., .) or ({r}, {r}, ., .) is "
+                f"{owner} has shape {array.shape}; (1, ., .), ({r}, ., .) or ({r}, {r}, ., .) is "
                 "needed"
             )
 
@@ -164,18 +164,20 @@ class DoubleSum:
             )
 
     def _check_active(self) -> None:
-        given, most = self.active, self.active_rules
-        if given is None and most is None:
+        active, active_rules = self.active, self.active_rules
+        if active is None and active_rules is None:
             return
-        if most is not None and not 1 <= most <= self.rules:
-            raise ModelError(f"active_rules is {most}; 1 ... {self.rules} rules can act at a time")
+        if active_rules is not None and not 1 <= active_rules <= self.rules:
+            raise ModelError(
+                f"active_rules is {active_rules}; 1 ... {self.rules} rules can act at a time"
+            )
         r = self.rules
-        if given is not None and (
-            given.shape != (r, r) or not (given == given.T).all() or not given.diagonal().all()
+        if active is not None and (
+            active.shape != (r, r) or not (active == active.T).all() or not active.diagonal().all()
         ):
             raise ModelError(
-                f"active has shape {given.shape}; ({r}, {r}), symmetric, with every rule active by "
-                "itself is needed; leave out a rule that never acts"
+                f"active has shape {active.shape}; ({r}, {r}), symmetric, with every rule active "
+                "by itself is needed; leave out a rule that never acts"
             )
 
 

@@ -30,19 +30,19 @@ def rule_table(rules: int, by: str, members: Indices | None = None) -> Indices:
     by : "vertex" for i, "gain" for j.
     members : (r,) the member of each rule; None for the rules' own order.
     """
-    own = np.arange(rules) if members is None else members
-    table = np.broadcast_to(own[:, None], (rules, rules))
+    rule_members = np.arange(rules) if members is None else members
+    table = np.broadcast_to(rule_members[:, None], (rules, rules))
     return np.asarray(table if by == "vertex" else table.T)
 
 
 def swapped_rules(corners: Indices, premise: int, corner: int) -> Indices:
     """Return (r,): the rule with this corner of the premise, and else the corners of rule i."""
     sizes = tuple(int(size) for size in corners.max(axis=0) + 1)
-    place = Basis(sizes, (1,) * len(sizes)).corners
-    rule = np.argsort(place(corners))
+    number = Basis(sizes, (1,) * len(sizes)).corners
+    rule = np.argsort(number(corners))
     changed = corners.copy()
     changed[:, premise] = corner
-    return np.asarray(rule[place(changed)])
+    return np.asarray(rule[number(changed)])
 
 
 def rate_parts(
@@ -56,38 +56,38 @@ def rate_parts(
     velocity : dw^k/dt, one array for each simplex.
     members : (r,), the member of P for each rule; None for the rules' own order.
     """
-    one = np.eye(P.rows)[None]
-    own = np.arange(len(corners)) if members is None else members
-    found = []
+    eye = np.eye(P.rows)[None]
+    rule_members = np.arange(len(corners)) if members is None else members
+    rate_terms = []
     for k, rates in enumerate(velocity):
         for corner in np.flatnonzero(rates):
-            rules = own[swapped_rules(corners, k, int(corner))]
+            rules = rule_members[swapped_rules(corners, k, int(corner))]
             # Rule i where premise k is at this corner, or, without premises, the rule itself.
-            which = f"{k + 1},{corner + 1}" if len(velocity) > 1 else f"{corner + 1}"
-            rate = rf"\dot w_{{{which}}}" if len(velocity) > 1 else rf"\dot h_{{{which}}}"
-            at = f"{{i}}|{which}" if len(velocity) > 1 else which
+            index = f"{k + 1},{corner + 1}" if len(velocity) > 1 else f"{corner + 1}"
+            rate = rf"\dot w_{{{index}}}" if len(velocity) > 1 else rf"\dot h_{{{index}}}"
+            at = f"{{i}}|{index}" if len(velocity) > 1 else index
             symbol = f"{P.symbol}_{{{at}}}"
-            found.append(
+            rate_terms.append(
                 SumPart(
                     unknown=P,
-                    left=rates[corner] * one,
-                    right=one,
+                    left=rates[corner] * eye,
+                    right=eye,
                     member=rule_table(len(corners), "vertex", rules),
                     latex=(rate, ""),
                     symbol=symbol,
                 )
             )
-    return tuple(found)
+    return tuple(rate_terms)
 
 
 def double_sums(
-    plain: DoubleSum, parts: Sequence[Sequence[SumPart]], name: str = "rates"
+    plain: DoubleSum, additions: Sequence[Sequence[SumPart]], name: str = "rates"
 ) -> tuple[DoubleSum, ...]:
-    """Return one double sum for each entry of ``parts``, with these parts added and a new name."""
-    count = len(parts)
+    """Return for each entry of ``additions`` the double sum with these parts and a new name."""
+    count = len(additions)
     return tuple(
         replace(
-            plain, parts=(*plain.parts, *more), name=f"{name} {k + 1}" if count > 1 else plain.name
+            plain, parts=(*plain.parts, *added), name=f"{name} {k + 1}" if count > 1 else plain.name
         )
-        for k, more in enumerate(parts)
+        for k, added in enumerate(additions)
     )

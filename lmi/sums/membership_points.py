@@ -15,34 +15,34 @@ from takagi.lmi.sums.summands import Summand
 from takagi.models.arrays import Floats, Indices
 
 
-def number_of_points(rules: int, corners: Corners | None, parts: int) -> int:
+def number_of_points(rules: int, corners: Corners | None, subdivision: int) -> int:
     """Return how many blends there are whose shares are multiples of 1/parts."""
     sizes = [rules] if corners is None else product_rules(corners).sizes.values()
-    return prod(count_of(size, parts) for size in sizes)
+    return prod(count_of(size, subdivision) for size in sizes)
 
 
-def points_of(rules: int, corners: Corners | None, parts: int) -> Floats:
+def points_of(rules: int, corners: Corners | None, subdivision: int) -> Floats:
     """Return memberships h, (blends, rules): every choice of shares that are multiples of 1/parts.
 
     The shares are those of the rules. If the memberships are products, they are those of the
     corners of each premise, because other blends never occur then.
     """
-    shares = _whole_shares(rules, corners, parts)
+    shares = _whole_shares(rules, corners, subdivision)
     return np.asarray(shares / shares.sum(axis=1, keepdims=True))
 
 
-def at_points(parts: int) -> Callable[[DoubleSum], RelaxedSum]:
+def at_points(subdivision: int) -> Callable[[DoubleSum], RelaxedSum]:
     """Return a function that poses sum_ij h_i h_j Theta_ij < 0 at all blends h in steps of 1/parts.
 
     Each inequality is multiplied by a positive number near 1. The condition is necessary, not
     sufficient: unknowns that satisfy any relaxation satisfy this too. So if it has no solution, no
     relaxation has one. It says nothing about the blends between these points.
     """
-    return partial(_pose, parts=parts)
+    return partial(_pose, subdivision=subdivision)
 
 
-def _pose(loop: DoubleSum, parts: int) -> RelaxedSum:
-    shares = _whole_shares(loop.rules, loop.corners, parts)
+def _pose(loop: DoubleSum, subdivision: int) -> RelaxedSum:
+    shares = _whole_shares(loop.rules, loop.corners, subdivision)
     shares = shares[_possible(loop, shares)]
     item, i, j = np.nonzero((shares[:, :, None] * shares[:, None, :]) > 0)
     # Whole numbers times a power of two: an exact no needs the ratios of the weights unrounded.
@@ -68,22 +68,22 @@ def _possible(loop: DoubleSum, shares: Indices) -> Indices:
     return np.flatnonzero(fits)
 
 
-def _whole_shares(rules: int, corners: Corners | None, parts: int) -> Indices:
+def _whole_shares(rules: int, corners: Corners | None, subdivision: int) -> Indices:
     """Return the shares of all rules as whole numbers, (blends, rules), with equal sums."""
     plain = ProductRules(np.arange(rules)[:, None], ("h",))
-    found = plain if corners is None else product_rules(corners)
-    tables = {name: _counts(size, parts) for name, size in found.sizes.items()}
+    product = plain if corners is None else product_rules(corners)
+    tables = {name: _counts(size, subdivision) for name, size in product.sizes.items()}
     grid = np.indices([len(table) for table in tables.values()]).reshape(len(tables), -1)
     chosen = {name: tables[name][row] for name, row in zip(tables, grid, strict=True)}
     shares = np.ones((grid.shape[1], rules), dtype=np.intp)
-    for column, premise in enumerate(found.premises):
-        shares *= chosen[premise][:, found.corners[:, column]]
+    for column, premise in enumerate(product.premises):
+        shares *= chosen[premise][:, product.corners[:, column]]
     return shares
 
 
-def _counts(size: int, parts: int) -> Indices:
-    """Return (count, size): all nonnegative whole numbers with the sum ``parts``."""
-    chosen = multisets(size, parts)
+def _counts(size: int, subdivision: int) -> Indices:
+    """Return (count, size): all nonnegative whole numbers with the sum ``subdivision``."""
+    chosen = multisets(size, subdivision)
     return np.asarray((chosen[:, :, None] == np.arange(size)).sum(axis=1), dtype=np.intp)
 
 

@@ -60,8 +60,8 @@ def with_overlap(
     Source: as the module.
     """
     if active_rules is not None:
-        known = loop.active_rules
-        loop = replace(loop, active_rules=min(active_rules, known or active_rules))
+        active_before = loop.active_rules
+        loop = replace(loop, active_rules=min(active_rules, active_before or active_rules))
     if bounds is None:
         return loop, (), ()
     b = _checked(bounds, loop.rules)
@@ -99,12 +99,12 @@ def with_shape(loop: DoubleSum, forms: ArrayLike) -> Shaped:
         raise ModelError("forms are not symmetric; give (C + C') / 2")
     n = loop.size
     N = slack_unknown(loop, "N", n, count=len(C))
-    one = np.eye(n)
+    eye = np.eye(n)
     parts = tuple(
         SumPart(
             unknown=N,
-            left=C[k][:, :, None, None] * one,
-            right=one[None],
+            left=C[k][:, :, None, None] * eye,
+            right=eye[None],
             member=np.full((r, r), k),
             at=None,
             latex=(rf"c_{{{k + 1},{{i}}{{j}}}}", ""),
@@ -134,14 +134,16 @@ def product_bounds(source: HasPremises | Corners) -> Array:
     rules = product_rules(source)
     b = np.full((rules.rules, rules.rules), Fraction(1), dtype=object)
     for name in rules.sizes:
-        own = rules.corners[:, [c for c, other in enumerate(rules.premises) if other == name]]
-        different, place = np.unique(own, axis=0, return_inverse=True)
+        premise_corners = rules.corners[
+            :, [c for c, premise in enumerate(rules.premises) if premise == name]
+        ]
+        different, corner_index = np.unique(premise_corners, axis=0, return_inverse=True)
         table = np.empty((len(different), len(different)), dtype=object)
         for first, second in np.ndindex(table.shape):
             table[first, second] = _largest(
                 np.bincount(np.concatenate([different[first], different[second]]))
             )
-        b = b * table[place.ravel()[:, None], place.ravel()]
+        b = b * table[corner_index.ravel()[:, None], corner_index.ravel()]
     return b
 
 
@@ -171,8 +173,8 @@ def _largest(exponents: Indices) -> Fraction:
 def _checked(bounds: ArrayLike, rules: int) -> Floats:
     """Return float bounds, never below the given ones."""
     try:
-        given = np.asarray(bounds)
-        b = given.astype(np.float64)
+        exact_bounds = np.asarray(bounds)
+        b = exact_bounds.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise ModelError(f"bounds cannot be read as a matrix of numbers ({error})") from error
     if b.shape != (rules, rules):
@@ -195,36 +197,36 @@ def _checked(bounds: ArrayLike, rules: int) -> Floats:
         k = int(np.argmin(b.diagonal()))
         raise ModelError(f"bounds[{k}, {k}] is 0: rule {k + 1} never acts; leave it out")
     # A fraction and the float nearest to it compare exactly.
-    return np.where(np.isfinite(b) & (b < given), np.nextafter(b, np.inf), b)
+    return np.where(np.isfinite(b) & (b < exact_bounds), np.nextafter(b, np.inf), b)
 
 
 def _with_multipliers(loop: DoubleSum, b: Floats, i: Indices, j: Indices) -> Shaped:
     r, n = loop.rules, loop.size
-    one = np.eye(n)
+    eye = np.eye(n)
     N = slack_unknown(loop, "N", n, count=len(i))
     Sigma = replace(slack_unknown(loop, "Sigma", n), latex=r"\Sigma")
-    place = np.zeros((r, r), dtype=np.intp)
-    known = np.zeros((r, r))
-    place[i, j] = place[j, i] = np.arange(len(i))
-    known[i, j] = known[j, i] = 1.0
+    pair_index = np.zeros((r, r), dtype=np.intp)
+    is_bounded = np.zeros((r, r))
+    pair_index[i, j] = pair_index[j, i] = np.arange(len(i))
+    is_bounded[i, j] = is_bounded[j, i] = 1.0
     parts = (
-        SumPart(unknown=Sigma, left=one[None], right=one[None], at=None),
+        SumPart(unknown=Sigma, left=eye[None], right=eye[None], at=None),
         SumPart(
             unknown=N,
-            left=-known[:, :, None, None] * one,
-            right=one[None],
-            member=place,
+            left=-is_bounded[:, :, None, None] * eye,
+            right=eye[None],
+            member=pair_index,
             at=None,
             latex=("-", ""),
             symbol="N_{{i}{j}}",
         ),
     )
-    whole = Term(unknown=Sigma, left=one[None], right=one[None])
+    slack_term = Term(unknown=Sigma, left=eye[None], right=eye[None])
     less = Term(
         unknown=N,
         # (i, j) and (j, i).
-        left=-(np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None] * one,
-        right=one[None],
+        left=-(np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None] * eye,
+        right=eye[None],
         items=np.zeros(len(i), dtype=np.intp),
         members=np.arange(len(i)),
         latex=("-b_{ij}", ""),
@@ -232,19 +234,19 @@ def _with_multipliers(loop: DoubleSum, b: Floats, i: Indices, j: Indices) -> Sha
         factor=r"\sum_{i,j}",
     )
     name = f"{loop.name}, bounds of memberships" if loop.name else "bounds of memberships"
-    bound = LMI(name=name, blocks=(n,), terms=(whole, less), weight=SLACK_SHARE * loop.weight)
+    bound = LMI(name=name, blocks=(n,), terms=(slack_term, less), weight=SLACK_SHARE * loop.weight)
     changed = replace(loop, parts=(*loop.parts, *parts))
     return changed, (N, Sigma), (bound, _positive(loop, N))
 
 
 def _positive(loop: DoubleSum, N: Unknown) -> LMI:
     """Return N_k > 0 for every member."""
-    one = np.eye(N.rows)[None]
+    eye = np.eye(N.rows)[None]
     name = "multipliers of memberships"
     return LMI(
         name=f"{loop.name}, {name}" if loop.name else name,
         blocks=(N.rows,),
-        terms=(Term(unknown=N, left=one, right=one, members=np.arange(N.count), symbol="N_k"),),
+        terms=(Term(unknown=N, left=eye, right=eye, members=np.arange(N.count), symbol="N_k"),),
         count=N.count,
         weight=SLACK_SHARE * loop.weight,
         index=rf"k = 1, \dots, {N.count}",

@@ -42,16 +42,16 @@ def polya(loop: DoubleSum, degree: int) -> RelaxedSum:
     Source: Sala and Arino (2007), Fuzzy Sets and Systems 158(24), theorem 5.
     """
     rules = ProductRules(np.arange(loop.rules)[:, None], ("h",))
-    found = coefficients(loop, rules, degree)
-    chosen = found.exponents[0]
+    sums = coefficients(loop, rules, degree)
+    chosen = sums.exponents[0]
     lmi = loop.lmi(
         "product of memberships",
-        (found.summand(_POLYA.format((degree + 2) * (degree + 1))),),
-        count=found.count,
+        (sums.summand(_POLYA.format((degree + 2) * (degree + 1))),),
+        count=sums.count,
         label=lambda item: " ".join(f"h{c + 1}" for c in chosen[item].tolist()),
         index=rf"k \in \mathbb{{N}}_0^{{{loop.rules}}},\; |k| = {degree + 2}",
-        scale=found.scale,
-        printed=found.total,
+        scale=sums.scale,
+        printed=sums.total,
     )
     return (), (lmi,)
 
@@ -106,32 +106,32 @@ def known_rules(loop: DoubleSum) -> ProductRules:
 def _product_lmi(loop: DoubleSum, degree: int, X: Unknown | None = None) -> LMI:
     rules = known_rules(loop)
     simplexes = simplexes_of(rules)
-    found = coefficients(loop, rules, degree)
+    sums = coefficients(loop, rules, degree)
 
     def label(item: int) -> str:
         corners = (
             f"{simplex.name} at {' '.join(str(c + 1) for c in rows[item].tolist())}"
-            for simplex, rows in zip(simplexes, found.exponents, strict=True)
+            for simplex, rows in zip(simplexes, sums.exponents, strict=True)
         )
         return "corners " + ", ".join(corners)
 
     return loop.lmi(
         "product of corner weights",
-        (found.summand(_SHARES if degree else _PAIRS),),
-        () if X is None else (_less(loop, found, X),),
-        count=found.count,
+        (sums.summand(_SHARES if degree else _PAIRS),),
+        () if X is None else (_less(loop, sums, X),),
+        count=sums.count,
         label=label,
         index=_index(simplexes, degree),
-        scale=found.scale,
-        printed=found.total,
+        scale=sums.scale,
+        printed=sums.total,
     )
 
 
 def _index(simplexes: tuple[Simplex, ...], degree: int) -> str:
     """Return which products w^k there are, and what their coefficients are means of."""
     sides = r",\; ".join(
-        rf"|k_{{{place}}}| = {simplex.degree + degree}"
-        for place, simplex in enumerate(simplexes, start=1)
+        rf"|k_{{{number}}}| = {simplex.degree + degree}"
+        for number, simplex in enumerate(simplexes, start=1)
     )
     if not degree:
         return sides + r",\; \mathcal{P}_k = \{(i,j) : h_i h_j = w^k\}"
@@ -139,20 +139,20 @@ def _index(simplexes: tuple[Simplex, ...], degree: int) -> str:
     return sides + rf",\; c^{{k}}_{{ij}} \propto [w^k] \prod_p (\sum_c w_{{pc}}){power} h_i h_j"
 
 
-def _less(loop: DoubleSum, found: SimplexCoefficients, X: Unknown) -> Term:
+def _less(loop: DoubleSum, sums: SimplexCoefficients, X: Unknown) -> Term:
     """Return -X_ij summed as the Theta_ij are; (i, j) and (j, i) appear in the same coefficient."""
     E = selections(loop.rules, loop.size)
-    half = found.i <= found.j
-    i, j = found.i[half], found.j[half]
+    half = sums.i <= sums.j
+    i, j = sums.i[half], sums.j[half]
     # The term is added to its transpose, which the pairs i < j need and i = j has twice.
-    weight = found.scale * found.weight[half] * np.where(i == j, 0.5, 1.0)
+    weight = sums.scale * sums.weight[half] * np.where(i == j, 0.5, 1.0)
     return Term(
         unknown=X,
         left=-weight[:, None, None] * E.transpose(0, 2, 1)[i],
         right=E[j],
         at=None,
         plus_transpose=True,
-        items=found.item[half],
+        items=sums.item[half],
         latex=(r"-\tfrac12 E_i^\top", "E_j"),
         factor=_PAIRS,
     )

@@ -109,31 +109,31 @@ def size_of(name: str, loop: DoubleSum) -> RelaxationSize:
     ModelError : an unknown relaxation, or one that does not apply.
     """
     r, n = loop.rules, loop.size
-    if found := re.fullmatch(r"product-(\d+)|product", name):
-        items, mean = _products(loop, int(found[1] or 0))
+    if match := re.fullmatch(r"product-(\d+)|product", name):
+        items, mean = _products(loop, int(match[1] or 0))
         return RelaxationSize(((items, n),), rules=mean)
     if name == "common-gain" and not loop.by_gain:
         return RelaxationSize(((r, n),))
-    whole = ((1, r * n),)
+    full_lmi = ((1, r * n),)
     if name == "product-liu-zhang":
         items, mean = _products(loop, 0)
-        return RelaxationSize(((items, n), *whole), triangle(r * n), mean)
-    if found := re.fullmatch(r"polya-(\d+)", name):
-        items, mean = _polya(r, int(found[1]), loop.most_active)
+        return RelaxationSize(((items, n), *full_lmi), triangle(r * n), mean)
+    if match := re.fullmatch(r"polya-(\d+)", name):
+        items, mean = _polya(r, int(match[1]), loop.most_active)
         return RelaxationSize(((items, n),), rules=mean)
     pairs = len(loop.pairs()[0])
     alone = ((r, n), (pairs, n)) if pairs else ((r, n),)
-    known = {
+    sizes = {
         "common-gain": RelaxationSize(alone, rules=2),
         "wang-tanaka-griffin": RelaxationSize(alone, rules=2),
         "tuan": RelaxationSize(((r, n), (2 * pairs, n)) if pairs else alone, rules=2),
         "tanaka-wang": RelaxationSize((*alone, (1, n)), triangle(n), 2),
-        "kim-lee": RelaxationSize((*alone, *whole), triangle(r) * triangle(n), 2),
-        "liu-zhang": RelaxationSize((*alone, *whole), triangle(r * n), 2),
+        "kim-lee": RelaxationSize((*alone, *full_lmi), triangle(r) * triangle(n), 2),
+        "liu-zhang": RelaxationSize((*alone, *full_lmi), triangle(r * n), 2),
     }
-    if name not in known:
-        raise ModelError(f"relaxation {name!r} is not known; there are {', '.join(known)}")
-    return known[name]
+    if name not in sizes:
+        raise ModelError(f"relaxation {name!r} is not known; there are {', '.join(sizes)}")
+    return sizes[name]
 
 
 def check_size(name: str, loop: DoubleSum) -> None:
@@ -143,10 +143,10 @@ def check_size(name: str, loop: DoubleSum) -> None:
     if entries <= MOST_ENTRIES:
         return
     smaller = []
-    for other in _applicable(loop):
-        less = size_of(other, loop)
-        if less.entries(_unknown(loop, less)) <= min(entries, MOST_ENTRIES) and other != name:
-            smaller.append(f"{other!r} ({less.lmis} LMIs, width {less.width})")
+    for alternative in _applicable(loop):
+        less = size_of(alternative, loop)
+        if less.entries(_unknown(loop, less)) <= min(entries, MOST_ENTRIES) and alternative != name:
+            smaller.append(f"{alternative!r} ({less.lmis} LMIs, width {less.width})")
     raise ModelError(
         f"relaxation {name!r} of {loop.rules} rules has {size.lmis} LMIs, the widest of width "
         f"{size.width}, and {size.slack_variables} slack variables: {entries:.2g} entries for a "
@@ -183,9 +183,9 @@ def _products(loop: DoubleSum, degree: int) -> tuple[int, float]:
     return items, mean
 
 
-def _polya(values: int, degree: int, most: int | None = None) -> tuple[int, float]:
-    """Return how many products of d + 2 weights have at most ``most`` different ones; the mean."""
-    sides = range(1, (values if most is None else most) + 1)
+def _polya(values: int, degree: int, active_rules: int | None = None) -> tuple[int, float]:
+    """Return how many products of d + 2 weights have few enough different ones, and their mean."""
+    sides = range(1, (values if active_rules is None else active_rules) + 1)
     items = [comb(values, t) * comb(degree + 1, t - 1) for t in sides]
     return sum(items), sum(t * count for t, count in zip(sides, items, strict=True)) / sum(items)
 
@@ -267,9 +267,9 @@ def _below(name: str, few_active: bool) -> tuple[str, ...]:
     """Return relaxations that the named one contains, and that contain all else it does."""
     if few_active and name == "kim-lee":
         return ("wang-tanaka-griffin",)
-    found = re.fullmatch(r"(polya|product)-(\d*[1-9]\d*)", name)
-    if found is None:
+    match = re.fullmatch(r"(polya|product)-(\d*[1-9]\d*)", name)
+    if match is None:
         return _BELOW.get(name, ())
-    family, degree = found[1], int(found[2])
+    family, degree = match[1], int(match[2])
     less = (f"{family}-{degree - 1}",)
     return less if family == "polya" else (*less, f"polya-{degree}")

@@ -39,26 +39,26 @@ def relaxation_named(name: str) -> Relaxation:
     ModelError : unknown name; the message lists those that there are.
     """
     text = name if isinstance(name, str) else ""
-    found = re.fullmatch(r"(polya|product)-(\d+)", text)
+    match = re.fullmatch(r"(polya|product)-(\d+)", text)
     if text == "auto":
         raise ModelError(
             'relaxation "auto", one after another, is for pdc and observer; here name one: '
             'pdc(model, relaxation="auto").relaxation is the first that has gains, "liu-zhang" '
             'and "polya-2" have them more often'
         )
-    if found is None and text not in RELAXATIONS:
-        known = [*RELAXATIONS, "polya-<d>", "product-<d>"]
+    if match is None and text not in RELAXATIONS:
+        names = [*RELAXATIONS, "polya-<d>", "product-<d>"]
         raise ModelError(
-            f"relaxation {name!r} is not known; there are {', '.join(known)}, and of pdc and "
+            f"relaxation {name!r} is not known; there are {', '.join(names)}, and of pdc and "
             "observer also auto, which tries one after another"
             + did_you_mean(str(name), [*RELAXATIONS, "polya-1", "polya-2", "product-1"])
         )
 
     def relaxed(loop: DoubleSum) -> RelaxedSum:
         check_size(name, loop)
-        if found is None:
+        if match is None:
             return RELAXATIONS[name](loop)
-        return {"polya": polya, "product": product}[found[1]](loop, int(found[2]))
+        return {"polya": polya, "product": product}[match[1]](loop, int(match[2]))
 
     return relaxed
 
@@ -90,24 +90,24 @@ def tanaka_wang(loop: DoubleSum) -> RelaxedSum:
     Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), theorem 2; Tanaka and
     Wang (2001), theorem 9.
     """
-    n, one, s = loop.size, np.eye(loop.size)[None], loop.most_active
+    n, eye, s = loop.size, np.eye(loop.size)[None], loop.most_active
     Y = slack_unknown(loop, "Y", n)
-    more = Term(
+    diagonal_slack = Term(
         unknown=Y,
-        left=(s - 1.0) * one,
-        right=one,
+        left=(s - 1.0) * eye,
+        right=eye,
         at=None,
         latex=("" if s == 2 else f"{s - 1}", ""),
     )
-    less = Term(unknown=Y, left=-2.0 * one, right=one, at=None, latex=("-2", ""))
+    less = Term(unknown=Y, left=-2.0 * eye, right=eye, at=None, latex=("-2", ""))
     positive = LMI(
         name=slack_name(loop, "slack"),
         blocks=(n,),
-        terms=(Term(unknown=Y, left=one, right=one),),
+        terms=(Term(unknown=Y, left=eye, right=eye),),
         weight=SLACK_SHARE * loop.weight,
     )
-    own = (more,) if s > 1 else ()
-    return (Y,), (*pair_lmis(loop, own, (less,)), positive)
+    rule_slack = (diagonal_slack,) if s > 1 else ()
+    return (Y,), (*pair_lmis(loop, rule_slack, (less,)), positive)
 
 
 def tuan(loop: DoubleSum) -> RelaxedSum:
@@ -124,19 +124,19 @@ def tuan(loop: DoubleSum) -> RelaxedSum:
     i, j = np.concatenate([first, second]), np.concatenate([second, first])
     # In whole numbers, so that no rounding error can invalidate the inequality.
     common = gcd(2, loop.most_active - 1)
-    own, both = 2 // common, (loop.most_active - 1) // common
+    rule_factor, pair_factor = 2 // common, (loop.most_active - 1) // common
     weight = np.ones(len(i))
     pairs = loop.lmi(
         "pair",
         (
-            Summand(i, i, own * weight, names=("i", "i"), factor=_number(own)),
-            Summand(i, j, both * weight, factor=_number(both)),
-            Summand(j, i, both * weight, names=("j", "i"), factor=_number(both)),
+            Summand(i, i, rule_factor * weight, names=("i", "i"), factor=_number(rule_factor)),
+            Summand(i, j, pair_factor * weight, factor=_number(pair_factor)),
+            Summand(j, i, pair_factor * weight, names=("j", "i"), factor=_number(pair_factor)),
         ),
         count=len(i),
         label=lambda item: f"rules {i[item] + 1} and {j[item] + 1}",
         index=rf"i \ne j = 1, \dots, {loop.rules}" + together(loop),
-        scale=2.0 ** -round(np.log2(both)),
+        scale=2.0 ** -round(np.log2(pair_factor)),
     )
     return (), (rule_lmi(loop), pairs)
 

@@ -31,7 +31,7 @@ def rule_lmi(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
 
 
 def pair_lmis(
-    loop: DoubleSum, own: tuple[Term, ...] = (), cross: tuple[Term, ...] = ()
+    loop: DoubleSum, rule_slack: tuple[Term, ...] = (), cross: tuple[Term, ...] = ()
 ) -> tuple[LMI, ...]:
     """Return Theta_ii + own < 0, and Theta_ij + Theta_ji + cross < 0 for the pairs i < j that act.
 
@@ -41,17 +41,17 @@ def pair_lmis(
     """
     i, j = loop.pairs()
     if not len(i):
-        return (rule_lmi(loop, own),)
-    one = np.ones(len(i))
+        return (rule_lmi(loop, rule_slack),)
+    unit_weights = np.ones(len(i))
     pairs = loop.lmi(
         "pair",
-        (Summand(i, j, one), Summand(j, i, one, names=("j", "i"))),
+        (Summand(i, j, unit_weights), Summand(j, i, unit_weights, names=("j", "i"))),
         cross,
         count=len(i),
         label=lambda item: f"rules {i[item] + 1} and {j[item] + 1}",
         index=rf"1 \le i < j \le {loop.rules}" + together(loop),
     )
-    return rule_lmi(loop, own), pairs
+    return rule_lmi(loop, rule_slack), pairs
 
 
 def together(loop: DoubleSum) -> str:

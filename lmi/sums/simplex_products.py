@@ -27,16 +27,16 @@ def count_of(values: int, degree: int) -> int:
 
 def multisets(values: int, degree: int) -> Indices:
     """Return (count, degree), each row sorted; row k is the multiset with number k."""
-    found = np.zeros((1, 0), dtype=np.intp)
+    rows = np.zeros((1, 0), dtype=np.intp)
     for _ in range(degree):
         # Each row is continued with every value from its last entry to the largest one.
-        last = found[:, -1] if found.shape[1] else np.zeros(len(found), dtype=np.intp)
+        last = rows[:, -1] if rows.shape[1] else np.zeros(len(rows), dtype=np.intp)
         choices = values - last
-        row = np.repeat(np.arange(len(found)), choices)
+        row = np.repeat(np.arange(len(rows)), choices)
         step = np.arange(len(row)) - np.repeat(np.cumsum(choices) - choices, choices)
-        found = np.column_stack([found[row], last[row] + step])
-    ordered = np.empty_like(found)
-    ordered[numbers_of(found, values)] = found
+        rows = np.column_stack([rows[row], last[row] + step])
+    ordered = np.empty_like(rows)
+    ordered[numbers_of(rows, values)] = rows
     return ordered
 
 
@@ -49,8 +49,8 @@ def numbers_of(rows: Indices, values: int) -> Indices:
     table = np.array(
         [[comb(c, t + 1) for t in range(degree)] for c in range(values + degree)], dtype=np.intp
     ).reshape(values + degree, degree)
-    place = np.arange(degree)
-    return np.asarray(table[rows + place, place].sum(axis=-1), dtype=np.intp)
+    position = np.arange(degree)
+    return np.asarray(table[rows + position, position].sum(axis=-1), dtype=np.intp)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,17 +111,17 @@ def simplexes_of(rules: ProductRules) -> tuple[Simplex, ...]:
     ------
     ModelError : a premise with different numbers of corners in its columns.
     """
-    found = []
+    simplexes = []
     for name in dict.fromkeys(rules.premises):
-        columns = tuple(c for c, other in enumerate(rules.premises) if other == name)
+        columns = tuple(c for c, premise in enumerate(rules.premises) if premise == name)
         sides = {int(rules.corners[:, c].max()) + 1 for c in columns}
         if len(sides) > 1:
             raise ModelError(
                 f"premise {name} has {' and '.join(map(str, sorted(sides)))} corners in different "
                 "columns; a premise has the same corners wherever it is a factor"
             )
-        found.append(Simplex(name, sides.pop(), columns))
-    return tuple(found)
+        simplexes.append(Simplex(name, sides.pop(), columns))
+    return tuple(simplexes)
 
 
 def coefficients(loop: DoubleSum, rules: ProductRules, degree: int) -> SimplexCoefficients:
@@ -141,7 +141,7 @@ def coefficients(loop: DoubleSum, rules: ProductRules, degree: int) -> SimplexCo
         weight = (weight[..., None] * factor[:, :, None, :]).reshape(r, r, -1)
     exponents = _exponents(simplexes, degree)
     keep = _acting(loop, simplexes, exponents, item)
-    i, j, _ = (place.ravel() for place in np.indices(item.shape))
+    i, j, _ = (indices.ravel() for indices in np.indices(item.shape))
     inside = keep[item.ravel()]
     total = prod(perm(simplex.degree + degree, simplex.degree) for simplex in simplexes)
     return SimplexCoefficients(
@@ -167,16 +167,21 @@ def _table(simplex: Simplex, rules: ProductRules, degree: int) -> tuple[Indices,
     corners, row = np.unique(rules.corners[:, simplex.columns], axis=0, return_inverse=True)
     row = row.ravel()
     shape = (len(corners), len(corners), len(powers))
-    own = [
+    premise_corners = [
         *(np.broadcast_to(corner[:, None, None], shape) for corner in corners.T),
         *(np.broadcast_to(corner[None, :, None], shape) for corner in corners.T),
     ]
     times = (powers[:, :, None] == np.arange(simplex.corners)).sum(axis=1)
     weight = np.ones(shape)
-    for place, corner in enumerate(own):
-        further = sum((corner == other for other in own[place:]), np.zeros(shape, dtype=np.intp))
+    for position, corner in enumerate(premise_corners):
+        further = sum(
+            (corner == second_corner for second_corner in premise_corners[position:]),
+            np.zeros(shape, dtype=np.intp),
+        )
         weight *= times[np.arange(len(powers)), corner] + further
-    rows = np.stack([*own, *(np.broadcast_to(power, shape) for power in powers.T)], axis=3)
+    rows = np.stack(
+        [*premise_corners, *(np.broadcast_to(power, shape) for power in powers.T)], axis=3
+    )
     number = numbers_of(np.sort(rows, axis=3), simplex.corners)
     return number[row[:, None], row], weight[row[:, None], row]
 
@@ -184,8 +189,10 @@ def _table(simplex: Simplex, rules: ProductRules, degree: int) -> tuple[Indices,
 def _exponents(simplexes: tuple[Simplex, ...], degree: int) -> tuple[Indices, ...]:
     """Return for each premise (items, D_k + d), the last premise changing first."""
     rows = [multisets(simplex.corners, simplex.degree + degree) for simplex in simplexes]
-    places = np.indices([len(own) for own in rows]).reshape(len(rows), -1)
-    return tuple(own[place] for own, place in zip(rows, places, strict=True))
+    positions = np.indices([len(premise_rows) for premise_rows in rows]).reshape(len(rows), -1)
+    return tuple(
+        premise_rows[position] for premise_rows, position in zip(rows, positions, strict=True)
+    )
 
 
 def _acting(

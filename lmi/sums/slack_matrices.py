@@ -19,30 +19,30 @@ def kim_lee(loop: DoubleSum) -> RelaxedSum:
     Source: Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), theorem 3.
     """
     r, n = loop.rules, loop.size
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     X = slack_unknown(loop, "X", n, count=triangle(r))
-    place = _places(r)
-    own = Term(
+    member = _places(r)
+    rule_slack = Term(
         unknown=X,
-        left=-one,
-        right=one,
+        left=-eye,
+        right=eye,
         at=None,
-        members=np.diag(place),
+        members=np.diag(member),
         latex=("-", ""),
         symbol=f"{X.symbol}_{{ii}}",
     )
     i, j = loop.pairs()
     cross = Term(
         unknown=X,
-        left=-2.0 * one,
-        right=one,
+        left=-2.0 * eye,
+        right=eye,
         at=None,
-        members=place[i, j],
+        members=member[i, j],
         latex=("-2", ""),
         symbol=f"{X.symbol}_{{ij}}",
     )
-    pairs = pair_lmis(loop, (own,), (cross,) if len(i) else ())
-    return (X,), (*pairs, _whole_of_blocks(loop, X, place))
+    pairs = pair_lmis(loop, (rule_slack,), (cross,) if len(i) else ())
+    return (X,), (*pairs, _whole_of_blocks(loop, X, member))
 
 
 def liu_zhang(loop: DoubleSum) -> RelaxedSum:
@@ -56,7 +56,7 @@ def liu_zhang(loop: DoubleSum) -> RelaxedSum:
     X = slack_unknown(loop, "X", r * n)
     E = selections(r, n)
     Et = E.transpose(0, 2, 1)
-    own = Term(unknown=X, left=-Et, right=E, at=None, latex=(r"-E_i^\top", "E_i"))
+    rule_slack = Term(unknown=X, left=-Et, right=E, at=None, latex=(r"-E_i^\top", "E_i"))
     i, j = loop.pairs()
     cross = Term(
         unknown=X,
@@ -66,17 +66,17 @@ def liu_zhang(loop: DoubleSum) -> RelaxedSum:
         plus_transpose=True,
         latex=(r"-E_i^\top", "E_j"),
     )
-    pairs = pair_lmis(loop, (own,), (cross,) if len(i) else ())
+    pairs = pair_lmis(loop, (rule_slack,), (cross,) if len(i) else ())
     return (X,), (*pairs, negative_whole(loop, X))
 
 
 def negative_whole(loop: DoubleSum, X: Unknown) -> LMI:
     """Return X < 0."""
-    whole = np.eye(X.rows)[None]
+    eye = np.eye(X.rows)[None]
     return LMI(
         name=slack_name(loop, "slack"),
         blocks=(X.rows,),
-        terms=(Term(unknown=X, left=whole, right=whole),),
+        terms=(Term(unknown=X, left=eye, right=eye),),
         sign=-1,
         weight=SLACK_SHARE * loop.weight,
     )
@@ -85,23 +85,23 @@ def negative_whole(loop: DoubleSum, X: Unknown) -> LMI:
 def _places(rules: int) -> Indices:
     """Return (rules, rules): which member the block (i, j) is, the same as (j, i)."""
     i, j = np.triu_indices(rules)
-    place = np.zeros((rules, rules), dtype=np.intp)
-    place[i, j] = place[j, i] = np.arange(len(i))
-    return place
+    member = np.zeros((rules, rules), dtype=np.intp)
+    member[i, j] = member[j, i] = np.arange(len(i))
+    return member
 
 
-def _whole_of_blocks(loop: DoubleSum, X: Unknown, place: Indices) -> LMI:
+def _whole_of_blocks(loop: DoubleSum, X: Unknown, member: Indices) -> LMI:
     """Return [X_ij] < 0, block (i, j) and its mirror image being member place[i, j] of X."""
     r, n = loop.rules, loop.size
     E = selections(r, n)
     Et = E.transpose(0, 2, 1)
     a, b = np.triu_indices(r, 1)
-    own = Term(
+    diagonal = Term(
         unknown=X,
         left=E,
         right=Et,
         items=np.zeros(r, dtype=np.intp),
-        members=np.diag(place),
+        members=np.diag(member),
         latex=("E_i", r"E_i^\top"),
         symbol=f"{X.symbol}_{{ii}}",
         factor=r"\sum_i",
@@ -111,7 +111,7 @@ def _whole_of_blocks(loop: DoubleSum, X: Unknown, place: Indices) -> LMI:
         left=E[a],
         right=Et[b],
         items=np.zeros(len(a), dtype=np.intp),
-        members=place[a, b],
+        members=member[a, b],
         plus_transpose=True,
         latex=("E_i", r"E_j^\top"),
         symbol=f"{X.symbol}_{{ij}}",
@@ -120,7 +120,7 @@ def _whole_of_blocks(loop: DoubleSum, X: Unknown, place: Indices) -> LMI:
     return LMI(
         name=slack_name(loop, "slack"),
         blocks=(r * n,),
-        terms=(own, cross) if len(a) else (own,),
+        terms=(diagonal, cross) if len(a) else (diagonal,),
         sign=-1,
         weight=SLACK_SHARE * loop.weight,
     )

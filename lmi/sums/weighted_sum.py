@@ -67,27 +67,34 @@ def same_term(part: SumPart, total: Weights, scale: float, printed: float) -> Te
 
 
 def constant_of(
-    known: KnownBlock, summands: Sequence[Summand], total: Weights, scale: float, printed: float
+    fixed_block: KnownBlock,
+    summands: Sequence[Summand],
+    total: Weights,
+    scale: float,
+    printed: float,
 ) -> Iterator[Constant]:
     """Yield the sums of a known block: one if it is the same for all rules, else one a summand."""
-    value, count = known.value, len(total)
+    value, count = fixed_block.value, len(total)
     if value.ndim == 3 and len(value) == 1:
         alike = bool(np.all(total == total[0]))
-        found = _scaled(scale * (total[:1] if alike else total), value)
+        scaled_block = _scaled(scale * (total[:1] if alike else total), value)
         yield Constant(
-            value=found, at=known.at, latex=known.latex, factor=_number(total[0] / printed)
+            value=scaled_block,
+            at=fixed_block.at,
+            latex=fixed_block.latex,
+            factor=_number(total[0] / printed),
         )
         return
     for summand in summands:
         weight = scale * summand.weight
         if summand.item is None:
-            found = _scaled(weight, _picked(value, summand))
+            scaled_block = _scaled(weight, _picked(value, summand))
         else:
-            found = _gathered(value, summand, weight, summand.item, count)
+            scaled_block = _gathered(value, summand, weight, summand.item, count)
         yield Constant(
-            value=found,
-            at=known.at,
-            latex=_indexed(known.latex, summand.names),
+            value=scaled_block,
+            at=fixed_block.at,
+            latex=_indexed(fixed_block.latex, summand.names),
             factor=_indexed(summand.factor, summand.names),
         )
 
@@ -103,10 +110,10 @@ def _keys(
 ) -> tuple[Indices, Indices | None, Indices]:
     """Return the pairs (item, member) that occur, and which of them each contribution is to."""
     if members is None:
-        found, key = np.unique(items, return_inverse=True)
-        return found, None, key
-    found, key = np.unique(items * count + members, return_inverse=True)
-    return found // count, found % count, key
+        pairs, key = np.unique(items, return_inverse=True)
+        return pairs, None, key
+    pairs, key = np.unique(items * count + members, return_inverse=True)
+    return pairs // count, pairs % count, key
 
 
 def _picked(array: Array, summand: Summand) -> Array:
@@ -146,9 +153,9 @@ def _indexed(text: str, names: tuple[str, str]) -> str:
 
     A name keeps its braces right behind ``_`` or ``^``; inside of others it needs none.
     """
-    given = dict(zip("ij", names, strict=True))
-    text = re.sub(r"(?<=[_^])\{([ij])\}", lambda found: "{" + given[found[1]] + "}", text)
-    return re.sub(r"(?<![_^])\{([ij])\}", lambda found: given[found[1]], text)
+    rule_names = dict(zip("ij", names, strict=True))
+    text = re.sub(r"(?<=[_^])\{([ij])\}", lambda match: "{" + rule_names[match[1]] + "}", text)
+    return re.sub(r"(?<![_^])\{([ij])\}", lambda match: rule_names[match[1]], text)
 
 
 def _number(value: float) -> str:

@@ -65,26 +65,26 @@ class Decrease:
         lines = [_line(n, row) for row in T]
         # T = I + N with N N = 0, so its inverse is 2 I - T.
         back = [[2 * int(i == j) - T[i][j] for j in range(n)] for i in range(n)]
-        moved = [one.composed(lines) for one in field]
+        substituted = [component.composed(lines) for component in field]
         here = tuple(
             sum(
-                (one.times(share) for one, share in zip(moved, row, strict=True)),
+                (component.times(share) for component, share in zip(substituted, row, strict=True)),
                 StatePolynomial(n, {}),
             )
             for row in back
         )
         function, slope = V.composed(lines), slope.composed(lines)
-        found = cls(function=function, slope=slope, field=here, orders={})
+        decrease = cls(function=function, slope=slope, field=here, orders={})
         for d in _directions(n):
             (_, level), (order, change) = _first(function, d), _first(slope, d)
             if level <= 0 or change > 0:
                 ray = tuple(
                     sum((a * b for a, b in zip(row, d, strict=True)), Fraction(0)) for row in T
                 )
-                return replace(found, ray=ray, rises=level > 0)
+                return replace(decrease, ray=ray, rises=level > 0)
             if sum(map(abs, d)) == 1 and change < 0:
-                found.orders[next(k for k in range(n) if d[k])] = order
-        return found
+                decrease.orders[next(k for k in range(n) if d[k])] = order
+        return decrease
 
     def with_other_weights(self) -> tuple[Decrease, ...]:
         """Return it, and with larger L_i where V' may fall more slowly along a curve."""
@@ -112,28 +112,29 @@ class Decrease:
         import sympy as sp
 
         n = self.function.n
-        rest = [i for i in range(n) if i not in self.orders]
+        free_states = [i for i in range(n) if i not in self.orders]
         z = sp.symbols(f"z:{n}")
         derivatives = [_line(n, [Fraction(int(i == j)) for j in range(n)]) for i in self.orders]
         zero: list[object] = []
-        for _ in rest:
-            derivatives = [one.along(self.field) for one in derivatives]
-            for one in derivatives:
+        for _ in free_states:
+            derivatives = [derivative.along(self.field) for derivative in derivatives]
+            for derivative in derivatives:
                 there = [
-                    sp.Rational(c.numerator, c.denominator) * sp.prod([z[i] ** a[i] for i in rest])
-                    for a, c in one.terms.items()
+                    sp.Rational(c.numerator, c.denominator)
+                    * sp.prod([z[i] ** a[i] for i in free_states])
+                    for a, c in derivative.terms.items()
                     if not any(a[i] for i in self.orders)
                 ]
                 zero += [sp.Add(*there)] if there else []
         roots = [[(Fraction(0), Fraction(0))]] * n
-        for i in rest:
-            roots[i] = _roots(zero, z[i], [z[j] for j in rest if j != i]) if zero else []
+        for i in free_states:
+            roots[i] = _roots(zero, z[i], [z[j] for j in free_states if j != i]) if zero else []
         levels = [_least(self.function, box) for box in product(*roots) if any(map(any, box))]
         return min(levels, default=np.inf) if all(roots) else 0.0
 
 
 def _roots(
-    polynomials: Sequence[object], last: object, others: Sequence[object]
+    polynomials: Sequence[object], last: object, other_symbols: Sequence[object]
 ) -> list[tuple[Fraction, Fraction]]:
     """Return intervals with all coordinates ``last`` of the common real zeros, by elimination.
 
@@ -141,15 +142,19 @@ def _roots(
     """
     import sympy as sp
 
-    basis = sp.groebner(polynomials, *others, last, order="lex", domain="QQ")
-    for one in basis.exprs:
-        if one.free_symbols == {last}:
-            found = [
+    basis = sp.groebner(polynomials, *other_symbols, last, order="lex", domain="QQ")
+    for element in basis.exprs:
+        if element.free_symbols == {last}:
+            intervals = [
                 (Fraction(int(low.p), int(low.q)), Fraction(int(high.p), int(high.q)))
-                for (low, high), _ in sp.Poly(one, last, domain="QQ").intervals(eps=ROOT)
+                for (low, high), _ in sp.Poly(element, last, domain="QQ").intervals(eps=ROOT)
             ]
             # An interval that touches 0 without being 0 is too wide for its root.
-            return found if all(low * high > 0 or low == high == 0 for low, high in found) else []
+            return (
+                intervals
+                if all(low * high > 0 or low == high == 0 for low, high in intervals)
+                else []
+            )
     return []
 
 
@@ -190,14 +195,15 @@ def _directions(n: int) -> list[tuple[int, ...]]:
 
 def _first(p: StatePolynomial, d: Sequence[int]) -> tuple[int, Fraction]:
     """Return the lowest power of t in p(t d) and its coefficient; 0 where p(t d) is 0."""
-    found: dict[int, Fraction] = {}
+    coefficients: dict[int, Fraction] = {}
     for a, c in p.terms.items():
         value = c
         for entry, power in zip(d, a, strict=True):
             value *= entry**power
-        found[sum(a)] = found.get(sum(a), Fraction(0)) + value
+        coefficients[sum(a)] = coefficients.get(sum(a), Fraction(0)) + value
     return next(
-        ((power, found[power]) for power in sorted(found) if found[power]), (0, Fraction(0))
+        ((power, coefficients[power]) for power in sorted(coefficients) if coefficients[power]),
+        (0, Fraction(0)),
     )
 
 

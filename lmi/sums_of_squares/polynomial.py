@@ -21,7 +21,7 @@ from takagi.models.expressions.parser import Scope, parse_expression
 
 Exponent = tuple[int, ...]
 # Most monomials of a Gram matrix: a matrix of this size is solved in about a minute.
-MOST = 120
+MOST_MONOMIALS = 120
 
 
 def monomials(n: int, degrees: Sequence[int]) -> tuple[Exponent, ...]:
@@ -32,16 +32,16 @@ def monomials(n: int, degrees: Sequence[int]) -> tuple[Exponent, ...]:
     ModelError : more monomials than the limit for a Gram matrix.
     """
     count = sum(comb(n + d - 1, d) for d in degrees)
-    if count > MOST:
+    if count > MOST_MONOMIALS:
         raise ModelError(
             f"{n} states and degree {max(degrees)}: {count} monomials in a Gram matrix, more than "
-            f"{MOST}; take a lower degree, or fewer states"
+            f"{MOST_MONOMIALS}; take a lower degree, or fewer states"
         )
-    found = []
+    exponents = []
     for degree in degrees:
         for chosen in combinations_with_replacement(range(n), degree):
-            found.append(tuple(chosen.count(k) for k in range(n)))
-    return tuple(found)
+            exponents.append(tuple(chosen.count(k) for k in range(n)))
+    return tuple(exponents)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,14 +70,16 @@ class StatePolynomial:
         """
         import sympy as sp
 
-        known = {name: sp.Symbol(name) for name in states}
+        symbols = {name: sp.Symbol(name) for name in states}
         try:
             if isinstance(expression, str):
-                read = parse_expression(expression, Scope(known))
+                read = parse_expression(expression, Scope(symbols))
             else:
                 read = sp.nsimplify(sp.sympify(expression, strict=True), rational=True)
-            renamed = read.subs({s: known[s.name] for s in read.free_symbols if s.name in known})
-            poly = sp.Poly(renamed, *known.values(), domain="QQ")
+            renamed = read.subs(
+                {s: symbols[s.name] for s in read.free_symbols if s.name in symbols}
+            )
+            poly = sp.Poly(renamed, *symbols.values(), domain="QQ")
         except (sp.SympifyError, sp.PolynomialError, sp.CoercionFailed, TypeError) as error:
             raise ModelError(
                 f"{expression!r} is no polynomial in {', '.join(states)} with rational coefficients"
@@ -96,11 +98,11 @@ class StatePolynomial:
         """Return x' P x; a float is the dyadic number it stores."""
 
         exact = fractions(P)
-        found: dict[Exponent, Fraction] = {}
+        terms: dict[Exponent, Fraction] = {}
         for (i, j), value in np.ndenumerate(exact):
             a = tuple(int(k == i) + int(k == j) for k in range(len(exact)))
-            found[a] = found.get(a, Fraction(0)) + value
-        return cls(len(exact), {a: c for a, c in found.items() if c})
+            terms[a] = terms.get(a, Fraction(0)) + value
+        return cls(len(exact), {a: c for a, c in terms.items() if c})
 
     @property
     def degree(self) -> int:
@@ -113,18 +115,18 @@ class StatePolynomial:
         return min((sum(a) for a in self.terms), default=0)
 
     def __add__(self, other: StatePolynomial) -> StatePolynomial:
-        found = dict(self.terms)
+        terms = dict(self.terms)
         for a, c in other.terms.items():
-            found[a] = found.get(a, Fraction(0)) + c
-        return StatePolynomial(self.n, {a: c for a, c in found.items() if c})
+            terms[a] = terms.get(a, Fraction(0)) + c
+        return StatePolynomial(self.n, {a: c for a, c in terms.items() if c})
 
     def __mul__(self, other: StatePolynomial) -> StatePolynomial:
-        found: dict[Exponent, Fraction] = {}
+        terms: dict[Exponent, Fraction] = {}
         for a, c in self.terms.items():
             for b, d in other.terms.items():
-                place = tuple(p + q for p, q in zip(a, b, strict=True))
-                found[place] = found.get(place, Fraction(0)) + c * d
-        return StatePolynomial(self.n, {a: c for a, c in found.items() if c})
+                exponent = tuple(p + q for p, q in zip(a, b, strict=True))
+                terms[exponent] = terms.get(exponent, Fraction(0)) + c * d
+        return StatePolynomial(self.n, {a: c for a, c in terms.items() if c})
 
     def times(self, number: Fraction | int) -> StatePolynomial:
         """Return a number times the polynomial."""
@@ -132,19 +134,19 @@ class StatePolynomial:
 
     def power(self, times: int) -> StatePolynomial:
         """Return the polynomial to a whole power."""
-        found = StatePolynomial(self.n, {(0,) * self.n: Fraction(1)})
+        product = StatePolynomial(self.n, {(0,) * self.n: Fraction(1)})
         for _ in range(times):
-            found = found * self
-        return found
+            product = product * self
+        return product
 
     def composed(self, lines: Sequence[StatePolynomial]) -> StatePolynomial:
         """Return p(q_1(z), ..., q_n(z))."""
         total = StatePolynomial(self.n, {})
         for a, c in self.terms.items():
-            one = StatePolynomial(self.n, {(0,) * self.n: c})
+            summand = StatePolynomial(self.n, {(0,) * self.n: c})
             for line, power in zip(lines, a, strict=True):
-                one = one * line.power(power)
-            total = total + one
+                summand = summand * line.power(power)
+            total = total + summand
         return total
 
     def along(self, field: Sequence[StatePolynomial]) -> StatePolynomial:
@@ -176,13 +178,13 @@ def without_idle(basis: Sequence[Exponent], support: Iterable[Exponent]) -> tupl
     Source: Reznick (1978), Duke Mathematical Journal 45; Loefberg (2009), IEEE Transactions on
     Automatic Control 54, section IV (diagonal inconsistency).
     """
-    there, kept = set(support), list(basis)
+    there, monomials_left = set(support), list(basis)
     while True:
-        products = {_product(a, b) for a, b in combinations(kept, 2)} | there
-        fewer = [a for a in kept if _product(a, a) in products]
-        if len(fewer) == len(kept):
-            return tuple(kept)
-        kept = fewer
+        products = {_product(a, b) for a, b in combinations(monomials_left, 2)} | there
+        fewer = [a for a in monomials_left if _product(a, a) in products]
+        if len(fewer) == len(monomials_left):
+            return tuple(monomials_left)
+        monomials_left = fewer
 
 
 def _product(a: Exponent, b: Exponent) -> Exponent:
@@ -191,28 +193,28 @@ def _product(a: Exponent, b: Exponent) -> Exponent:
 
 def identity(
     name: str,
-    parts: Sequence[tuple[Unknown, Sequence[StatePolynomial], StatePolynomial]],
-    known: StatePolynomial,
+    summands: Sequence[tuple[Unknown, Sequence[StatePolynomial], StatePolynomial]],
+    right_side: StatePolynomial,
 ) -> Equality:
     """Return sum_k p_k(x) m_k(x)' X_k m_k(x) = q(x) for all x: one equation for each monomial.
 
     Parameters
     ----------
-    parts : (X_k, polynomials m_k, p_k).
-    known : q.
+    summands : (X_k, polynomials m_k, p_k).
+    right_side : q.
     """
-    place: dict[Exponent, int] = {}
+    row_of: dict[Exponent, int] = {}
     rows: list[tuple[Unknown, list[tuple[int, int, int, Fraction]]]] = []
-    for unknown, basis, factor in parts:
+    for unknown, basis, factor in summands:
         entries = []
         for i, a in enumerate(basis):
             for j, b in enumerate(basis):
                 for product, value in (a * b * factor).terms.items():
-                    entries.append((place.setdefault(product, len(place)), i, j, value))
+                    entries.append((row_of.setdefault(product, len(row_of)), i, j, value))
         rows.append((unknown, entries))
-    for product in known.terms:
-        place.setdefault(product, len(place))
-    count = len(place)
+    for product in right_side.terms:
+        row_of.setdefault(product, len(row_of))
+    count = len(row_of)
     terms = []
     for unknown, entries in rows:
         left = np.full((len(entries), 1, unknown.rows), Fraction(0), dtype=object)
@@ -230,14 +232,14 @@ def identity(
             )
         )
     constant = np.full((count, 1, 1), Fraction(0), dtype=object)
-    for product, number in known.terms.items():
-        constant[place[product], 0, 0] = -number
+    for product, number in right_side.terms.items():
+        constant[row_of[product], 0, 0] = -number
     return Equality(
         name=name,
         shape=(1, 1),
         terms=tuple(terms),
-        constants=(Constant(value=constant, at=(0, 1), latex="-q_k"),) if known.terms else (),
+        constants=(Constant(value=constant, at=(0, 1), latex="-q_k"),) if right_side.terms else (),
         count=count,
-        labels=tuple(f"{name}, monomial {a}" for a in place),
+        labels=tuple(f"{name}, monomial {a}" for a in row_of),
         index=r"x^k \text{ a monomial}",
     )

@@ -43,8 +43,8 @@ def lyapunov_in_states(
     members = outcome.values["P"]
     family = PolynomialLyapunov(basis, members, loop.space.corners)
     if size is None:
-        least = float(np.linalg.eigvalsh(family.vertices).min())
-        size = float(np.exp2(-np.floor(np.log2(least))))
+        smallest = float(np.linalg.eigvalsh(family.vertices).min())
+        size = float(np.exp2(-np.floor(np.log2(smallest))))
     return PolynomialLyapunov(basis, size * members / s / s[:, None], loop.space.corners)
 
 

@@ -125,8 +125,8 @@ def _condition(
     loop: VaryingLoop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
 ) -> Condition:
     check_form(form)
-    still = [np.zeros(size) for size in loop.space.sizes]
-    sought = SoughtPolynomial.of(loop, degrees, still, polya=polya)
+    no_rates = [np.zeros(size) for size in loop.space.sizes]
+    sought = SoughtPolynomial.of(loop, degrees, no_rates, polya=polya)
     slack, lmis = form_lmis(sought, form)
     return Condition(
         name=f"polynomial Lyapunov function, degree {degrees}, {form}",

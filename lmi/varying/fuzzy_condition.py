@@ -58,8 +58,8 @@ class Question:
     @property
     def polya(self) -> int | None:
         """Return d of "polya-<d>", or None."""
-        found = re.fullmatch(r"polya-(\d+)", self.relaxation)
-        return int(found[1]) if found else None
+        match = re.fullmatch(r"polya-(\d+)", self.relaxation)
+        return int(match[1]) if match else None
 
     def check(self, loop: VaryingLoop) -> None:
         """Raise ModelError where what was asked does not go together."""
@@ -100,7 +100,7 @@ def _named(
     """Pose sum_ij h_i h_j (He(P_j A_i) + 2 alpha P_j + dP/dt) < 0 by a named relaxation."""
     A, corners = loop.A.astype(np.float64), loop.space.corners
     members = sought.basis.corners(corners)
-    one = np.eye(sought.P.rows)[None]
+    eye = np.eye(sought.P.rows)[None]
     gain = rule_table(len(A), "gain", members)
     plain = DoubleSum(
         rules=len(A),
@@ -108,7 +108,7 @@ def _named(
         parts=(
             SumPart(
                 unknown=sought.P,
-                left=one,
+                left=eye,
                 right=A,
                 member=gain,
                 plus_transpose=True,
@@ -117,8 +117,8 @@ def _named(
             ),
             SumPart(
                 unknown=sought.P,
-                left=2.0 * one,
-                right=one,
+                left=2.0 * eye,
+                right=eye,
                 member=gain,
                 parameter="alpha",
                 latex=(r"2\alpha", ""),
@@ -128,14 +128,14 @@ def _named(
         weight=sought.weight,
         corners=corners if loop.space.premises else None,
     )
-    moved = [
+    rate_terms = [
         rate_parts(sought.P, corners, velocity, members=members)
         for velocity in sought.motion.velocities
     ]
     unknowns: list[Unknown] = []
     lmis = list(polynomial_lmis(sought))
-    for loop_at_rate in double_sums(plain, moved):
-        slack, found = relaxation_named(relaxation)(loop_at_rate)
+    for loop_at_rate in double_sums(plain, rate_terms):
+        slack, relaxed_lmis = relaxation_named(relaxation)(loop_at_rate)
         unknowns += slack
-        lmis += found
+        lmis += relaxed_lmis
     return tuple(unknowns), tuple(lmis)

@@ -115,15 +115,15 @@ class SoughtPolynomial:
         """Return A as a polynomial in l."""
         return self.motion.known(self.A)
 
-    def coefficients(self, *more: Degrees) -> TermCoefficients:
+    def coefficients(self, *more_degrees: Degrees) -> TermCoefficients:
         """Return those of an LMI that holds P(h), P(h+) and parts of more degrees."""
-        parts = (self.now.basis.degrees, self.then.basis.degrees, *more)
+        parts = (self.now.basis.degrees, self.then.basis.degrees, *more_degrees)
         one = identity_like(self.A.values, self.P.rows)
         return TermCoefficients.of(self.motion, one, *parts, polya=self.polya)
 
-    def product(self, known: Known) -> Degrees:
+    def product(self, factor: Known) -> Degrees:
         """Return the degrees of P(h+) K(h)."""
-        return self.then.basis.raised(known.basis.degrees).degrees
+        return self.then.basis.raised(factor.basis.degrees).degrees
 
 
 def unknown_lyapunov(basis: Basis, states: int) -> Unknown:
@@ -134,9 +134,9 @@ def unknown_lyapunov(basis: Basis, states: int) -> Unknown:
 def polynomial_lmis(sought: SoughtPolynomial, *, bounded: bool = True) -> tuple[LMI, ...]:
     """Pose P(h) > 0, and with ``bounded`` that no coefficient is above I, which fixes the scale."""
     P, n = sought.P, sought.P.rows
-    still = ParameterMotion(sought.basis.sizes, (), (), sought.axes)
+    no_motion = ParameterMotion(sought.basis.sizes, (), (), sought.axes)
     one = identity_like(sought.A.values, n)
-    at = TermCoefficients.of(still, one, sought.basis.degrees, polya=sought.polya)
+    at = TermCoefficients.of(no_motion, one, sought.basis.degrees, polya=sought.polya)
     positive = LMI(
         name="P positive definite",
         blocks=(n,),
@@ -193,11 +193,11 @@ def direct_terms(
             ),
             at.term(P, sought.then, at=(last, last), symbol="P(h^+)"),
         )
-    moved = (
+    motion_terms = (
         at.term(P, sought.now, A, plus_transpose=True, latex=("", "A(h)"), symbol="P(h)"),
         *at.rate_terms(P, sought.now, r"\dot P(h)"),
     )
-    return (*moved, decay_term(sought, at)) if rated else moved
+    return (*motion_terms, decay_term(sought, at)) if rated else motion_terms
 
 
 def decay_term(sought: SoughtPolynomial, at: TermCoefficients) -> Term:
@@ -267,11 +267,11 @@ def _dilated_discrete(
 ) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
     P, n = sought.P, sought.P.rows
     G = Unknown("G", n, n)
-    one = at.one
+    eye = at.eye
     return (G,), (
         at.term(P, sought.now, parameter="contraction", latex=(r"\rho^2", ""), symbol="P(h)"),
         at.term(G, _same(sought), sought.matrix, at=(1, 0), latex=("", "A(h)")),
-        Term(unknown=G, left=one, right=one, at=(1, 1), plus_transpose=True),
+        Term(unknown=G, left=eye, right=eye, at=(1, 1), plus_transpose=True),
         at.term(P, sought.then, at=(1, 1), factor=-1, latex=("-", ""), symbol="P(h^+)"),
     )
 
@@ -281,11 +281,11 @@ def _dilated_continuous(
 ) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
     P, n, A = sought.P, sought.P.rows, sought.matrix
     F, G = Unknown("F", n, n), Unknown("G", n, n)
-    one = at.one
+    eye = at.eye
     # A power of two: no digit is touched.
     kappa = 2.0 ** round(np.log2(sought.weight / 2))
-    scale = one * (type(one[0, 0, 0])(kappa))
-    first = Term(unknown=F, left=-scale, right=one, at=(0, 1), latex=(r"-\kappa", ""))
+    scale = eye * (type(eye[0, 0, 0])(kappa))
+    first = Term(unknown=F, left=-scale, right=eye, at=(0, 1), latex=(r"-\kappa", ""))
     return (F, G), (
         at.term(F, _same(sought), A, plus_transpose=True, latex=("", "A(h)")),
         *at.rate_terms(P, sought.now, r"\dot P(h)"),
@@ -296,7 +296,7 @@ def _dilated_continuous(
         Term(
             unknown=G,
             left=-scale,
-            right=one,
+            right=eye,
             at=(1, 1),
             plus_transpose=True,
             latex=(r"-\kappa", ""),

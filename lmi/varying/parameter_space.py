@@ -84,15 +84,17 @@ def degrees_of(space: Space, degree: int | Sequence[int]) -> Degrees:
     ------
     ModelError : not whole, negative, or not one for each.
     """
-    given = tuple(degree) if isinstance(degree, Sequence) else (degree,) * len(space.sizes)
-    if len(given) != len(space.sizes) or not all(
-        isinstance(one, (int, np.integer)) and not isinstance(one, bool) and one >= 0
-        for one in given
+    degrees = tuple(degree) if isinstance(degree, Sequence) else (degree,) * len(space.sizes)
+    if len(degrees) != len(space.sizes) or not all(
+        isinstance(number, (int, np.integer)) and not isinstance(number, bool) and number >= 0
+        for number in degrees
     ):
-        what = f"one for each of {', '.join(space.premises)}" if space.premises else "one number"
-        raise ModelError(f"degree is {degree!r}; whole numbers from 0 are needed, {what}")
+        needed = f"one for each of {', '.join(space.premises)}" if space.premises else "one number"
+        raise ModelError(f"degree is {degree!r}; whole numbers from 0 are needed, {needed}")
     # A constant premise has nothing to be a polynomial of.
-    return tuple(int(one) if size > 1 else 0 for one, size in zip(given, space.sizes, strict=True))
+    return tuple(
+        int(number) if size > 1 else 0 for number, size in zip(degrees, space.sizes, strict=True)
+    )
 
 
 def polya_of(polya: object) -> int:
@@ -123,25 +125,25 @@ def membership_rates(space: Space, bounds: RateBounds) -> tuple[Floats, ...]:
         bounds = _by_name(space, bounds)
     count = len(space.premises) or space.sizes[0]
     try:
-        given = np.asarray(bounds, dtype=np.float64)
+        rates = np.asarray(bounds, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ModelError(f"rate_bounds cannot be read as real numbers ({error})") from error
-    if given.shape not in ((), (count,)):
+    if rates.shape not in ((), (count,)):
         raise ModelError(
-            f"rate_bounds has shape {given.shape}; ({count},) is needed, one for each "
+            f"rate_bounds has shape {rates.shape}; ({count},) is needed, one for each "
             f"{'premise' if space.premises else 'membership'}, or one number for all"
         )
-    given = np.broadcast_to(given, (count,))
-    if not (given >= 0).all():
+    rates = np.broadcast_to(rates, (count,))
+    if not (rates >= 0).all():
         raise ModelError(
-            f"rate_bounds[{int(np.argmin(given >= 0))}] is {given[np.argmin(given >= 0)]}; it must "
+            f"rate_bounds[{int(np.argmin(rates >= 0))}] is {rates[np.argmin(rates >= 0)]}; it must "
             "be 0, positive, or inf for no bound"
         )
     if not space.premises:
-        return (given.copy(),)
+        return (rates.copy(),)
     return tuple(
         np.full(size, rate / width if size > 1 else 0.0)
-        for rate, width, size in zip(given, space.widths, space.sizes, strict=True)
+        for rate, width, size in zip(rates, space.widths, space.sizes, strict=True)
     )
 
 
@@ -214,9 +216,9 @@ class VaryingLoop:
         Memberships may rest anywhere, so every blend has to decay by itself.  Empty when these do.
         """
         r, step = len(self.A), self.sample_time
-        found = slow_vertex(self.corners.astype(np.float64), alpha, step=step)
-        if found is not None:
-            return self._said(f"rule {found[0] + 1} of {r}", found[1], alpha)
+        slow = slow_vertex(self.corners.astype(np.float64), alpha, step=step)
+        if slow is not None:
+            return self._said(f"rule {slow[0] + 1} of {r}", slow[1], alpha)
         i, j = np.triu_indices(r, 1)
         if not len(i):
             return ""
@@ -224,16 +226,16 @@ class VaryingLoop:
         matrix = self.matrix
         w = marginals(h, self.space.sizes, self.space.corners)
         blends = np.tensordot(matrix.basis.values(w), matrix.values.astype(np.float64), axes=1)
-        found = slow_vertex(blends, alpha, step=step)
-        if found is None:
+        slow = slow_vertex(blends, alpha, step=step)
+        if slow is None:
             return ""
-        a, b = int(i[found[0]]), int(j[found[0]])
-        return self._said(f"the mean of rules {a + 1} and {b + 1} of {r}", found[1], alpha)
+        a, b = int(i[slow[0]]), int(j[slow[0]])
+        return self._said(f"the mean of rules {a + 1} and {b + 1} of {r}", slow[1], alpha)
 
-    def _said(self, which: str, eigenvalue: complex, alpha: float) -> str:
+    def _said(self, rules: str, eigenvalue: complex, alpha: float) -> str:
         size = "" if self.sample_time is None else f", of size {abs(eigenvalue):.6g},"
         return (
-            f"{which} alone rules it out: its eigenvalue {eigenvalue:.6g}{size} does not decay "
+            f"{rules} alone rules it out: its eigenvalue {eigenvalue:.6g}{size} does not decay "
             f"faster than {alpha:g} 1/s; stabilise it, lower the decay rate, or shrink the box"
         )
 

@@ -31,23 +31,23 @@ class TermCoefficients:
     ----------
     basis : of the coefficients.
     motion : whose l it is.
-    one : (1, n, n), exact where the model is.
+    eye : (1, n, n), exact where the model is.
     """
 
     basis: Basis
     motion: ParameterMotion
-    one: Array
+    eye: Array
 
     @classmethod
     def of(
-        cls, motion: ParameterMotion, one: Array, *parts: Degrees, polya: int = 0
+        cls, motion: ParameterMotion, eye: Array, *parts: Degrees, polya: int = 0
     ) -> TermCoefficients:
         """Return those of the least degrees that hold all parts, raised by ``polya``."""
         degrees = tuple(
             max(all_degrees) + (polya if size > 1 else 0)
             for all_degrees, size in zip(zip(*parts, strict=True), motion.sizes, strict=True)
         )
-        return cls(Basis(motion.sizes, degrees), motion, one)
+        return cls(Basis(motion.sizes, degrees), motion, eye)
 
     @property
     def velocities(self) -> int:
@@ -62,7 +62,7 @@ class TermCoefficients:
         self,
         unknown: Unknown,
         polynomial: UnknownPolynomial,
-        known: Known | None = None,
+        factor_given: Known | None = None,
         *,
         at: Position = (0, 0),
         factor: float = 1,
@@ -76,22 +76,22 @@ class TermCoefficients:
 
         Parameters
         ----------
-        known : K; None is the identity.
+        factor_given : K; None is the identity.
         factor : multiplies K.
         behind : K stands behind X.
         """
-        part = self._contributions(polynomial, known)
+        product = self._contributions(polynomial, factor_given)
         offsets = np.arange(self.velocities)[:, None] * self.basis.count
-        items = (offsets + part.items).ravel()
-        members = np.tile(part.members, self.velocities)
+        items = (offsets + product.items).ravel()
+        members = np.tile(product.members, self.velocities)
         # A fraction times a float is a float.
-        size = Fraction(factor) if part.values.dtype == object else factor
-        values = np.tile(size * part.values, (self.velocities, 1, 1))
-        one = self._identity(unknown.cols if not behind else unknown.rows)
+        size = Fraction(factor) if product.values.dtype == object else factor
+        values = np.tile(size * product.values, (self.velocities, 1, 1))
+        eye = self._identity(unknown.cols if not behind else unknown.rows)
         return Term(
             unknown=unknown,
-            left=one if behind else values,
-            right=values if behind else one,
+            left=eye if behind else values,
+            right=values if behind else eye,
             at=at,
             plus_transpose=plus_transpose,
             items=items,
@@ -105,29 +105,29 @@ class TermCoefficients:
         self, unknown: Unknown, polynomial: UnknownPolynomial, symbol: str
     ) -> tuple[Term, ...]:
         """Return dX/dt at the velocity of each item."""
-        found: list[tuple[int, Contributions]] = []
+        slopes: list[tuple[int, Contributions]] = []
         for number, velocity in enumerate(self.motion.velocities):
             for slope in polynomial.derivatives(velocity):
-                found.append((number, self._contributions(slope, None)))
-        if not found:
+                slopes.append((number, self._contributions(slope, None)))
+        if not slopes:
             return ()
-        one = self._identity(unknown.rows)
+        eye = self._identity(unknown.rows)
         return (
             Term(
                 unknown=unknown,
-                left=np.concatenate([part.values for _, part in found]),
-                right=one,
+                left=np.concatenate([slope_part.values for _, slope_part in slopes]),
+                right=eye,
                 items=np.concatenate(
-                    [number * self.basis.count + part.items for number, part in found]
+                    [number * self.basis.count + slope_part.items for number, slope_part in slopes]
                 ),
-                members=np.concatenate([part.members for _, part in found]),
+                members=np.concatenate([slope_part.members for _, slope_part in slopes]),
                 symbol=symbol,
             ),
         )
 
-    def constant(self, known: Known, at: Position, latex: str) -> Constant:
+    def constant(self, polynomial: Known, at: Position, latex: str) -> Constant:
         """Return a known polynomial in l in every item."""
-        values = known.to(self.basis.degrees).values
+        values = polynomial.to(self.basis.degrees).values
         return Constant(value=np.tile(values, (self.velocities, 1, 1)), at=at, latex=latex)
 
     @property
@@ -150,14 +150,14 @@ class TermCoefficients:
 
         return Labels(self.count, name)
 
-    def _contributions(self, polynomial: UnknownPolynomial, known: Known | None) -> Contributions:
-        if known is None:
+    def _contributions(self, polynomial: UnknownPolynomial, factor: Known | None) -> Contributions:
+        if factor is None:
             zero = Basis(self.motion.sizes, (0,) * len(self.motion.sizes))
-            known = Known(zero, self._identity(self.one.shape[1]))
-        return contributions(polynomial, known, self.basis.degrees)
+            factor = Known(zero, self._identity(self.eye.shape[1]))
+        return contributions(polynomial, factor, self.basis.degrees)
 
     def _identity(self, size: int) -> Array:
-        return identity_like(self.one, size)
+        return identity_like(self.eye, size)
 
 
 def identity_like(array: Array, size: int) -> Array:

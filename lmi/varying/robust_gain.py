@@ -188,12 +188,12 @@ def robust_hinf_norm_of_loop(
     return _least(task, degrees_of(space, degree), polya_of(polya), None)
 
 
-def _least(given: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) -> Answer:
+def _least(path: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) -> Answer:
     """Return the least gain that P(h) of these degrees shows."""
-    at_rules = given.at_rules
+    at_rules = path.at_rules
     s = state_units(at_rules.A, scales, step=at_rules.sample_time)
     units = ChannelUnits.of(at_rules, s)
-    task = given.scaled(units)
+    task = path.scaled(units)
     condition = task.condition(degrees, polya)
     why = task.loop.hopeless(0.0)
     if why:
@@ -273,9 +273,9 @@ class _Path:
 
     def sought(self, degrees: Degrees, polya: int) -> SoughtPolynomial:
         loop = self.loop
-        kept = kept_degrees(degrees, self.rates, discrete=loop.sample_time is not None)
+        varying_degrees = kept_degrees(degrees, self.rates, discrete=loop.sample_time is not None)
         weight = vertex_weight(loop.corners, step=loop.sample_time)
-        return SoughtPolynomial.of(loop, kept, self.rates, polya=polya, weight=weight)
+        return SoughtPolynomial.of(loop, varying_degrees, self.rates, polya=polya, weight=weight)
 
     def condition(self, degrees: Degrees, polya: int) -> Condition:
         sought = self.sought(degrees, polya)
@@ -367,7 +367,7 @@ def _unsettled(
     stable: Answer, condition: Condition, outcome: Outcome, s: Floats, units: ChannelUnits
 ) -> Answer:
     unit = units.output / units.disturbance
-    said = not_least(outcome.objective * unit, outcome.least * unit)
+    reason = not_least(outcome.objective * unit, outcome.lower_bound * unit)
     return replace(
         stable,
         status="unknown",
@@ -381,8 +381,8 @@ def _unsettled(
         condition=condition,
         feasible=outcome.feasible,
         diagnosis=(
-            f"there is such a P(h), so a bound exists, but {said}; give scales, or leave out fast "
-            "states"
+            f"there is such a P(h), so a bound exists, but {reason}; give scales, or leave out "
+            "fast states"
         ),
         tries=(*stable.tries, *outcome.tries),
     )

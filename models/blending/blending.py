@@ -162,9 +162,9 @@ class Blending:
 
 def blending_of(plant: Plant) -> Blending | None:
     """Return the blending from which a plant was made; None for other plants."""
-    found = plant.blending
-    assert found is None or isinstance(found, Blending)  # set by ``blended_plant`` alone
-    return found
+    blending = plant.blending
+    assert blending is None or isinstance(blending, Blending)  # set by ``blended_plant`` alone
+    return blending
 
 
 def unit_text(unit: str) -> str:
@@ -191,56 +191,56 @@ def _check(blending: Blending) -> None:
             "give a positive one"
         )
     if effort.range is None or not effort.range.lower < 0 < effort.range.upper:
-        given = "no range" if effort.range is None else f"the range {effort.range}"
+        range_text = "no range" if effort.range is None else f"the range {effort.range}"
         raise ModelError(
-            f"effort: {given} was given; below 0 the low actuator acts, above 0 the high one: give "
-            "range = [low, high] with 0 inside, or write the plant with one input"
+            f"effort: {range_text} was given; below 0 the low actuator acts, above 0 the high one: "
+            "give range = [low, high] with 0 inside, or write the plant with one input"
         )
     if blending.low.name == blending.high.name:
         raise ModelError(
             f"high: {blending.high.name} is the low actuator already; two inputs are needed"
         )
-    for place, actuator in (("low", blending.low), ("high", blending.high)):
+    for end, actuator in (("low", blending.low), ("high", blending.high)):
         if actuator.direction not in (-1, 1):
             raise ModelError(
-                f"{place}.direction: {actuator.direction} was given; 1 if raising {actuator.name} "
+                f"{end}.direction: {actuator.direction} was given; 1 if raising {actuator.name} "
                 "raises the effort, -1 if it lowers it"
             )
         if not 0 <= actuator.error < 1:
             raise ModelError(
-                f"{place}.error: {float(actuator.error):g} was given; a share from 0 up to but not "
+                f"{end}.error: {float(actuator.error):g} was given; a share from 0 up to but not "
                 "1 is needed: with 1 the actuator might not act at all"
             )
-        _check_acts(blending, place, actuator)
+        _check_acts(blending, end, actuator)
 
 
-def _check_acts(blending: Blending, place: str, actuator: Actuator) -> None:
+def _check_acts(blending: Blending, end: str, actuator: Actuator) -> None:
     plant = blending.plant
     symbol = actuator.variable.symbol
     if not any(row.has(symbol) for row in plant.equations):
         raise ModelError(
-            f"{place}.input: no equation contains {actuator.name}: where it should act, nothing "
+            f"{end}.input: no equation contains {actuator.name}: where it should act, nothing "
             "does; write what it does into an equation, or name the input that does it"
         )
     if (plant.mass is not None and plant.mass.has(symbol)) or any(
         y.expression.has(symbol) for y in plant.outputs
     ):
         raise ModelError(
-            f"{place}.input: {actuator.name} stands in the mass matrix or an output; a blended "
+            f"{end}.input: {actuator.name} stands in the mass matrix or an output; a blended "
             "actuator may stand in equations only"
         )
-    known = {v.symbol for v in (*plant.states, *plant.disturbances)} | set(plant.values)
-    strange = sorted(str(s) for s in actuator.effectiveness.free_symbols - known)
+    symbols = {v.symbol for v in (*plant.states, *plant.disturbances)} | set(plant.values)
+    strange = sorted(str(s) for s in actuator.effectiveness.free_symbols - symbols)
     if strange:
         raise ModelError(
-            f"{place}.effectiveness: {', '.join(strange)} stands in it; states, signals and "
+            f"{end}.effectiveness: {', '.join(strange)} stands in it; states, signals and "
             "parameters may"
         )
     room = blending.room(actuator)
     if room is not None and room <= 0:
-        way = "up" if actuator.direction * blending.sign(actuator) > 0 else "down"
+        direction = "up" if actuator.direction * blending.sign(actuator) > 0 else "down"
         raise ModelError(
-            f"{place}.input: {actuator.name} acts by going {way} from its rest, "
+            f"{end}.input: {actuator.name} acts by going {direction} from its rest, "
             f"{float(actuator.variable.rest):g}{unit_text(actuator.variable.unit)}, which is the "
             "end of its range: beyond the hand-over no actuator acts; correct the direction, the "
             "rest or the range"

@@ -68,13 +68,13 @@ class RunTimeBlending:
 
     def commands(self, state: Floats) -> Floats:
         """Return the commands (low, high) of the actuators at a state (n,), in SI."""
-        found = []
+        commands = []
         for actuator, b in zip(self.blending.actuators, self._effectiveness, strict=True):
             sign = self.blending.sign(actuator)
             psi = float(effort_ramp(sign * state[-1], float(self.blending.overlap)))
             step = sign * actuator.direction * psi / b(*map(float, state[:-1]))
-            found.append(float(actuator.variable.rest) + step)
-        return np.array(found)
+            commands.append(float(actuator.variable.rest) + step)
+        return np.array(commands)
 
     def sent(self, state: Floats) -> Floats:
         """Return the commands (low, high), held within the ranges of the actuators."""
@@ -83,11 +83,11 @@ class RunTimeBlending:
         high = [np.inf if side is None else float(side.upper) for side in sides]
         return np.clip(self.commands(state), low, high)
 
-    def moved(self, told: Floats) -> Floats:
+    def moved(self, commands: Floats) -> Floats:
         """Return the actual positions (low, high) for their commands, with ``errors``."""
         rest = self.at_rest
         wrong = [(self.errors or {}).get(a.name, 0.0) for a in self.blending.actuators]
-        return np.asarray(rest + (1 + np.array(wrong)) * (told - rest))
+        return np.asarray(rest + (1 + np.array(wrong)) * (commands - rest))
 
     def disturbed_rate(
         self, moving: Sequence[Variable], *, told: bool = False
@@ -108,16 +108,22 @@ class RunTimeBlending:
         values = {s: value for s, value in self._values().items() if s not in free}
         inputs = [v.symbol for v in plant.inputs]
         blended = {a.variable.symbol: k for k, a in enumerate(self.blending.actuators)}
-        right = explicit_rows(plant, [*(v.symbol for v in plant.states), *inputs, *free], values)
+        right_sides = explicit_rows(
+            plant, [*(v.symbol for v in plant.states), *inputs, *free], values
+        )
 
         def slope(x: Floats, u: Floats, w: Floats) -> Floats:
             if told:
                 u, sent = u[:-2], np.asarray(u[-2:], dtype=np.float64)
             else:
                 sent = self.sent(x)
-            acting, others = self.moved(sent), iter(u[:-1])
-            given = [float(acting[blended[s]] if s in blended else next(others)) for s in inputs]
-            return np.append(right(*map(float, x[:-1]), *given, *map(float, w)), float(u[-1]))
+            acting, other_inputs = self.moved(sent), iter(u[:-1])
+            inputs_acting = [
+                float(acting[blended[s]] if s in blended else next(other_inputs)) for s in inputs
+            ]
+            return np.append(
+                right_sides(*map(float, x[:-1]), *inputs_acting, *map(float, w)), float(u[-1])
+            )
 
         return slope
 
@@ -138,8 +144,8 @@ class RunTimeBlending:
 
         symbols = [v.symbol for v in self.blending.plant.states]
         b = sp.sympify(actuator.effectiveness).subs(self._values())
-        found: Callable[..., float] = sp.lambdify(symbols, b, modules=["scipy", "numpy"])
-        return found
+        function: Callable[..., float] = sp.lambdify(symbols, b, modules=["scipy", "numpy"])
+        return function
 
     @cached_property
     def at_rest(self) -> Floats:
@@ -154,13 +160,13 @@ def explicit_rows(
     import sympy as sp
 
     rows = [sp.sympify(row).subs(values) for row in plant.equations]
-    right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
+    right_sides = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
     if plant.mass is None:
-        return lambda *point: np.array(right(*point), dtype=np.float64)
+        return lambda *point: np.array(right_sides(*point), dtype=np.float64)
     mass = sp.lambdify(symbols, plant.mass.subs(values).tolist(), modules=["scipy", "numpy"])
 
     def solved(*point: float) -> Floats:
-        f = np.array(right(*point), dtype=np.float64)
+        f = np.array(right_sides(*point), dtype=np.float64)
         return np.asarray(np.linalg.solve(np.array(mass(*point), float), f), dtype=np.float64)
 
     return solved

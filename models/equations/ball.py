@@ -45,13 +45,13 @@ def decimal_near(value: sp.Expr | Fraction) -> tuple[Fraction, Fraction]:
     import sympy as sp
 
     if isinstance(value, Fraction):
-        near = float(value)
+        nearest = float(value)
     else:
         number = sp.N(value, PRECISION)
         if not (number.is_real and number.is_finite):
             raise ModelError(f"{value} is no finite real number")
-        near = float(number)
-    middle = Fraction(repr(near))
+        nearest = float(number)
+    middle = Fraction(repr(nearest))
     if middle == 0:
         raise ModelError(f"{value} is too small to stand apart from 0")
     power = int(f"{float(middle):e}".partition("e")[2]) - DIGITS
@@ -67,22 +67,22 @@ def balls_of(plant: Plant) -> dict[sp.Symbol, Ball]:
     """
     import sympy as sp
 
-    found = {
+    balls = {
         p.symbol: Ball(p.symbol, p.value, p.within, p.equals)
         for p in plant.parameters
         if p.within > 0
     }
-    taken = {v.name for v in plant.variables} | {p.symbol.name for p in plant.parameters}
-    taken |= {s.name for s in plant.premises}
+    names = {v.name for v in plant.variables} | {p.symbol.name for p in plant.parameters}
+    names |= {s.name for s in plant.premises}
     for variable in plant.variables:
         if variable.within == 0:
             continue
         name = f"{variable.name}_rest"
-        if name in taken:
+        if name in names:
             raise ModelError(
                 f"plant {plant.name!r}: the rest of {variable.name} is called {name}, which is "
                 "another name of the plant; rename that one"
             )
         symbol = sp.Symbol(name, real=True)
-        found[variable.symbol] = Ball(symbol, variable.rest, variable.within, variable.equals)
-    return found
+        balls[variable.symbol] = Ball(symbol, variable.rest, variable.within, variable.equals)
+    return balls

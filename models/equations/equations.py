@@ -74,19 +74,21 @@ class Factored:
         """Return (place, plant's expression, the same rebuilt from the entries), row by row."""
         import sympy as sp
 
-        x, u, w = (sp.Matrix(part) for part in (plant.states, plant.inputs, plant.disturbances))
+        x, u, w = (
+            sp.Matrix(symbols) for symbols in (plant.states, plant.inputs, plant.disturbances)
+        )
         m = self.matrices
         rebuilt = m["A"] * x + _times(m["B"], u) + _times(m["E"], w)
-        seen = m["C"] * x + _times(m["D"], u)
-        meant = {**self.premises, **{s: number.expression for s, number in self.numbers.items()}}
-        rows = [*zip(plant.f, rebuilt, strict=True), *zip(plant.outputs, seen, strict=True)]
+        outputs = m["C"] * x + _times(m["D"], u)
+        values = {**self.premises, **{s: number.expression for s, number in self.numbers.items()}}
+        rows = [*zip(plant.f, rebuilt, strict=True), *zip(plant.outputs, outputs, strict=True)]
         return [
             (
                 f"row {row}" if row <= len(plant.f) else f"output {row - len(plant.f)}",
-                wanted,
-                written.xreplace(meant),
+                expected,
+                written.xreplace(values),
             )
-            for row, (wanted, written) in enumerate(rows, start=1)
+            for row, (expected, written) in enumerate(rows, start=1)
         ]
 
 

@@ -37,9 +37,9 @@ def explicit(
     import sympy as sp
 
     over = Domain.of_box(plant.box) if domain is None else domain
-    known = {v.symbol for v in (*plant.states, *plant.uncertain)}
-    known |= {p.symbol for p in plant.parameters}
-    strange = mass.free_symbols - known
+    symbols = {v.symbol for v in (*plant.states, *plant.uncertain)}
+    symbols |= {p.symbol for p in plant.parameters}
+    strange = mass.free_symbols - symbols
     if strange:
         names = ", ".join(sorted(map(str, strange)))
         raise ModelError(
@@ -49,18 +49,18 @@ def explicit(
     rows = list(f)
     steps = []
     for block in _blocks(mass):
-        part = mass.extract(block, block)
+        block_matrix = mass.extract(block, block)
         labels = ", ".join(plant.states[k].name for k in block)
         if len(block) > LARGEST_BLOCK:
             raise ModelError(
                 f"plant {plant.name!r}: the mass matrix couples {len(block)} rows ({labels}); up "
                 f"to {LARGEST_BLOCK} are solved in symbols, solve the others by hand"
             )
-        det = sp.factor_terms(sp.trigsimp(sp.expand(part.det(method="berkowitz"))))
+        det = sp.factor_terms(sp.trigsimp(sp.expand(block_matrix.det(method="berkowitz"))))
         bounds = _bounded_away(det, plant, labels, over)
-        solved = part.adjugate() * sp.Matrix([f[k] for k in block])
-        for place, k in enumerate(block):
-            rows[k] = sp.expand(solved[place]) / det
+        solved = block_matrix.adjugate() * sp.Matrix([f[k] for k in block])
+        for position, k in enumerate(block):
+            rows[k] = sp.expand(solved[position]) / det
         if bounds is not None:
             words = f"Determinant of the mass matrix in {labels}: no zero, bounds by "
             steps.append(Step(words + "ball arithmetic.", _line(det, bounds)))
@@ -91,19 +91,19 @@ def _bounded_away(det: sp.Expr, plant: Plant, labels: str, domain: Domain) -> In
             )
         return None
     try:
-        found = expression_range(det, domain, tolerance=Fraction(1, 10**4))
+        det_range = expression_range(det, domain, tolerance=Fraction(1, 10**4))
     except ModelError as error:
         raise ModelError(
             f"plant {plant.name!r}: the determinant of the mass matrix in the rows of {labels}, "
             f"{det}, cannot be bounded: {error}"
         ) from error
-    if found.outer.contains(0):
+    if det_range.outer.contains(0):
         where = _zero(det, plant) if domain.rectangle is not None else ""
         raise ModelError(
             f"plant {plant.name!r}: the mass matrix may be singular: its determinant in the rows "
-            f"of {labels}, {det}, has the range {found.outer} on the box{where}; {advice}"
+            f"of {labels}, {det}, has the range {det_range.outer} on the box{where}; {advice}"
         )
-    return found.outer
+    return det_range.outer
 
 
 def _zero(det: sp.Expr, plant: Plant) -> str:
@@ -118,8 +118,10 @@ def _zero(det: sp.Expr, plant: Plant) -> str:
         return ""
     grids = [[plant.box[s].lower + plant.box[s].width * k / 16 for k in shares] for s in symbols]
     value = sp.lambdify(symbols, det)
-    least = min(itertools.product(*grids), key=lambda point: abs(float(value(*map(float, point)))))
-    at = ", ".join(f"{s} = {float(v):.4g}" for s, v in zip(symbols, least, strict=True))
+    smallest = min(
+        itertools.product(*grids), key=lambda point: abs(float(value(*map(float, point))))
+    )
+    at = ", ".join(f"{s} = {float(v):.4g}" for s, v in zip(symbols, smallest, strict=True))
     return f", nearest to 0 around {at}"
 
 

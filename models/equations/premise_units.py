@@ -19,19 +19,19 @@ UNKNOWN = "SI"  # coherent SI units; which, is hidden in the numbers
 
 def units_of(plant: Plant, premises: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, str]:
     """Return the unit of each premise that is written with the plant's own parameters."""
-    known = {p.symbol: p.unit for p in plant.parameters}
-    known |= {v.symbol: v.unit for v in plant.variables}
-    found = {}
+    unit_texts = {p.symbol: p.unit for p in plant.parameters}
+    unit_texts |= {v.symbol: v.unit for v in plant.variables}
+    premise_units = {}
     for symbol, expression in premises.items():
         try:
-            units = {s: parse_unit(unit).dimension for s, unit in known.items()}
-            place = f"premise {symbol}"
-            found[symbol] = _text(
-                expression, known, dimension_of(expression, units, plant.values, place=place)
+            units = {s: parse_unit(unit).dimension for s, unit in unit_texts.items()}
+            name = f"premise {symbol}"
+            premise_units[symbol] = _text(
+                expression, unit_texts, dimension_of(expression, units, plant.values, owner=name)
             )
         except (ModelError, KeyError):
-            found[symbol] = UNKNOWN
-    return found
+            premise_units[symbol] = UNKNOWN
+    return premise_units
 
 
 def unit_of(expression: sp.Expr, units: Mapping[sp.Symbol, str]) -> str:
@@ -45,18 +45,18 @@ def unit_of(expression: sp.Expr, units: Mapping[sp.Symbol, str]) -> str:
     units : of the variables.
     """
     try:
-        known = {s: parse_unit(unit).dimension for s, unit in units.items()}
+        dimensions = {s: parse_unit(unit).dimension for s, unit in units.items()}
     except ModelError:
         return UNKNOWN
-    return _text(expression, units, _dimension(expression, known))
+    return _text(expression, units, _dimension(expression, dimensions))
 
 
 def _text(expression: sp.Expr, units: Mapping[sp.Symbol, str], dimension: Dimension | None) -> str:
     # A variable by itself keeps its own words: rad is a pure number too.
     if expression in units:
         return units[expression]
-    whole = dimension is not None and all(e.denominator == 1 for e in dimension.exponents)
-    return str(dimension) if whole else UNKNOWN  # half powers are not written in units
+    integral = dimension is not None and all(e.denominator == 1 for e in dimension.exponents)
+    return str(dimension) if integral else UNKNOWN  # half powers are not written in units
 
 
 def _dimension(expression: sp.Expr, units: Mapping[sp.Symbol, Dimension]) -> Dimension | None:
@@ -66,30 +66,34 @@ def _dimension(expression: sp.Expr, units: Mapping[sp.Symbol, Dimension]) -> Dim
     if expression in (1, -1):
         return PURE
     if expression.is_Add:
-        found = {d for a in expression.args if (d := _dimension(a, units)) is not None}
-        return found.pop() if len(found) == 1 else None
+        dimensions = {d for a in expression.args if (d := _dimension(a, units)) is not None}
+        return dimensions.pop() if len(dimensions) == 1 else None
     if expression.is_Mul:
         total: Dimension | None = PURE
         for argument in expression.args:
-            part = _dimension(argument, units)
-            total = None if total is None or part is None else total.times(part)
+            factor = _dimension(argument, units)
+            total = None if total is None or factor is None else total.times(factor)
         return total
     if expression.is_Pow:
         base, exponent = _dimension(expression.base, units), expression.exp
         if base == PURE:
             return PURE
-        known = base is not None and exponent.is_Rational
-        return base.power(Fraction(int(exponent.p), int(exponent.q))) if known and base else None
+        rational_power = base is not None and exponent.is_Rational
+        return (
+            base.power(Fraction(int(exponent.p), int(exponent.q)))
+            if rational_power and base
+            else None
+        )
     if hasattr(expression, "value_unit"):
         return _of_table(expression)
     if type(expression).__name__ in ("Abs", "Max", "Min"):
-        found = {d for a in expression.args if (d := _dimension(a, units)) is not None}
-        return found.pop() if len(found) == 1 else None
+        dimensions = {d for a in expression.args if (d := _dimension(a, units)) is not None}
+        return dimensions.pop() if len(dimensions) == 1 else None
     return PURE if type(expression).__name__ in NUMBERS else None
 
 
 def _of_table(call: sp.Expr) -> Dimension:
-    found = parse_unit(call.value_unit).dimension
+    dimension = parse_unit(call.value_unit).dimension
     for unit, order in zip(call.argument_units, call.orders, strict=True):
-        found = found.times(parse_unit(unit).dimension.power(Fraction(-order)))
-    return found
+        dimension = dimension.times(parse_unit(unit).dimension.power(Fraction(-order)))
+    return dimension

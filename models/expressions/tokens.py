@@ -31,14 +31,14 @@ class Token:
 
 def expression_error(text: str, position: int, problem: str) -> ModelError:
     """Return (not raise) an error that names line and column and puts a caret under the place."""
-    before = text[:position]
-    number = before.count("\n") + 1
-    column = position - (before.rfind("\n") + 1)
+    text_before = text[:position]
+    number = text_before.count("\n") + 1
+    column = position - (text_before.rfind("\n") + 1)
     line = text.splitlines()[number - 1] if text.strip() else ""
     start = max(0, column - 40)
-    shown = line[start : column + 40].replace("\t", " ")
-    place = f"column {column + 1}" if number == 1 else f"line {number}, column {column + 1}"
-    return ModelError(f"{place}: {problem}\n    {shown}\n    {' ' * (column - start)}^")
+    excerpt = line[start : column + 40].replace("\t", " ")
+    position_text = f"column {column + 1}" if number == 1 else f"line {number}, column {column + 1}"
+    return ModelError(f"{position_text}: {problem}\n    {excerpt}\n    {' ' * (column - start)}^")
 
 
 def tokens_of(text: str) -> list[Token]:
@@ -53,18 +53,18 @@ def tokens_of(text: str) -> list[Token]:
             f"the expression has {len(text)} characters, {MAX_LENGTH} are allowed; split it by "
             "writing parts of it as parameters or equations"
         )
-    found = []
+    tokens = []
     position = 0
     while position < len(text):
         match = PATTERN.match(text, position)
         if match is None:
             raise expression_error(text, position, _strange(text[position]))
         if match.lastgroup != "space":
-            found.append(Token(str(match.lastgroup), match.group(), position))
+            tokens.append(Token(str(match.lastgroup), match.group(), position))
         position = match.end()
-    if not found:
+    if not tokens:
         raise expression_error(text, 0, "the expression is empty; write 0 for nothing")
-    return [*found, Token("end", "", len(text.rstrip()))]
+    return [*tokens, Token("end", "", len(text.rstrip()))]
 
 
 def number_of(token: Token, text: str) -> Fraction:
@@ -87,7 +87,7 @@ def number_of(token: Token, text: str) -> Fraction:
 
 
 def _strange(letter: str) -> str:
-    known = {
+    advice_for = {
         "=": "an expression has no '='; write what stands on its right",
         "[": "use round brackets",
         "]": "use round brackets",
@@ -99,7 +99,7 @@ def _strange(letter: str) -> str:
         "π": "write 'pi'",
         "%": "write a number such as 0.05",
     }
-    advice = known.get(
+    advice = advice_for.get(
         letter, "names are of the letters a-z, A-Z, digits and _, signs are + - * / ^"
     )
     return f"{letter!r} cannot stand in an expression; {advice}"

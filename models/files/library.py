@@ -47,8 +47,8 @@ def resolve_model(name_or_path: str | Path) -> Path:
     ------
     ModelError : neither a built-in name (near names are offered) nor a readable file.
     """
-    known = sorted(path.stem for path in data_folder().glob("*.toml"))
-    if isinstance(name_or_path, str) and name_or_path in known:
+    built_in = sorted(path.stem for path in data_folder().glob("*.toml"))
+    if isinstance(name_or_path, str) and name_or_path in built_in:
         return data_folder() / f"{name_or_path}.toml"
     path = Path(name_or_path)
     if path.is_file():
@@ -59,11 +59,11 @@ def resolve_model(name_or_path: str | Path) -> Path:
     looks_like_path = path.suffix == ".toml" or "/" in text or "\\" in text
     if looks_like_path:
         raise ModelError(
-            f"{path}: no such file; check the path, or use a built-in model: " + ", ".join(known)
+            f"{path}: no such file; check the path, or use a built-in model: " + ", ".join(built_in)
         )
     raise ModelError(
-        f"model {text!r} is not known{did_you_mean(text, known)}; built-in models: "
-        f"{', '.join(known)}; or give the path of a TOML file"
+        f"model {text!r} is not known{did_you_mean(text, built_in)}; built-in models: "
+        f"{', '.join(built_in)}; or give the path of a TOML file"
     )
 
 
@@ -114,23 +114,25 @@ def kind_of(document: Document) -> Kind:
         case "turbine":
             return "turbine"
         case None:
-            problem, near = "is missing", ""
+            problem, suggestion = "is missing", ""
         case stated:
             problem = f"{stated!r} was given"
-            near = did_you_mean(stated, _SECTIONS) if isinstance(stated, str) else ""
-    first = next((name for name, part in document.data.items() if isinstance(part, dict)), "")
-    raise document.error("kind", f"{problem}{near}; {_NEEDED}{_guess(document)}", beside=first)
+            suggestion = did_you_mean(stated, _SECTIONS) if isinstance(stated, str) else ""
+    first = next((name for name, section in document.data.items() if isinstance(section, dict)), "")
+    raise document.error(
+        "kind", f"{problem}{suggestion}; {_NEEDED}{_guess(document)}", beside=first
+    )
 
 
 def _guess(document: Document) -> str:
     """Return whose sections the file has, and what to write; nothing where it has none."""
-    found = {
+    own_sections = {
         kind: [name for name in document.data if name in sections]
         for kind, sections in _SECTIONS.items()
     }
-    kind = max(found, key=lambda one: len(found[one]))
-    if not found[kind]:
+    kind = max(own_sections, key=lambda candidate: len(own_sections[candidate]))
+    if not own_sections[kind]:
         return ""
-    told = ", ".join(f"[{name}]" for name in found[kind][:3])
-    belongs = "belongs" if len(found[kind]) == 1 else "belong"
-    return f'. {told} {belongs} to a {kind}: write kind = "{kind}"'
+    section_names = ", ".join(f"[{name}]" for name in own_sections[kind][:3])
+    belongs = "belongs" if len(own_sections[kind]) == 1 else "belong"
+    return f'. {section_names} {belongs} to a {kind}: write kind = "{kind}"'

@@ -36,8 +36,8 @@ class Document:
         beside : a field or section whose line is named where the field itself is not there.
         """
         line = self._line_of(field) or (self._line_of(beside) if beside else None)
-        place = f"{self.path}:{line}" if line else f"{self.path}"
-        return ModelError(f"{place}: field {field!r}: {problem}")
+        location = f"{self.path}:{line}" if line else f"{self.path}"
+        return ModelError(f"{location}: field {field!r}: {problem}")
 
     def _line_of(self, field: str) -> int | None:
         """Return the line where ``section.key`` is set, or its section begins."""
@@ -105,12 +105,12 @@ def read_document(path: Path, *, parse_float: Callable[[str], Any] = float) -> D
     except RecursionError as error:
         raise _too_deep(path) from error
     except tomllib.TOMLDecodeError as error:
-        found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-        place = f"{path}:{found.group(1)}:{found.group(2)}" if found else f"{path}"
+        match = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        location = f"{path}:{match.group(1)}:{match.group(2)}" if match else f"{path}"
         if text.lstrip().startswith("{"):
             raise ModelError(f"{path}: {_of_json(text)}") from error
         raise ModelError(
-            f"{place}: not valid TOML: {error}; expected lines such as "
+            f"{location}: not valid TOML: {error}; expected lines such as "
             'key = { value = 1.0, unit = "m", source = "..." }'
         ) from error
 

@@ -30,9 +30,9 @@ def span(*values: float) -> Range:
     return min(values), max(values)
 
 
-def hull(*parts: Range) -> Range:
+def hull(*ranges: Range) -> Range:
     """Return the smallest range of all the parts."""
-    return min(p[0] for p in parts), max(p[1] for p in parts)
+    return min(p[0] for p in ranges), max(p[1] for p in ranges)
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,12 +55,14 @@ class PdcLaw:
     def __post_init__(self) -> None:
         r, n, m = self.model.B.shape
         object.__setattr__(self, "gains", _gains(self.gains, (r, m, n)))
-        for what, size in (("state_rest", n), ("input_rest", m)):
-            value = np.array(getattr(self, what), dtype=np.float64)
+        for field_name, size in (("state_rest", n), ("input_rest", m)):
+            value = np.array(getattr(self, field_name), dtype=np.float64)
             if value.shape != (size,) or not np.all(np.isfinite(value)):
-                raise ModelError(f"{what} has shape {value.shape}; ({size},) is needed, all finite")
+                raise ModelError(
+                    f"{field_name} has shape {value.shape}; ({size},) is needed, all finite"
+                )
             value.flags.writeable = False
-            object.__setattr__(self, what, value)
+            object.__setattr__(self, field_name, value)
 
     @property
     def sample_time(self) -> float | None:
@@ -108,17 +110,19 @@ class PdcLaw:
             )
         if not self.model.premises:
             return np.full(len(self.model.rules), 1.0 / len(self.model.rules))
-        others = {_name(label): 0.0 for label in (*self.model.inputs, *self.model.disturbances)}
+        other_signals = {
+            _name(label): 0.0 for label in (*self.model.inputs, *self.model.disturbances)
+        }
         if self.blend is not None:
-            others |= self.blend.signals(x)
+            other_signals |= self.blend.signals(x)
         for key, value in signals.items():
-            if key not in others:
+            if key not in other_signals:
                 raise ModelError(
-                    f"signal {key} was given; the model has {', '.join(others) or 'none'}"
+                    f"signal {key} was given; the model has {', '.join(other_signals) or 'none'}"
                 )
-            others[key] = float(value)
+            other_signals[key] = float(value)
         deviation = zip(map(_name, self.model.states), x - self.state_rest, strict=True)
-        point = others | {key: float(value) for key, value in deviation}
+        point = other_signals | {key: float(value) for key, value in deviation}
         return self.model.memberships(self.model.premise_values(**point), clip=True)
 
     def command(self, state: ArrayLike, **signals: float) -> Floats:
@@ -143,8 +147,8 @@ class PdcLaw:
         return np.clip(self.command(state, **signals), low, high)
 
 
-def _gains(given: ArrayLike, shape: tuple[int, int, int]) -> Floats:
-    K = finite_array("K", given)
+def _gains(gains: ArrayLike, shape: tuple[int, int, int]) -> Floats:
+    K = finite_array("K", gains)
     if K.shape == shape[1:]:
         K = np.broadcast_to(K, shape).copy()
     if K.shape != shape:
@@ -246,11 +250,11 @@ def seen_directly(model: TSModel, rows: Sequence[int]) -> dict[int, tuple[int, f
     ----------
     rows : indices of the measured outputs among the outputs of the model.
     """
-    found = {}
+    direct = {}
     for k, row in enumerate(rows):
         C, D = model.C[:, row], model.D[:, row]
-        places = np.flatnonzero(np.any(C != 0, axis=0))
-        if len(places) == 1 and np.all(C == C[0]) and not np.any(D):
-            state = int(places[0])
-            found[state] = (k, float(C[0, state]))
-    return found
+        nonzero = np.flatnonzero(np.any(C != 0, axis=0))
+        if len(nonzero) == 1 and np.all(C == C[0]) and not np.any(D):
+            state = int(nonzero[0])
+            direct[state] = (k, float(C[0, state]))
+    return direct

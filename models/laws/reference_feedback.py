@@ -56,24 +56,24 @@ class ReferenceFeedback:
     @property
     def L(self) -> Floats:
         """(1, n, p), with rows of 0 for the integrals."""
-        found = np.zeros((1, len(self.model.states), len(self.rows)))
-        found[0, list(self.states)] = self.observer.L
-        return found
+        gains = np.zeros((1, len(self.model.states), len(self.rows)))
+        gains[0, list(self.states)] = self.observer.L
+        return gains
 
-    def command(self, estimate: ArrayLike, known: ArrayLike) -> Floats:
+    def command(self, estimate: ArrayLike, measured: ArrayLike) -> Floats:
         """Return u (m,) for the estimate (n,) and what is known: y - y* (p,), then xi."""
         z = np.array(estimate, dtype=np.float64)
-        z[self.integrals] = np.asarray(known)[len(self.rows) :]
+        z[self.integrals] = np.asarray(measured)[len(self.rows) :]
         return np.asarray(self.feedback.input_rest - self.feedback.gains[0] @ z, dtype=np.float64)
 
-    def following(self, estimate: ArrayLike, known: ArrayLike, sent: ArrayLike) -> Floats:
+    def following(self, estimate: ArrayLike, measured: ArrayLike, sent: ArrayLike) -> Floats:
         """Return the rate of the estimate (n,); ``sent`` is u (m,) as the plant gets it."""
-        own, found = self.observer, np.zeros(len(self.model.states))
+        observer, rates = self.observer, np.zeros(len(self.model.states))
         s = np.asarray(estimate, dtype=np.float64)[list(self.states)]
         u = np.asarray(sent, dtype=np.float64) - self.feedback.input_rest
-        gap = np.asarray(known, dtype=np.float64)[: len(self.rows)] - own.C @ s
-        found[list(self.states)] = own.A @ s + own.B @ u + own.L @ gap
-        return found
+        gap = np.asarray(measured, dtype=np.float64)[: len(self.rows)] - observer.C @ s
+        rates[list(self.states)] = observer.A @ s + observer.B @ u + observer.L @ gap
+        return rates
 
     def linear(self, H: Floats) -> tuple[Floats, Floats, Floats]:
         """Return F, G, K of z' = F z + G (y - y*), u - u* = -K z, z = (xi, s) as the states.
@@ -82,10 +82,10 @@ class ReferenceFeedback:
         ----------
         H : (q, p), the slopes of what follows by y.
         """
-        own, K, n = self.observer, self.feedback.gains[0], len(self.model.states)
+        observer, K, n = self.observer, self.feedback.gains[0], len(self.model.states)
         F, G = np.zeros((n, n)), np.zeros((n, len(self.rows)))
         states = list(self.states)
-        F[states] = -own.B @ K
-        F[np.ix_(states, states)] += own.A - own.L @ own.C
-        G[states], G[self.integrals] = own.L, H
+        F[states] = -observer.B @ K
+        F[np.ix_(states, states)] += observer.A - observer.L @ observer.C
+        G[states], G[self.integrals] = observer.L, H
         return F, G, K

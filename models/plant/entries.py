@@ -316,7 +316,7 @@ class PlantEntry(_Entry):
         """The inputs that the law commands: with a blend its effort's rate, not its actuators."""
         if self.blending is None:
             return self.inputs
-        effort, most = self.blending.effort, self.blending.effort.rate
+        effort, largest_rate = self.blending.effort, self.blending.effort.rate
         blended = (self.blending.low.input, self.blending.high.input)
         unit = "1/s" if effort.unit == "-" else f"{effort.unit}/s"
         if "/" in effort.unit:
@@ -324,26 +324,28 @@ class PlantEntry(_Entry):
             unit = f"{top}/({bottom.strip('()')} s)"
         rate = VariableEntry(
             unit=unit,
-            range=None if most is None else (-most, most),
+            range=None if largest_rate is None else (-largest_rate, largest_rate),
             description="rate of the effort",
         )
-        rest = {name: entry for name, entry in self.inputs.items() if name not in blended}
-        return {**rest, "effort_rate": rate}
+        direct_inputs = {name: entry for name, entry in self.inputs.items() if name not in blended}
+        return {**direct_inputs, "effort_rate": rate}
 
 
 def plant_file_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of plant files."""
-    found = PlantEntry.model_json_schema()
+    schema = PlantEntry.model_json_schema()
     # A parameter may be its number, expression or range alone; the validator makes fields of it.
-    (named,) = found["properties"]["parameters"]["patternProperties"].values()
+    (named,) = schema["properties"]["parameters"]["patternProperties"].values()
     ends = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
     text = {"type": "string", "maxLength": 4000}
     named |= {"anyOf": [{"$ref": named.pop("$ref")}, {"type": "number"}, text, ends]}
     # What is measured may be its name alone.
-    rows = next(one for one in found["properties"]["measured"]["anyOf"] if "items" in one)
+    rows = next(
+        variant for variant in schema["properties"]["measured"]["anyOf"] if "items" in variant
+    )
     rows["items"] = {"anyOf": [rows["items"], {"type": "string"}]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "takagi plant file",
-        **{key: value for key, value in found.items() if key != "title"},
+        **{key: value for key, value in schema.items() if key != "title"},
     }

@@ -132,6 +132,6 @@ def measured_given(value: object) -> object:
     """
     if not isinstance(value, list):
         raise ValueError('a list is needed, such as measured = ["angle"]')
-    if any(not isinstance(one, (str, dict)) for one in value):
+    if any(not isinstance(entry, (str, dict)) for entry in value):
         raise ValueError("each is a name in quotes, or { name, expression, unit }")
-    return [{"name": one} if isinstance(one, str) else one for one in value]
+    return [{"name": entry} if isinstance(entry, str) else entry for entry in value]

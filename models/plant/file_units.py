@@ -32,7 +32,9 @@ def time_in_file_units(plant: Plant, seconds: float) -> tuple[float, str]:
     occur in the file's units, such as min in ``L/min``; else the smallest of them.
     """
     sizes = sorted((_size(unit), unit) for unit in _times(plant))
-    size, unit = max((one for one in sizes if seconds >= one[0]), default=sizes[0])
+    size, unit = max(
+        (time_unit for time_unit in sizes if seconds >= time_unit[0]), default=sizes[0]
+    )
     return seconds / size, unit
 
 
@@ -46,9 +48,9 @@ def rate_in_file_units(plant: Plant, rate: float) -> tuple[float, str]:
 
 def _times(plant: Plant) -> set[str]:
     """Return s, and the units of time that occur in what the file's figures are written in."""
-    given = [v.written for v in (*plant.states, *plant.inputs, *plant.disturbances)]
-    given += [parameter.written for parameter in plant.parameters]
-    names = {name for unit in given for name in _NAME.findall(unit)}
+    units_written = [v.written for v in (*plant.states, *plant.inputs, *plant.disturbances)]
+    units_written += [parameter.written for parameter in plant.parameters]
+    names = {name for unit in units_written for name in _NAME.findall(unit)}
     return {"s"} | {name for name in names if _is_time(name)}
 
 
@@ -60,5 +62,5 @@ def _is_time(name: str) -> bool:
 
 
 def _size(unit: str) -> float:
-    found = parse_unit(unit or "-")
-    return float(found.factor) * math.pi**found.pi_power
+    unit_read = parse_unit(unit or "-")
+    return float(unit_read.factor) * math.pi**unit_read.pi_power

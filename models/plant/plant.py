@@ -132,13 +132,13 @@ class Plant(ShortRepr):
     @property
     def expressions(self) -> list[tuple[str, sp.Expr]]:
         """Return (place, expression): of all equations, the mass matrix, outputs and premises."""
-        found = [
+        labelled = [
             (f"equation of {v.name}", row)
             for v, row in zip(self.states, self.equations, strict=True)
         ]
-        found += [("mass matrix", entry) for entry in (() if self.mass is None else self.mass)]
-        found += [(f"output {y.name}", y.expression) for y in self.outputs]
-        return [*found, *((f"premise {symbol}", row) for symbol, row in self.premises.items())]
+        labelled += [("mass matrix", entry) for entry in (() if self.mass is None else self.mass)]
+        labelled += [(f"output {y.name}", y.expression) for y in self.outputs]
+        return [*labelled, *((f"premise {symbol}", row) for symbol, row in self.premises.items())]
 
     def _check_measured(self) -> None:
         if self.measured is None:
@@ -190,12 +190,12 @@ class Plant(ShortRepr):
             )
 
     def _check_symbols(self) -> None:
-        known = {v.symbol for v in self.variables} | {p.symbol for p in self.parameters}
-        for what, row in self.expressions:
-            unknown = sorted(str(s) for s in row.free_symbols if s not in known)
+        symbols = {v.symbol for v in self.variables} | {p.symbol for p in self.parameters}
+        for label, row in self.expressions:
+            unknown = sorted(str(s) for s in row.free_symbols if s not in symbols)
             if unknown:
                 raise ModelError(
-                    f"plant {self.name!r}, {what}: {', '.join(unknown)} is neither a variable nor "
+                    f"plant {self.name!r}, {label}: {', '.join(unknown)} is neither a variable nor "
                     "a parameter; define it, or correct its name"
                 )
 
@@ -213,35 +213,36 @@ def _check_units(plant: Plant) -> None:
     """
     units = _dimensions(plant)
     values = plant.values
-    wanted = _rate_dimensions(plant, units, values)
-    for variable, row, dimension in zip(plant.states, plant.equations, wanted, strict=True):
-        place = f"equation of {variable.name}"
+    rates = _rate_dimensions(plant, units, values)
+    for variable, row, dimension in zip(plant.states, plant.equations, rates, strict=True):
+        owner = f"equation of {variable.name}"
         checked = without_matrix_row(row, {v.symbol for v in plant.variables})
-        found = dimension_of(checked, units, values, place=place)
-        if dimension is not None and found is not None and found != dimension:
-            left = "the left side" if plant.mass is not None else _left(plant, variable.name)
+        row_dimension = dimension_of(checked, units, values, owner=owner)
+        if dimension is not None and row_dimension is not None and row_dimension != dimension:
+            left_name = "the left side" if plant.mass is not None else _left(plant, variable.name)
             raise ModelError(
-                f"{place}: {short(row)} has the unit {found}, but {left} has {dimension}; {ADVICE}"
+                f"{owner}: {short(row)} has the unit {row_dimension}, but {left_name} has "
+                f"{dimension}; {ADVICE}"
             )
     for output in plant.outputs:
-        place = f"output {output.name}"
-        found = dimension_of(output.expression, units, values, place=place)
-        stated = _si(output.unit, place).dimension
-        if found is not None and found != stated:
+        owner = f"output {output.name}"
+        row_dimension = dimension_of(output.expression, units, values, owner=owner)
+        stated = _si(output.unit, owner).dimension
+        if row_dimension is not None and row_dimension != stated:
             raise ModelError(
-                f"{place}: {short(output.expression)} has the unit {found}, but {output.unit!r} "
-                f"is stated ({stated}); {ADVICE}"
+                f"{owner}: {short(output.expression)} has the unit {row_dimension}, but "
+                f"{output.unit!r} is stated ({stated}); {ADVICE}"
             )
     for symbol, expression in plant.premises.items():
-        dimension_of(expression, units, values, place=f"premise {symbol}")
+        dimension_of(expression, units, values, owner=f"premise {symbol}")
 
 
 def _dimensions(plant: Plant) -> dict[sp.Symbol, Dimension]:
-    found = {v.symbol: _si(v.unit, f"variable {v.name}").dimension for v in plant.variables}
+    dimensions = {v.symbol: _si(v.unit, f"variable {v.name}").dimension for v in plant.variables}
     for parameter in plant.parameters:
-        place = f"parameter {parameter.symbol}"
-        found[parameter.symbol] = _si(parameter.unit, place).dimension
-    return found
+        owner = f"parameter {parameter.symbol}"
+        dimensions[parameter.symbol] = _si(parameter.unit, owner).dimension
+    return dimensions
 
 
 def _rate_dimensions(
@@ -252,37 +253,37 @@ def _rate_dimensions(
     rates = [units[variable.symbol].times(step) for variable in plant.states]
     if plant.mass is None:
         return list(rates)
-    found: list[Dimension | None] = []
+    dimensions: list[Dimension | None] = []
     for row, variable in enumerate(plant.states):
-        place = f"mass row of {variable.name}"
-        seen: tuple[str, Dimension] | None = None
+        owner = f"mass row of {variable.name}"
+        first_term: tuple[str, Dimension] | None = None
         for column, rate in enumerate(rates):
             written = plant.mass[row, column]
-            entry = dimension_of(written, units, values, place=place)
+            entry = dimension_of(written, units, values, owner=owner)
             # A number that is an entry of the matrix is in SI, with the unit that fits.
             if entry is None or (written.is_number and abs(written) != 1):
                 continue
             term = f"({short(plant.mass[row, column])}) {_left(plant, plant.states[column].name)}"
             total = entry.times(rate)
-            if seen is not None and seen[1] != total:
+            if first_term is not None and first_term[1] != total:
                 raise ModelError(
-                    f"{place}: {seen[0]} has the unit {seen[1]} and {term} has {total}, but they "
-                    f"are added; {ADVICE}"
+                    f"{owner}: {first_term[0]} has the unit {first_term[1]} and {term} has "
+                    f"{total}, but they are added; {ADVICE}"
                 )
-            seen = seen or (term, total)
-        found.append(None if seen is None else seen[1])
-    return found
+            first_term = first_term or (term, total)
+        dimensions.append(None if first_term is None else first_term[1])
+    return dimensions
 
 
 def _left(plant: Plant, name: str) -> str:
     return f"{name}'" if plant.sample_time is None else f"{name}(t + T)"
 
 
-def _si(text: str, place: str) -> Any:
+def _si(text: str, owner: str) -> Any:
     unit = parse_unit(text)
     if not unit.is_si:
         raise ModelError(
-            f"{place}: the unit {text!r} is not SI; give the value in {unit.si!r} (plant files "
+            f"{owner}: the unit {text!r} is not SI; give the value in {unit.si!r} (plant files "
             "convert, a Plant in Python does not)"
         )
     return unit

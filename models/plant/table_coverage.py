@@ -29,27 +29,27 @@ def check_coverage(plant: Plant) -> None:
     from takagi.models.splines.table_function import TableFunction, table_ranges
 
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    seen: set[Any] = set()
-    for place, expression in plant.expressions:
+    checked_calls: set[Any] = set()
+    for owner, expression in plant.expressions:
         calls = expression.atoms(TableFunction)
         for call in sorted(calls, key=lambda c: (len(c.atoms(TableFunction)), str(c))):
-            if call in seen:
+            if call in checked_calls:
                 continue
-            seen.add(call)
+            checked_calls.add(call)
             pairs = zip(call.args, table_ranges(call.table), strict=True)
             for number, (argument, covered) in enumerate(pairs, start=1):
-                _check(plant, f"{place}: argument {number} of {call}", argument, covered, values)
+                _check(plant, f"{owner}: argument {number} of {call}", argument, covered, values)
 
 
 def _check(
     plant: Plant,
-    place: str,
+    owner: str,
     argument: sp.Expr,
     covered: Interval,
     values: Mapping[sp.Symbol, sp.Rational],
 ) -> None:
-    found = _range(plant, place, argument.subs(values))
-    if covered.contains(found):
+    attained = _range(plant, owner, argument.subs(values))
+    if covered.contains(attained):
         return
     named = sorted(str(symbol) for symbol in argument.free_symbols)
     sides = ", ".join(
@@ -58,23 +58,24 @@ def _check(
         if variable.name in named and variable.range is not None
     )
     raise ModelError(
-        f"{place}, {argument}, takes values in {found} on the box ({sides or 'a number'}), but the "
+        f"{owner}, {argument}, takes values in {attained} on the box "
+        f"({sides or 'a number'}), but the "
         f"table covers {covered}; shrink the ranges or extend the table"
     )
 
 
-def _range(plant: Plant, place: str, argument: sp.Expr) -> Interval:
+def _range(plant: Plant, owner: str, argument: sp.Expr) -> Interval:
     from takagi.models.ranges.expression_range import expression_range
 
     ranges = {variable.symbol: variable.range for variable in plant.variables}
     missing = sorted(str(s) for s in argument.free_symbols if ranges[s] is None)
     if missing:
         raise ModelError(
-            f"{place}, {argument}, depends on {', '.join(missing)}, which has no range; give one"
+            f"{owner}, {argument}, depends on {', '.join(missing)}, which has no range; give one"
         )
     if argument.is_Symbol:
         return plant.box[argument]
     try:
         return expression_range(argument, plant.box, tolerance=TOLERANCE).outer
     except ModelError as error:
-        raise ModelError(f"{place}: its range cannot be enclosed: {error}") from error
+        raise ModelError(f"{owner}: its range cannot be enclosed: {error}") from error

@@ -55,8 +55,8 @@ def right_side(
         if v.symbol not in free
     }
     symbols = [*(v.symbol for v in (*plant.states, *plant.inputs)), *free]
-    right = explicit_rows(plant, symbols, values)
-    return lambda x, u, w: right(*map(float, x), *map(float, u), *map(float, w))
+    right_sides = explicit_rows(plant, symbols, values)
+    return lambda x, u, w: right_sides(*map(float, x), *map(float, u), *map(float, w))
 
 
 # (measured x - x*, w) -> the inputs before their limits, then the commands of blended actuators.
@@ -94,7 +94,7 @@ class Experiment:
     inputs : m, the number of inputs.
     limits : (number of commands, 2), the ends of each command's range; infinite where it has none.
     rest : x* (n,), the equilibrium.
-    far : (n,), the deviation from it at which a run ends.
+    far_limits : (n,), the deviation from it at which a run ends.
     disturbances : w as deviations from ``disturbance_rest`` (p,).
     noise : on the measured states, (n,).
     program : returns a new sampled law for each run; None for a law in continuous time.
@@ -108,7 +108,7 @@ class Experiment:
     inputs: int
     limits: Floats
     rest: Floats
-    far: Floats
+    far_limits: Floats
     disturbances: Signals
     disturbance_rest: Floats
     noise: Signals
@@ -117,25 +117,25 @@ class Experiment:
     discrete: bool = False
     law_rate: LawRate | None = None
 
-    def following(self, at: Floats, measured: Floats, wanted: Floats, w: Floats) -> Floats:
+    def following(self, at: Floats, measured: Floats, commanded: Floats, w: Floats) -> Floats:
         """Return the rate of all states, or in discrete time the next ones, as deviations.
 
         Parameters
         ----------
         at, measured : all states, without and with noise.
-        wanted : the commands before their limits.
+        commanded : the commands before their limits.
         """
-        u, n = self.held(wanted), len(self.rest)
-        moved = self.rate(self.rest + at[:n], u, w)
-        own = moved - self.rest if self.discrete else moved
+        u, n = self.held(commanded), len(self.rest)
+        rates = self.rate(self.rest + at[:n], u, w)
+        plant_rates = rates - self.rest if self.discrete else rates
         if self.law_rate is None:
-            return own
-        return np.concatenate([own, self.law_rate(measured, u)])
+            return plant_rates
+        return np.concatenate([plant_rates, self.law_rate(measured, u)])
 
-    def held(self, wanted: Floats) -> Floats:
+    def held(self, commanded: Floats) -> Floats:
         """Return the inputs (m,) that act: each command, limited to its range."""
         low, high = self.limits.T
-        return np.asarray(np.clip(wanted, low, high)[: self.inputs], dtype=np.float64)
+        return np.asarray(np.clip(commanded, low, high)[: self.inputs], dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,7 @@ class ExperimentRun:
     ----------
     time : (k,) [s]; at a jump there are two rows with one time.
     state : (k, n), x - x*; then the law's own states.
-    wanted, sent : (k, number of commands), before and after the limits.
+    commanded, sent : (k, number of commands), before and after the limits.
     disturbance : (k, p).
     cuts : the spans in which a command was limited, in the order of time.
     ended : "whole" for a complete run; "far" if a state went too far from rest; "undefined" if an
@@ -166,7 +166,7 @@ class ExperimentRun:
 
     time: Floats
     state: Floats
-    wanted: Floats
+    commanded: Floats
     sent: Floats
     disturbance: Floats
     cuts: tuple[Cut, ...]

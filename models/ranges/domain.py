@@ -64,15 +64,15 @@ class Domain:
         """
         import sympy as sp
 
-        sides, places = dict(box), {}
+        sides, expressions = dict(box), {}
         for symbol, (lower, upper) in between.items():
             low, high = sp.sympify(lower), sp.sympify(upper)
             # A dummy symbol differs from every symbol of an expression, even with the same name.
             share = sp.Dummy(f"share_{symbol}", real=True)
             sides[share] = Interval.of(0, 1)
-            places[symbol] = low + share * (high - low)
+            expressions[symbol] = low + share * (high - low)
             _check_order(symbol, high - low, box)
-        return cls((Cell(sides, places),))
+        return cls((Cell(sides, expressions),))
 
     def __or__(self, other: Domain) -> Domain:
         """Return the union of both."""
@@ -81,25 +81,28 @@ class Domain:
     @property
     def rectangle(self) -> Mapping[sp.Symbol, Interval] | None:
         """The box that the domain is; None for a band or several cells."""
-        first, *more = self.cells
-        return None if more or first.places else first.box
+        first, *further = self.cells
+        return None if further or first.places else first.box
 
     def within(self, box: Mapping[sp.Symbol, Interval]) -> Domain:
         """Return the points whose variables that no cell contains lie in the box."""
         return Domain(
             tuple(
-                Cell({**{s: r for s, r in box.items() if s not in cell.places}, **cell.box}, places)
+                Cell(
+                    {**{s: r for s, r in box.items() if s not in cell.places}, **cell.box},
+                    expressions,
+                )
                 for cell in self.cells
-                for places in [cell.places]
+                for expressions in [cell.places]
             )
         )
 
-    def moved(self, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Domain:
+    def moved(self, shifts: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Domain:
         """Return the domain in other variables: x -> (d, r) writes x = r + d.
 
         A range is moved outward where r is not a rational number.
         """
-        return Domain(tuple(_moved(cell, places) for cell in self.cells))
+        return Domain(tuple(_moved(cell, shifts) for cell in self.cells))
 
     def sides(self, symbols: Iterable[sp.Symbol]) -> dict[sp.Symbol, Interval]:
         """Return a range of each symbol that every cell bounds: the smallest box, or little more.
@@ -108,13 +111,15 @@ class Domain:
         ------
         ModelError : a place that has no finite range.
         """
-        found = {}
+        sides = {}
         for symbol in symbols:
-            parts = [_side(cell, symbol) for cell in self.cells]
-            known = [part for part in parts if part is not None]
-            if len(known) == len(parts):
-                found[symbol] = Interval(min(k.lower for k in known), max(k.upper for k in known))
-        return found
+            cell_sides = [_side(cell, symbol) for cell in self.cells]
+            known_sides = [side for side in cell_sides if side is not None]
+            if len(known_sides) == len(cell_sides):
+                sides[symbol] = Interval(
+                    min(k.lower for k in known_sides), max(k.upper for k in known_sides)
+                )
+        return sides
 
 
 DomainLike: TypeAlias = "Domain | Mapping[sp.Symbol, Interval]"
@@ -126,32 +131,32 @@ def as_domain(domain: Domain | Mapping[sp.Symbol, Interval]) -> Domain:
 
 
 def _check_order(symbol: sp.Symbol, width: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> None:
-    found = bounds_on(width, Cell(box)).outer
-    if found.lower < 0:
+    width_range = bounds_on(width, Cell(box)).outer
+    if width_range.lower < 0:
         raise ModelError(
-            f"the band of {symbol}: upper minus lower is {width} in {found}, which is not "
+            f"the band of {symbol}: upper minus lower is {width} in {width_range}, which is not "
             "provably >= 0; swap the edges where they cross, or cut the box there"
         )
 
 
-def _moved(cell: Cell, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Cell:
-    taken = {deviation for s, (deviation, _) in places.items() if deviation != s}
-    clash = sorted(str(symbol) for symbol in cell.box if symbol in taken)
+def _moved(cell: Cell, shifts: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Cell:
+    deviations = {deviation for s, (deviation, _) in shifts.items() if deviation != s}
+    clash = sorted(str(symbol) for symbol in cell.box if symbol in deviations)
     if clash:
         raise ModelError(
             f"a coordinate of the domain is called {', '.join(clash)}, as the deviation of a "
             "variable from its rest is; rename the coordinate"
         )
-    written = {s: rest + deviation for s, (deviation, rest) in places.items()}
+    written = {s: rest + deviation for s, (deviation, rest) in shifts.items()}
     box = {}
     for symbol, side in cell.box.items():
-        deviation, rest = places.get(symbol, (symbol, None))
+        deviation, rest = shifts.get(symbol, (symbol, None))
         box[deviation] = side if rest is None else side - value_of(rest)
-    found = {}
-    for symbol, place in cell.places.items():
-        deviation, rest = places.get(symbol, (symbol, 0))
-        found[deviation] = place.subs(written, simultaneous=True) - rest
-    return Cell(box, found)
+    moved_places = {}
+    for symbol, expression in cell.places.items():
+        deviation, rest = shifts.get(symbol, (symbol, 0))
+        moved_places[deviation] = expression.subs(written, simultaneous=True) - rest
+    return Cell(box, moved_places)
 
 
 def value_of(number: sp.Expr) -> Interval:

@@ -35,7 +35,7 @@ from takagi.models.ranges.domain import Domain, DomainLike, as_domain
 if TYPE_CHECKING:
     import sympy as sp
 
-Place = TypeVar("Place")
+Box = TypeVar("Box")
 
 
 def replayed_bounds(
@@ -49,14 +49,18 @@ def replayed_bounds(
     """Return the hull of the enclosures on the leaves of all trees; see ``Evidence.replay``."""
     import flint
 
-    parts = parts_by_sign(expression, cells) if by_sign else [(expression, c) for c in cells]
-    if not len(parts) == len(trees) == len(symbols):
-        raise ModelError(f"evidence for {len(trees)} cells was given; the domain has {len(parts)}")
+    pieces_by_sign = (
+        parts_by_sign(expression, cells) if by_sign else [(expression, c) for c in cells]
+    )
+    if not len(pieces_by_sign) == len(trees) == len(symbols):
+        raise ModelError(
+            f"evidence for {len(trees)} cells was given; the domain has {len(pieces_by_sign)}"
+        )
     ends: list[tuple[Fraction, Fraction]] = []
     with flint.ctx.workprec(precision):
-        listed = zip(parts, trees, symbols, strict=True)
-        for number, (part, tree, names) in enumerate(listed, start=1):
-            root = cell_root(*part)
+        listed = zip(pieces_by_sign, trees, symbols, strict=True)
+        for number, (piece_by_sign, tree, names) in enumerate(listed, start=1):
+            root = cell_root(*piece_by_sign)
             if root.names != names:
                 raise ModelError(
                     f"the trees of cell {number} halve {', '.join(names) or 'nothing'}; the "
@@ -72,10 +76,10 @@ def replayed_bounds(
 
 def leaves_of(
     tree: str,
-    root: Place,
+    root: Box,
     sides: int,
-    halve: Callable[[Place, int], tuple[Place, Place]],
-    enclose: Callable[[str, Place], Ends | None],
+    halve: Callable[[Box, int], tuple[Box, Box]],
+    enclose: Callable[[str, Box], Ends | None],
 ) -> list[Ends]:
     """Return the enclosure on each leaf of a tree.
 
@@ -83,11 +87,11 @@ def leaves_of(
     ------
     ModelError : a letter that is unknown, a tree that ends early or late, a leaf without bound.
     """
-    found, left = [], [root]
+    enclosures, waiting = [], [root]
     for position, letter in enumerate(tree, start=1):
-        if not left:
+        if not waiting:
             raise ModelError(f"a tree of boxes goes on after its end, at character {position}")
-        place = left.pop()
+        box = waiting.pop()
         number = SIDES.find(letter)
         if number >= 0:
             if number >= sides:
@@ -95,15 +99,15 @@ def leaves_of(
                     f"a tree of boxes halves side {number} at character {position}; there are "
                     f"{sides} sides"
                 )
-            left += reversed(halve(place, number))
+            waiting += reversed(halve(box, number))
             continue
-        ends = enclose(letter, place)
+        ends = enclose(letter, box)
         if ends is None:
             raise ModelError(f"the leaf {letter!r} at character {position} of a tree has no bound")
-        found.append(ends)
-    if left:
-        raise ModelError(f"a tree of boxes ends early: {len(left)} boxes are missing")
-    return found
+        enclosures.append(ends)
+    if waiting:
+        raise ModelError(f"a tree of boxes ends early: {len(waiting)} boxes are missing")
+    return enclosures
 
 
 LONGEST = 100_000  # characters of all trees together that a reader accepts
@@ -143,7 +147,7 @@ class Evidence:
             raise ModelError(
                 f"evidence of {sum(map(len, self.trees))} characters; at most {LONGEST} are read"
             )
-        found = Interval(
+        hull = Interval(
             *replayed_bounds(
                 self.expression,
                 self.domain.cells,
@@ -153,12 +157,12 @@ class Evidence:
                 self.by_sign,
             )
         )
-        if not self.bounds.contains(found):
+        if not self.bounds.contains(hull):
             raise ModelError(
                 f"the bounds {self.bounds} of {self.expression} are not proved by their evidence: "
-                f"its boxes give {found}; bound the expression again"
+                f"its boxes give {hull}; bound the expression again"
             )
-        return found
+        return hull
 
     def claiming(self, bounds: Interval) -> Evidence:
         """Return the same trees as evidence of other bounds; ``replay`` decides if they hold."""
@@ -173,12 +177,12 @@ class Evidence:
     def words(self) -> str:
         """Return how the bounds were proved, e.g. ``"ball arithmetic, 12 boxes"``."""
         letters = {letter for tree in self.trees for letter in tree if letter.islower()}
-        used = [
+        methods = [
             name
             for name, of in (("Bernstein form", "b"), ("ball arithmetic", "psqt"))
             if letters & set(of)
         ]
-        return f"{' and '.join(used)}, {self.boxes} box{'' if self.boxes == 1 else 'es'}"
+        return f"{' and '.join(methods)}, {self.boxes} box{'' if self.boxes == 1 else 'es'}"
 
 
 def replay(evidence: Evidence, expression: sp.Expr, domain: DomainLike) -> Interval:

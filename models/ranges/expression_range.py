@@ -81,7 +81,7 @@ def range_over(
     """
     if not boxes:
         raise ModelError("no box was given; a range needs at least one")
-    found = search(
+    result = search(
         partial(_look, enclose, changes or partial(_shares, boxes[0])),
         _halves,
         boxes,
@@ -90,7 +90,7 @@ def range_over(
         tell=lambda box: ", ".join(str(side) for side in box),
         attained=_attained(enclose, [point for box in boxes for point in _diagonal(box)]),
     )
-    return Range(Interval(*found.outer), Interval(*found.attained), found.boxes)
+    return Range(Interval(*result.outer), Interval(*result.attained), result.boxes)
 
 
 def _look(enclose: Enclose, changes: Changes, box: Box) -> Bounded:
@@ -105,8 +105,8 @@ def _look(enclose: Enclose, changes: Changes, box: Box) -> Bounded:
 
 def _halves(box: Box, axis: int) -> tuple[Box, Box]:
     middle = box[axis].centre
-    parts = Interval(box[axis].lower, middle), Interval(middle, box[axis].upper)
-    first, second = ((*box[:axis], part, *box[axis + 1 :]) for part in parts)
+    half_sides = Interval(box[axis].lower, middle), Interval(middle, box[axis].upper)
+    first, second = ((*box[:axis], half_side, *box[axis + 1 :]) for half_side in half_sides)
     return first, second
 
 
@@ -123,9 +123,9 @@ def _diagonal(box: Box) -> tuple[Box, Box]:
     return lower, upper
 
 
-def _shares(whole: Box, box: Box) -> list[float]:
+def _shares(root: Box, box: Box) -> list[float]:
     """Return each side's width as a share of the whole's."""
-    return [float(b.width / w.width) if w.width else 0.0 for b, w in zip(box, whole, strict=True)]
+    return [float(b.width / w.width) if w.width else 0.0 for b, w in zip(box, root, strict=True)]
 
 
 def expression_range(
@@ -154,11 +154,11 @@ def expression_range(
     from takagi.models.ranges.ball_form import PRECISION
 
     over = as_domain(domain)
-    found = searched(expression, over.cells, tolerance=tolerance, most_boxes=most_boxes)
+    bounds = searched(expression, over.cells, tolerance=tolerance, most_boxes=most_boxes)
     evidence = Evidence(
-        found.outer, expression, over, found.names, found.trees, PRECISION, found.by_sign
+        bounds.outer, expression, over, bounds.names, bounds.trees, PRECISION, bounds.by_sign
     )
-    return Range(found.outer, found.inner, found.boxes, evidence)
+    return Range(bounds.outer, bounds.inner, bounds.boxes, evidence)
 
 
 def expression_value(
@@ -172,24 +172,24 @@ def expression_value(
     ------
     ModelError : a free symbol without value, or no finite value there.
     """
-    given = {s: Interval(Fraction(v), Fraction(v)) for s, v in point.items()}
-    found = _at(expression, given)
-    if not found.is_finite():
+    sides = {s: Interval(Fraction(v), Fraction(v)) for s, v in point.items()}
+    ball = _at(expression, sides)
+    if not ball.is_finite():
         # One cell for each sign that what stands in |x| may have there: below and above.
-        for written, cell in parts_by_sign(expression, [Cell(given)]):
-            found = _at(written, cell.box)
-    if not found.is_finite():
+        for written, cell in parts_by_sign(expression, [Cell(sides)]):
+            ball = _at(written, cell.box)
+    if not ball.is_finite():
         raise ModelError(f"{expression} has no finite value at {dict(point)}")
-    return float(found.mid())
+    return float(ball.mid())
 
 
-def _at(expression: sp.Expr, given: Mapping[sp.Symbol, Interval]) -> Any:
+def _at(expression: sp.Expr, sides: Mapping[sp.Symbol, Interval]) -> Any:
     import flint
 
     from takagi.models.ranges.ball_form import PRECISION
     from takagi.models.ranges.ball_operations import side_of
 
-    written, exactly, _ = combined(expression, given)
+    written, exactly, _ = combined(expression, sides)
     symbols = checked_symbols(written, exactly)
     with flint.ctx.workprec(PRECISION):
         return _cached_form(written, symbols).plain(tuple(side_of(exactly[s]) for s in symbols))

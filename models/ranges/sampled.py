@@ -74,18 +74,18 @@ def sampled_bounds(
         missing = ", ".join(str(s) for s in symbols if s not in cell.box)
         if missing:
             raise ModelError(f"{expression} depends on {missing}, which has no range; give one")
-        places = _drawn(cell, symbols, points, chance)
+        samples = _drawn(cell, symbols, points, chance)
         value = sp.lambdify(symbols, written, modules=["scipy", "numpy"])
         with np.errstate(all="ignore"):
-            found = np.broadcast_to(np.asarray(value(*places.T), dtype=np.float64), (points,))
-        if not np.all(np.isfinite(found)):
-            worst = int(np.argmin(np.isfinite(found)))
-            at = ", ".join(f"{s} = {v:.6g}" for s, v in zip(symbols, places[worst], strict=True))
+            values = np.broadcast_to(np.asarray(value(*samples.T), dtype=np.float64), (points,))
+        if not np.all(np.isfinite(values)):
+            worst = int(np.argmin(np.isfinite(values)))
+            at = ", ".join(f"{s} = {v:.6g}" for s, v in zip(symbols, samples[worst], strict=True))
             raise ModelError(
                 f"{expression} has no finite value at {at or 'any point'}; take that point out of "
                 "the domain, or write the expression without the singularity"
             )
-        low, high = min(low, float(found.min())), max(high, float(found.max()))
+        low, high = min(low, float(values.min())), max(high, float(values.max()))
     first, last = Fraction(low), Fraction(high)
     wider = share * (last - first)
     total = points * len(as_domain(domain).cells)
@@ -104,19 +104,21 @@ def moved_into(
     """
     import sympy as sp
 
-    found = points.copy()
+    moved_points = points.copy()
     turns = np.arange(len(points)) % len(domain.cells)
     for number, cell in enumerate(domain.cells):
         rows = np.flatnonzero(turns == number)
-        own = list(cell.box)
-        drawn = _drawn(cell, own, len(rows), chance)
+        cell_symbols = list(cell.box)
+        drawn = _drawn(cell, cell_symbols, len(rows), chance)
         for column, symbol in enumerate(symbols):
             if symbol in cell.box:
-                found[rows, column] = drawn[:, own.index(symbol)]
+                moved_points[rows, column] = drawn[:, cell_symbols.index(symbol)]
             elif symbol in cell.places:
-                place = sp.lambdify(own, cell.places[symbol], modules=["scipy", "numpy"])
-                found[rows, column] = place(*drawn.T)
-    return found
+                function = sp.lambdify(
+                    cell_symbols, cell.places[symbol], modules=["scipy", "numpy"]
+                )
+                moved_points[rows, column] = function(*drawn.T)
+    return moved_points
 
 
 def _drawn(

@@ -56,76 +56,80 @@ OF_PLANT = (
 )
 
 
-def factored_problem(given: GivenEquations) -> tuple[Problem, Factored]:
+def factored_problem(arguments: GivenEquations) -> tuple[Problem, Factored]:
     """Return the equations about their equilibrium, and f = A x + B u + E w in premise symbols.
 
     Raises
     ------
     ModelError : as ``sector_model``.
     """
-    if isinstance(given.f, Plant):
-        return _of_plant(given.f, given)
-    return _of_expressions(given.f, given)
+    if isinstance(arguments.f, Plant):
+        return _of_plant(arguments.f, arguments)
+    return _of_expressions(arguments.f, arguments)
 
 
-def _of_plant(plant: Plant, given: GivenEquations) -> tuple[Problem, Factored]:
-    if any(bool(getattr(given, name)) for name in OF_PLANT):
+def _of_plant(plant: Plant, arguments: GivenEquations) -> tuple[Problem, Factored]:
+    if any(bool(getattr(arguments, name)) for name in OF_PLANT):
         raise ModelError(
             "a Plant was given together with states, inputs, box, parameters, matrices or the "
             "like; the plant carries these itself, leave them out"
         )
-    problem = problem_of_plant(plant, given.premises, given.rest, given.domain)
-    if given.units:
-        units = {**problem.equations.units, **given.units}
+    problem = problem_of_plant(plant, arguments.premises, arguments.rest, arguments.domain)
+    if arguments.units:
+        units = {**problem.equations.units, **arguments.units}
         problem = replace(problem, equations=replace(problem.equations, units=units))
-    choice = given.choice or "fewest-rules"
+    choice = arguments.choice or "fewest-rules"
     factored = _factored(problem, None, {}, choice)
     if problem.relations and _has_related(problem, factored):
         # Numbers that the equations at rest give from others, as i_rest - u_rest = 0, may vanish.
-        other = problem.related()
-        related = _factored(other, None, {}, choice)
+        related_problem = problem.related()
+        related = _factored(related_problem, None, {}, choice)
         if _cost(related) < _cost(factored):
-            return other, related
+            return related_problem, related
     return problem, factored
 
 
 def _has_related(problem: Problem, factored: Factored) -> bool:
     """Return whether a number that others give stands in the form."""
-    parts = [*factored.premises.values(), *(n.expression for n in factored.numbers.values())]
-    return any(not part.free_symbols.isdisjoint(problem.relations) for part in parts)
+    expressions = [*factored.premises.values(), *(n.expression for n in factored.numbers.values())]
+    return any(
+        not expression.free_symbols.isdisjoint(problem.relations) for expression in expressions
+    )
 
 
 def _cost(factored: Factored) -> tuple[int, int]:
     return len(factored.premises), len(factored.numbers)
 
 
-def _of_expressions(f: Sequence[sp.Expr], given: GivenEquations) -> tuple[Problem, Factored]:
-    values = {symbol: rational(value) for symbol, value in (given.parameters or {}).items()}
-    if given.box is None and given.domain is None:
+def _of_expressions(f: Sequence[sp.Expr], arguments: GivenEquations) -> tuple[Problem, Factored]:
+    values = {symbol: rational(value) for symbol, value in (arguments.parameters or {}).items()}
+    if arguments.box is None and arguments.domain is None:
         raise ModelError("no box was given; give a range for every variable that matters")
     equations = Equations(
         f=cleaned(f, values),
-        states=tuple(given.states),
-        inputs=tuple(given.inputs),
-        disturbances=tuple(given.disturbances),
-        outputs=cleaned(given.outputs, values),
-        units=dict(given.units or {}),
+        states=tuple(arguments.states),
+        inputs=tuple(arguments.inputs),
+        disturbances=tuple(arguments.disturbances),
+        outputs=cleaned(arguments.outputs, values),
+        units=dict(arguments.units or {}),
     )
     if len(equations.f) != len(equations.states):
         raise ModelError(
             f"f has {len(equations.f)} rows, but there are {len(equations.states)} states; "
             "give one each"
         )
-    premises = given.premises or {}
-    wanted = dict(zip(premises, cleaned(premises.values(), values), strict=True))
-    sides = {symbol: Interval.of(*ends) for symbol, ends in (given.box or {}).items()}
+    premises = arguments.premises or {}
+    asked_premises = dict(zip(premises, cleaned(premises.values(), values), strict=True))
+    sides = {symbol: Interval.of(*ends) for symbol, ends in (arguments.box or {}).items()}
     variables = [*equations.states, *equations.inputs, *equations.disturbances]
-    over = over_box(given.domain, sides, variables)
-    if given.domain is not None:
+    over = over_box(arguments.domain, sides, variables)
+    if arguments.domain is not None:
         sides |= over.sides(variables)
     bent = None if over.rectangle is not None else over
-    problem = Problem(equations, sides, bent, wanted, name=given.name, source=given.source)
-    return problem, _factored(problem, given.matrices, values, given.choice)
+    problem = Problem(
+        equations, sides, bent, asked_premises, name=arguments.name, source=arguments.source
+    )
+    return problem, _factored(problem, arguments.matrices, values, arguments.choice)
 
 
 def _factored(
@@ -136,7 +140,7 @@ def _factored(
 ) -> Factored:
     import sympy as sp
 
-    plant, premises = problem.equations, dict(problem.wanted)
+    plant, premises = problem.equations, dict(problem.premises)
     if matrices is None and choice is not None:
         return chosen_form(problem, choice)
     if matrices is None:
@@ -147,13 +151,13 @@ def _factored(
             f"matrices {', '.join(sorted(matrices)) or 'none'} were given; A is needed, and of "
             "B, C, D, E those that are not zero"
         )
-    found = {}
+    letters = {}
     for letter, shape in _shapes(plant).items():
         matrix = sp.Matrix(matrices[letter]) if letter in matrices else sp.zeros(*shape)
         if matrix.shape != shape:
             raise ModelError(f"{letter} has shape {matrix.shape}; {shape} is needed")
-        found[letter] = sp.Matrix(*shape, cleaned(list(matrix), values))
-    return Factored(found, premises)
+        letters[letter] = sp.Matrix(*shape, cleaned(list(matrix), values))
+    return Factored(letters, premises)
 
 
 def _shapes(plant: Equations) -> dict[str, tuple[int, int]]:
@@ -161,32 +165,36 @@ def _shapes(plant: Equations) -> dict[str, tuple[int, int]]:
     return {"A": (n, n), "B": (n, m), "C": (p, n), "D": (p, m), "E": (n, len(plant.disturbances))}
 
 
-def _with_premises(matrices: Mapping[str, sp.Matrix], wanted: dict[sp.Symbol, sp.Expr]) -> Factored:
+def _with_premises(
+    matrices: Mapping[str, sp.Matrix], asked_premises: dict[sp.Symbol, sp.Expr]
+) -> Factored:
     """Replace the wanted expressions, then make every entry that is still nonlinear a premise."""
     import sympy as sp
 
     symbols: dict[sp.Expr, sp.Symbol] = {}
-    taken = {symbol.name for symbol in wanted}
-    fresh = (s for s in sp.numbered_symbols("z", start=1) if s.name not in taken)
+    names = {symbol.name for symbol in asked_premises}
+    fresh = (s for s in sp.numbered_symbols("z", start=1) if s.name not in names)
 
     def entry(expression: sp.Expr) -> sp.Expr:
-        written = expression.subs({e: s for s, e in wanted.items()})
-        if not written.free_symbols - set(wanted):
+        written = expression.subs({e: s for s, e in asked_premises.items()})
+        if not written.free_symbols - set(asked_premises):
             return written
         simplified = sp.simplify(expression)
         if simplified not in symbols:
             symbols[simplified] = next(fresh)
         return symbols[simplified]
 
-    found = {letter: matrix.applyfunc(entry) for letter, matrix in matrices.items()}
-    used = {s for matrix in found.values() for s in matrix.free_symbols}
-    unused = [str(symbol) for symbol in wanted if symbol not in used]
+    written_matrices = {letter: matrix.applyfunc(entry) for letter, matrix in matrices.items()}
+    symbols_used = {s for matrix in written_matrices.values() for s in matrix.free_symbols}
+    unused = [str(symbol) for symbol in asked_premises if symbol not in symbols_used]
     if unused:
         raise ModelError(
             f"premise {', '.join(unused)} was not found in the factored entries; give the "
             "matrices factored by hand"
         )
-    return Factored(found, {**wanted, **{symbol: e for e, symbol in symbols.items()}})
+    return Factored(
+        written_matrices, {**asked_premises, **{symbol: e for e, symbol in symbols.items()}}
+    )
 
 
 def factor(plant: Equations) -> dict[str, sp.Matrix]:

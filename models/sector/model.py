@@ -13,8 +13,8 @@ from takagi.models.sector.assembly import assemble, domain_steps
 from takagi.models.sector.premise_bounds import (
     ROUGH,
     BoundsRequest,
-    Given,
     RuleCount,
+    StatedBounds,
     bounded_premises,
     counted,
     counted_premises,
@@ -44,7 +44,7 @@ def sector_model(
     matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None = None,
     choice: Choice | None = None,
     premises: Mapping[sp.Symbol, sp.Expr] | None = None,
-    bounds: Mapping[sp.Symbol, Given] | None = None,
+    bounds: Mapping[sp.Symbol, StatedBounds] | None = None,
     sampled_bounds: Collection[sp.Symbol] = (),
     units: Mapping[sp.Symbol, str] | None = None,
     tolerance: Number | None = None,
@@ -106,7 +106,7 @@ def sector_model(
     """
     if tolerance is None:
         tolerance = "1e-3" if isinstance(f, Plant) else "1e-6"
-    given = GivenEquations(
+    arguments = GivenEquations(
         f=f,
         states=states,
         inputs=inputs,
@@ -123,9 +123,9 @@ def sector_model(
         name=name,
         source=source,
     )
-    problem, factored = factored_problem(given)
-    asked = BoundsRequest(bounds or {}, frozenset(sampled_bounds), exact(tolerance))
-    members = counted_premises(problem, factored, asked, most_rules)
+    problem, factored = factored_problem(arguments)
+    bounds_request = BoundsRequest(bounds or {}, frozenset(sampled_bounds), exact(tolerance))
+    members = counted_premises(problem, factored, bounds_request, most_rules)
     return assemble(
         problem.equations,
         factored,
@@ -160,12 +160,14 @@ def rule_count(
     ------
     ModelError : as ``sector_model``, but not for too many rules.
     """
-    given, sampled = options.pop("bounds", None), options.pop("sampled_bounds", ())
+    bounds_given, sampled = options.pop("bounds", None), options.pop("sampled_bounds", ())
     tolerance = options.pop("tolerance", None)
     problem, factored = factored_problem(
         GivenEquations(f=f, states=states, inputs=inputs, **options)
     )
     share = ROUGH if tolerance is None else exact(tolerance)
     return counted(
-        bounded_premises(problem, factored, BoundsRequest(given or {}, frozenset(sampled), share))
+        bounded_premises(
+            problem, factored, BoundsRequest(bounds_given or {}, frozenset(sampled), share)
+        )
     )

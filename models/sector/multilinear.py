@@ -72,8 +72,8 @@ def multi_affine(
     import sympy as sp
 
     where = where or str(entry)
-    known = {s: sp.Rational(*v.as_integer_ratio()) for s, v in (constants or {}).items()}
-    written = entry.xreplace(known)
+    numbers_known = {s: sp.Rational(*v.as_integer_ratio()) for s, v in (constants or {}).items()}
+    written = entry.xreplace(numbers_known)
     strange = written.free_symbols - set(symbols)
     if strange:
         names = ", ".join(sorted(map(str, strange)))
@@ -81,19 +81,23 @@ def multi_affine(
             f"{where} still contains {names}; replace it by a premise, or give its value as a "
             "parameter"
         )
-    used = [number for number, symbol in enumerate(symbols) if symbol in written.free_symbols]
-    if not used:
+    premise_numbers = [
+        number for number, symbol in enumerate(symbols) if symbol in written.free_symbols
+    ]
+    if not premise_numbers:
         return {(): _rational(written)}
-    generators = [symbols[number] for number in used]
+    generators = [symbols[number] for number in premise_numbers]
     polynomial = written.as_poly(*generators) or sp.cancel(written).as_poly(*generators)
-    for place, symbol in enumerate(generators):
-        if polynomial is None or polynomial.degree(place) > 1:
+    for position, symbol in enumerate(generators):
+        if polynomial is None or polynomial.degree(position) > 1:
             culprit = symbol if polynomial is not None else ", ".join(map(str, generators))
             raise ModelError(
                 f"{where} is not linear in the premise {culprit}; make the whole entry a premise"
             )
     return {
-        tuple(number for number, power in zip(used, powers, strict=True) if power): _rational(c)
+        tuple(
+            number for number, power in zip(premise_numbers, powers, strict=True) if power
+        ): _rational(c)
         for powers, c in polynomial.terms()
     }
 
@@ -106,17 +110,17 @@ def corner_values(
     Each value is the exact rational, rounded once to the nearest float.
     """
     axes = tuple(sorted({n for members in polynomial for n in members if len(corners[n]) > 1}))
-    used = sorted({number for members in polynomial for number in members})
-    common = {k: math.lcm(*(corner.denominator for corner in corners[k])) for k in used}
+    premise_numbers = sorted({number for members in polynomial for number in members})
+    common = {k: math.lcm(*(corner.denominator for corner in corners[k])) for k in premise_numbers}
     scale = math.lcm(*(c.denominator for c in polynomial.values()), 1)
-    total = np.zeros(tuple(len(corners[k]) for k in used), dtype=object)
+    total = np.zeros(tuple(len(corners[k]) for k in premise_numbers), dtype=object)
     for members, coefficient in polynomial.items():
         term = np.array(int(coefficient * scale), dtype=object)
-        for place, k in enumerate(used):
-            shape = [1] * len(used)
+        for position, k in enumerate(premise_numbers):
+            shape = [1] * len(premise_numbers)
             # In integers over the common denominator, so that no step but the last one rounds.
             factor = [int(v * common[k]) for v in corners[k]] if k in members else [common[k]]
-            shape[place] = len(factor)
+            shape[position] = len(factor)
             term = term * np.array(factor, dtype=object).reshape(shape)
         total = total + term
     denominator = scale * math.prod(common.values())
@@ -130,5 +134,5 @@ def _rational(value: sp.Expr) -> Fraction:
 
     if value.is_Rational:
         return Fraction(int(value.p), int(value.q))
-    found = sp.Rational(sp.N(value, DIGITS))
-    return Fraction(int(found.p), int(found.q))
+    rational = sp.Rational(sp.N(value, DIGITS))
+    return Fraction(int(rational.p), int(rational.q))

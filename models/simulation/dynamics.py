@@ -50,12 +50,12 @@ def loads(
 
     turbine, constants = plant.turbine, _constants(plant)
     turning, thrust, ratio, turned = equations.record(constants, states, references, winds)
-    (low, high), (least, most) = turbine.torque.x_range, turbine.torque.y_range
+    (low, high), (lowest_pitch, highest_pitch) = turbine.torque.x_range, turbine.torque.y_range
     pitch = states[:, 1]
     flags = np.zeros(len(states), dtype=np.int64)
     for flag, stands in (
         (Flag.TIP_SPEED_RATIO_CLIPPED, (ratio < low) | (ratio > high)),
-        (Flag.PITCH_OUTSIDE_TABLE, (pitch < least) | (pitch > most)),
+        (Flag.PITCH_OUTSIDE_TABLE, (pitch < lowest_pitch) | (pitch > highest_pitch)),
         (Flag.PITCH_RATE_LIMITED, np.abs(turned) >= plant.pitch_rate_limit),
         (
             Flag.PITCH_POSITION_LIMITED,
@@ -74,10 +74,10 @@ def dynamics(plant: SimulatedTurbine) -> Dynamics:
     constants = _constants(plant)
 
     def derivative(state: Floats, torque: float, reference: float, wind: float) -> Floats:
-        after = np.empty(len(state))
-        place = np.ascontiguousarray(state, dtype=np.float64)
-        equations.rate(constants, place, torque, reference, wind, after)
-        return after
+        rates = np.empty(len(state))
+        values = np.ascontiguousarray(state, dtype=np.float64)
+        equations.rate(constants, values, torque, reference, wind, rates)
+        return rates
 
     return Dynamics(
         derivative,
@@ -128,7 +128,7 @@ def _constants(plant: SimulatedTurbine) -> Constants:
 
     turbine = plant.turbine
     flap = turbine.flap or FlapMode(0.0, 0.0, 0.0, 0.0)
-    places = {
+    state_names = {
         "pitch_rate": "pitch rate",
         "tower": "tower",
         "flap": "blade-tip",
@@ -139,9 +139,9 @@ def _constants(plant: SimulatedTurbine) -> Constants:
         "stopped": "band-stop",
         "filtered": "filtered",
     }
-    found: dict[str, Any] = {
-        name: -1 if (place := plant.index(begin)) is None else place
-        for name, begin in places.items()
+    indices: dict[str, Any] = {
+        name: -1 if (index := plant.index(begin)) is None else index
+        for name, begin in state_names.items()
     }
     stiffness, damping = plant.shaft
     filters = plant.filters
@@ -150,7 +150,7 @@ def _constants(plant: SimulatedTurbine) -> Constants:
         x, y, patches = patch_coefficients(getattr(turbine, name))
         tables |= {f"{name}_x": x, f"{name}_y": y, f"{name}_patches": patches}
     return Constants(
-        **found,
+        **indices,
         radius=turbine.rotor_radius,
         torque_constant=turbine.torque_constant,
         rotor_inertia=turbine.rotor_inertia,

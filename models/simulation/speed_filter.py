@@ -59,6 +59,6 @@ class SpeedFilter:
             )
 
     @classmethod
-    def of(cls, given: SpeedFilter | float | None) -> SpeedFilter | None:
+    def of(cls, value: SpeedFilter | float | None) -> SpeedFilter | None:
         """Return a filter as it is, a number as the corner of a low-pass alone; None for none."""
-        return given if given is None or isinstance(given, SpeedFilter) else cls(given)
+        return value if value is None or isinstance(value, SpeedFilter) else cls(value)

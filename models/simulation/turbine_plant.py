@@ -151,9 +151,9 @@ class SimulatedTurbine:
 
     def index(self, name: str) -> int | None:
         """Return the place of the state whose name begins so, or None if it is not modelled."""
-        for place, full in enumerate(self.state_names):
+        for number, full in enumerate(self.state_names):
             if full.startswith(name):
-                return place
+                return number
         return None
 
     def initial_state(self, wind: float) -> tuple[Floats, TrimPoint]:
@@ -181,9 +181,9 @@ class SimulatedTurbine:
         }
         state = np.zeros(len(self.state_names))
         for name, value in start.items():
-            place = self.index(name)
-            if place is not None:
-                state[place] = value
+            number = self.index(name)
+            if number is not None:
+                state[number] = value
         return state, point
 
 

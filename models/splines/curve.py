@@ -63,11 +63,11 @@ class Curve:
                 raise ModelError(f"{self.name}: {name} must be a row of finite numbers")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-        wanted = len(self.knots) - DEGREE - 1
-        if wanted < DEGREE + 1 or len(self.coefficients) != wanted:
+        coefficient_count = len(self.knots) - DEGREE - 1
+        if coefficient_count < DEGREE + 1 or len(self.coefficients) != coefficient_count:
             raise ModelError(
                 f"{self.name}: {len(self.coefficients)} coefficients for {len(self.knots)} knots; "
-                f"{max(wanted, DEGREE + 1)} are needed, at least {DEGREE + 1}"
+                f"{max(coefficient_count, DEGREE + 1)} are needed, at least {DEGREE + 1}"
             )
         steps = np.diff(self.knots)
         if np.any(steps < 0) or not np.all(steps[DEGREE : len(steps) - DEGREE] > 0):
@@ -89,8 +89,8 @@ class Curve:
         ModelError : order out of range, a NaN, or a point outside the table with clip=False.
         """
         _check_order(self.name, dx)
-        held = points_inside(self.name, self.x_name, x, self.x_range, clip)
-        return np.asarray(self._spline(held, nu=dx), dtype=np.float64)
+        inside = points_inside(self.name, self.x_name, x, self.x_range, clip)
+        return np.asarray(self._spline(inside, nu=dx), dtype=np.float64)
 
     def bounds(self, x: Interval, dx: int = 0) -> Interval:
         """Return a rigorous enclosure of a derivative over x, in exact arithmetic.
@@ -147,8 +147,8 @@ def _rounded(coefficients: Floats) -> Floats:
     largest = float(np.abs(coefficients).max())
     if largest == 0:
         return coefficients
-    places = DIGITS - 1 - int(np.floor(np.log10(largest)))
-    return np.array([round(float(c), places) + 0.0 for c in coefficients])
+    decimals = DIGITS - 1 - int(np.floor(np.log10(largest)))
+    return np.array([round(float(c), decimals) + 0.0 for c in coefficients])
 
 
 def _check_order(name: str, order: int) -> None:

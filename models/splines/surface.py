@@ -176,11 +176,11 @@ def _check_table(name: str, points: list[Floats], table: Floats, axes: tuple[str
     expected = tuple(len(axis) for axis in points)
     if table.shape != expected:
         raise ModelError(f"{name}: the table has shape {table.shape}, its axes ask for {expected}")
-    for axis, what in zip(points, axes, strict=True):
+    for axis, axis_name in zip(points, axes, strict=True):
         if len(axis) < DEGREE + 1:
-            raise ModelError(f"{name}: {len(axis)} points in {what}; a cubic needs at least 4")
+            raise ModelError(f"{name}: {len(axis)} points in {axis_name}; a cubic needs at least 4")
         if not np.all(np.isfinite(axis)) or np.any(np.diff(axis) <= 0):
-            raise ModelError(f"{name}: {what} must be finite and strictly increasing")
+            raise ModelError(f"{name}: {axis_name} must be finite and strictly increasing")
     if not np.all(np.isfinite(table)):
         i, j = np.argwhere(~np.isfinite(table))[0]
         raise ModelError(

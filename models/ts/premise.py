@@ -153,8 +153,8 @@ def round_outward(enclosure: Interval, *, digits: int = 8) -> Interval:
         that a float reproduces.
     """
     size = float(enclosure.magnitude)
-    places = digits if size == 0 else digits - 1 - math.floor(math.log10(size))
-    return enclosure.outward(max(places, 0))
+    decimals = digits if size == 0 else digits - 1 - math.floor(math.log10(size))
+    return enclosure.outward(max(decimals, 0))
 
 
 def _end(name: str, end: str, value: Number) -> Fraction:

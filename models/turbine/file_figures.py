@@ -75,9 +75,11 @@ def require_entries(document: Document, needed: Iterable[tuple[str, str, str]]) 
         return
     first = next(iter(lines))
     path = f"{first}.{lines[first][0].partition(' ')[0]}".lstrip(".")
-    more = sum(map(len, lines.values())) - 1
+    further = sum(map(len, lines.values())) - 1
     text = "\n".join("\n".join([f"[{name}]"] * bool(name) + lines[name]) for name in lines)
-    raise document.error(path, f"is missing{f', and {more} more' if more else ''}; add\n{text}")
+    raise document.error(
+        path, f"is missing{f', and {further} more' if further else ''}; add\n{text}"
+    )
 
 
 def _entry(document: Document, path: str, example: str) -> Any:
@@ -123,9 +125,9 @@ def _number(document: Document, path: str, value: object) -> float:
 
 def figure_at(document: Document, spec: FileFigure, figures: dict[str, Figure]) -> float:
     """Return a figure in SI and file it under its path."""
-    found = read_figure(document, spec.path, accepted_units(spec.unit)[0])
-    figures[spec.path] = found
-    return _in_range(document, spec, found.value, found.unit)
+    figure = read_figure(document, spec.path, accepted_units(spec.unit)[0])
+    figures[spec.path] = figure
+    return _in_range(document, spec, figure.value, figure.unit)
 
 
 def _in_range(document: Document, spec: FileFigure, value: float, unit: str) -> float:
@@ -185,17 +187,17 @@ def read_frozen_wake(document: Document, turbine: Turbine, thrust: CoefficientTa
 
     if "frozen_wake" not in document.data:
         return frozen_wake_by_tables(turbine, thrust)
-    given = document.data["frozen_wake"]
-    stated = "factor" in given
-    if stated and not {"pitch", "power_sensitivity"}.isdisjoint(given):
+    section = document.data["frozen_wake"]
+    stated = "factor" in section
+    if stated and not {"pitch", "power_sensitivity"}.isdisjoint(section):
         raise document.error(
             "frozen_wake.factor",
             "is given beside published columns; keep pitch and power_sensitivity, or factor alone",
         )
-    used = (_WIND, _FACTOR) if stated else (_WIND, _PITCH, _SENSITIVITY)
-    needed = [(one.path, _columns(one), "") for one in used]
+    specs = (_WIND, _FACTOR) if stated else (_WIND, _PITCH, _SENSITIVITY)
+    needed = [(spec.path, _columns(spec), "") for spec in specs]
     require_entries(document, [*needed, ("frozen_wake.source", '"<where from>"', "")])
-    columns = {one.attribute: column_at(document, one) for one in used}
+    columns = {spec.attribute: column_at(document, spec) for spec in specs}
     _check(document, columns)
     source = text_at(document, "frozen_wake.source")
     first, rated = columns["wind"][0], rated_wind(turbine)
@@ -218,7 +220,7 @@ def read_frozen_wake(document: Document, turbine: Turbine, thrust: CoefficientTa
 
 def _check(document: Document, columns: dict[str, tuple[float, ...]]) -> None:
     wind = columns["wind"]
-    if any(after <= before for before, after in zip(wind, wind[1:], strict=False)):
+    if any(following <= previous for previous, following in zip(wind, wind[1:], strict=False)):
         raise document.error("frozen_wake.wind", "must increase; sort the table by wind")
     for name, column in columns.items():
         if len(column) != len(wind):

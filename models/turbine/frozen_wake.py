@@ -66,12 +66,12 @@ def frozen_wake_by_tables(turbine: Turbine, thrust: CoefficientTable) -> FrozenW
 
 def _point(turbine: Turbine, thrust: CoefficientTable, wind: float) -> tuple[float, float]:
     """Return trim pitch [rad] and dP/dbeta [W/rad] at one wind."""
-    speed, pitch, held = turbine.rated_rotor_speed, trim(turbine, wind).pitch, turbine.wake
+    speed, pitch, wake = turbine.rated_rotor_speed, trim(turbine, wind).pitch, turbine.wake
     ratio = speed * turbine.rotor_radius / wind
     _, by_pitch, by_wind = (float(s) for s in rotor_torque_gradient(turbine, speed, pitch, wind))
     a, slope = _induction(_thrust(thrust, ratio, pitch))
-    loss = held.induction * slope
-    flow = 1 - held.induction * a + loss * ratio * _slope(thrust, ratio, pitch, RATIO_STEP, 0)
+    loss = wake.induction * slope
+    flow = 1 - wake.induction * a + loss * ratio * _slope(thrust, ratio, pitch, RATIO_STEP, 0)
     slowed = loss * wind * _slope(thrust, ratio, pitch, 0, PITCH_STEP)
     sensitivity = speed * (by_pitch + by_wind * slowed / flow) if flow > 0 else 0.0
     if sensitivity >= 0:

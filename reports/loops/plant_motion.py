@@ -22,7 +22,7 @@ from takagi.models.plant_simulation.experiment import (
     SampledProgram,
     right_side,
 )
-from takagi.models.plant_simulation.runs import WHOLE, run
+from takagi.models.plant_simulation.runs import COMPLETE, run
 from takagi.models.plant_simulation.signals import Signals
 from takagi.reports.page.text import name_of
 
@@ -77,7 +77,7 @@ class PlantMotion:
     disturbance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     wanted: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     cuts: tuple[Cut, ...] = ()
-    ended: str = WHOLE
+    ended: str = COMPLETE
     missed: int = 0
     rest: Floats = field(default_factory=lambda: np.zeros(0))
     estimate: Floats = field(default_factory=lambda: np.zeros((0, 0)))
@@ -159,7 +159,7 @@ def motions(
     found = []
     for name, deviation in begin:
         x0 = np.asarray(deviation, float)
-        own = replace(experiment, far=_far(loop, x0))
+        own = replace(experiment, far_limits=_far(loop, x0))
         begin_of_law = np.zeros(0)
         if loop.observed is not None and own.program is None:
             begin_of_law = loop.observed.start(x0)
@@ -211,7 +211,7 @@ def experiment_of(
         inputs=len(limits) if told else len(loop.plant.inputs),
         limits=np.array(limits, dtype=np.float64).reshape(-1, 2),
         rest=loop.state,
-        far=np.full(n, np.inf),
+        far_limits=np.full(n, np.inf),
         disturbances=outside.disturbances or Signals(0),
         disturbance_rest=np.array([float(v.rest) for v in outside.moving]),
         noise=outside.noise or Signals(n),
@@ -330,10 +330,10 @@ def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:
         state,
         found.sent[:, :m],
         value,
-        found.ended == WHOLE,
+        found.ended == COMPLETE,
         acting,
         disturbance=found.disturbance,
-        wanted=found.wanted[:, :m],
+        wanted=found.commanded[:, :m],
         cuts=found.cuts,
         ended=found.ended,
         missed=found.missed,

@@ -98,19 +98,19 @@ def hinf_norm_condition(
 
 
 def _continuous(P: Unknown, path: DisturbanceChannel) -> tuple[Term, ...]:
-    one = np.eye(P.rows)[None]
+    eye = np.eye(P.rows)[None]
     return (
-        Term(unknown=P, left=one, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=one, right=path.B, at=(0, 1), latex=("", "B_{i}")),
+        Term(unknown=P, left=eye, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
+        Term(unknown=P, left=eye, right=path.B, at=(0, 1), latex=("", "B_{i}")),
     )
 
 
 def _discrete(P: Unknown, path: DisturbanceChannel) -> tuple[Term, ...]:
-    one = np.eye(P.rows)[None]
+    eye = np.eye(P.rows)[None]
     A, B = path.A.transpose(0, 2, 1), path.B.transpose(0, 2, 1)
     return (
         Term(unknown=P, left=A, right=path.A, latex=(r"A_{i}^\top", "A_{i}")),
-        Term(unknown=P, left=-one, right=one, latex=("-", "")),
+        Term(unknown=P, left=-eye, right=eye, latex=("-", "")),
         Term(unknown=P, left=A, right=path.B, at=(0, 1), latex=(r"A_{i}^\top", "B_{i}")),
         Term(unknown=P, left=B, right=path.B, at=(1, 1), latex=(r"B_{i}^\top", "B_{i}")),
     )

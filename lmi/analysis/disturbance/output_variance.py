@@ -88,20 +88,22 @@ def h2_norm_condition(
 
 
 def _energy(P: Unknown, path: DisturbanceChannel) -> LMI:
-    r, one = len(path.A), np.eye(P.rows)[None]
-    moved: tuple[Term, ...]
+    r, eye = len(path.A), np.eye(P.rows)[None]
+    motion_terms: tuple[Term, ...]
     if path.sample_time is None:
-        moved = (Term(unknown=P, left=one, right=path.A, plus_transpose=True, latex=("", "A_{i}")),)
+        motion_terms = (
+            Term(unknown=P, left=eye, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
+        )
     else:
         back = path.A.transpose(0, 2, 1)
-        moved = (
+        motion_terms = (
             Term(unknown=P, left=back, right=path.A, latex=(r"A_{i}^\top", "A_{i}")),
-            Term(unknown=P, left=-one, right=one, latex=("-", "")),
+            Term(unknown=P, left=-eye, right=eye, latex=("-", "")),
         )
     return LMI(
         name="vertex",
         blocks=(P.rows,),
-        terms=moved,
+        terms=motion_terms,
         constants=(Constant(value=path.C.transpose(0, 2, 1) @ path.C, latex=r"C_{i}^\top C_{i}"),),
         sign=-1,
         count=r,
@@ -204,8 +206,8 @@ def variance_bound(channel: DisturbanceChannel, P: Floats) -> tuple[float, Float
     fall, _, _ = motion_of(channel, P)
     if np.linalg.eigvalsh(fall).min() <= 0:
         return np.inf, P
-    shown = C @ np.linalg.solve(fall, C.transpose(0, 2, 1))
-    kappa = float(np.linalg.eigvalsh((shown + shown.transpose(0, 2, 1)) / 2)[:, -1].max())
+    variance = C @ np.linalg.solve(fall, C.transpose(0, 2, 1))
+    kappa = float(np.linalg.eigvalsh((variance + variance.transpose(0, 2, 1)) / 2)[:, -1].max())
     direct = (channel.D**2).sum(axis=(1, 2))
     nu = float((kappa * np.einsum("ijk,jl,ilk->i", B, P, B) + direct).max())
     return nu, kappa * P

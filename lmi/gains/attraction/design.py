@@ -38,16 +38,16 @@ def largest_ellipsoid(task: AttractionRequest) -> tuple[Condition, Outcome, Floa
     if task.saturation != "secant" or task.overdrive == 1.0:
         return _rounds(task)
     tried = list(np.geomspace(1.0, task.overdrive, SLOPES))
-    found = [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in tried]
+    results = [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in tried]
     for _ in range(ZOOMS):
-        best = max(range(len(tried)), key=lambda k: _size(found[k], task))
+        best = max(range(len(tried)), key=lambda k: _size(results[k], task))
         order = np.sort(tried)
-        place = int(np.searchsorted(order, tried[best]))
-        low, high = order[max(place - 1, 0)], order[min(place + 1, len(order) - 1)]
+        position = int(np.searchsorted(order, tried[best]))
+        low, high = order[max(position - 1, 0)], order[min(position + 1, len(order) - 1)]
         finer = np.geomspace(low, high, SLOPES)[1:-1]
-        found += [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in finer]
+        results += [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in finer]
         tried += list(finer)
-    return max(found, key=lambda one: _size(one, task))
+    return max(results, key=lambda result: _size(result, task))
 
 
 def _rounds(task: AttractionRequest) -> tuple[Condition, Outcome, Floats, Floats]:
@@ -65,11 +65,13 @@ def _rounds(task: AttractionRequest) -> tuple[Condition, Outcome, Floats, Floats
         if axes.max() <= 4 and axes.min() >= 0.25:
             break
         nearer = s * nearest_power(axes)
-        again = attraction_condition(task.scaled(nearer, tau))
-        found = optimise(again, slack=SLACK)
-        if found.status != "candidate" and (outcome.status == "candidate" or not found.feasible):
+        rescaled = attraction_condition(task.scaled(nearer, tau))
+        new_outcome = optimise(rescaled, slack=SLACK)
+        if new_outcome.status != "candidate" and (
+            outcome.status == "candidate" or not new_outcome.feasible
+        ):
             break
-        condition, outcome, s = again, found, nearer
+        condition, outcome, s = rescaled, new_outcome, nearer
     return condition, outcome, s, tau
 
 
@@ -100,9 +102,9 @@ def _closed(task: AttractionRequest) -> Floats:
     return pairs_of(task.A, task.B, K)
 
 
-def _size(found: tuple[Condition, Outcome, Floats, Floats], task: AttractionRequest) -> float:
+def _size(result: tuple[Condition, Outcome, Floats, Floats], task: AttractionRequest) -> float:
     """Return the measure in the model's states; -inf where there is no ellipsoid."""
-    _, outcome, s, _ = found
+    _, outcome, s, _ = result
     if outcome.status != "candidate":
         return -np.inf
     Q = outcome.values["Q"][0] * s * s[:, None]
@@ -188,7 +190,7 @@ def attraction_ellipsoid(
                 'the gains differ from rule to rule, which the relaxation "common-gain" does not '
                 'allow; take another, such as "tanaka-wang"'
             )
-    elif any(part is not None for part in (input_limit, input_rate_limit, saturation)):
+    elif any(limit is not None for limit in (input_limit, input_rate_limit, saturation)):
         raise ModelError("limits on inputs and saturation are about u = -K x; give gains")
     task = attraction_request(
         model,
@@ -207,7 +209,7 @@ def attraction_ellipsoid(
             sample_time=sample_time,
         ),
     )
-    if all(part is None for part in (task.state_box, task.input_limit, task.rate_limit)):
+    if all(limit is None for limit in (task.state_box, task.input_limit, task.rate_limit)):
         raise ModelError(
             "nothing limits the ellipsoid; give state_box, or input_limit with gains (for a loop "
             "without limits common_lyapunov shows that it decays from everywhere)"

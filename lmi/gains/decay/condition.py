@@ -85,13 +85,13 @@ def pdc_condition(
     relaxed = [pose(loop) for loop in posed.sums]
     slack = tuple(unknown for unknowns, _ in relaxed for unknown in unknowns)
     sums = tuple(lmi for _, lmis in relaxed for lmi in lmis)
-    more, restrictions = limit_lmis(Q, M, limits)
+    limit_unknowns, restrictions = limit_lmis(Q, M, limits)
     # Without limits Q is determined up to a factor, and Q <= I fixes it; with limits its size
     # matters.
     largest = LARGEST_ELLIPSOID if limits is not None and limits.level else 1.0
     return Condition(
-        name=", ".join(part for part in ("parallel distributed compensation", name) if part),
-        unknowns=(Q, M, nu, *posed.unknowns, *slack, *more),
+        name=", ".join(words for words in ("parallel distributed compensation", name) if words),
+        unknowns=(Q, M, nu, *posed.unknowns, *slack, *limit_unknowns),
         lmis=(
             positive(Q),
             bounded(Q, largest),
@@ -153,14 +153,14 @@ def double_sums(
     )
     if requirements is None:
         return DoubleSums(Q, M, (loop,), (), ())
-    found = required_sums(loop, A, B, Q, M, requirements, discrete=step is not None)
-    return DoubleSums(Q, M, *found)
+    sums = required_sums(loop, A, B, Q, M, requirements, discrete=step is not None)
+    return DoubleSums(Q, M, *sums)
 
 
 def size_of_motion(A: Array, alpha: float, step: float | None) -> float:
     """Return max_i 2 |A_i|, of A_i - I in discrete time, or what the decay rate asks if more."""
-    asked = alpha if step is None else -np.expm1(-alpha * step)
-    return max(vertex_weight(motion(A, step)), 2.0 * asked)
+    asked_rate = alpha if step is None else -np.expm1(-alpha * step)
+    return max(vertex_weight(motion(A, step)), 2.0 * asked_rate)
 
 
 def theta_weight(A: Array, alpha: float, step: float | None) -> float:
@@ -176,16 +176,16 @@ def theta_weight(A: Array, alpha: float, step: float | None) -> float:
 def effort_lmi(Q: Unknown, M: Unknown, nu: Unknown) -> LMI:
     """Pose [[Q, M_i'], [M_i, nu I]] >= 0, which is K_i Q K_i' <= nu I."""
     n, m, r = Q.rows, M.rows, M.count
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     return LMI(
         name="input effort",
         blocks=(n, m),
         terms=(
-            Term(unknown=Q, left=one, right=one),
+            Term(unknown=Q, left=eye, right=eye),
             Term(
                 unknown=M,
                 left=np.eye(m)[None],
-                right=one,
+                right=eye,
                 at=(1, 0),
                 members=np.arange(r),
                 symbol=M.symbol if r == 1 else f"{M.symbol}_i",

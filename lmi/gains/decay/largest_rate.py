@@ -42,13 +42,13 @@ class Largest:
 
     Attributes
     ----------
-    found : a candidate that shows ``low``, or the no at the start.
+    limited : a candidate that shows ``low``, or the no at the start.
     low : decay rate in 1/s; -inf without gains.
     high : a rate in 1/s for which there are none, to solver accuracy; inf when none was met.  A
         rate that no solver settled ends the search, but is none.
     """
 
-    found: LimitedOutcome
+    limited: LimitedOutcome
     low: float
     high: float
 
@@ -77,9 +77,9 @@ def design_at_largest(
     if not np.isfinite(bracket.low):
         return design_at(task, start, relaxation), bracket
     alpha = bracket.low - BACK * abs(bracket.low)
-    design = design_at(bracket.found.task, alpha, relaxation)
+    design = design_at(bracket.limited.task, alpha, relaxation)
     if not design.found:
-        design = design_of(bracket.found, bracket.low, relaxation)
+        design = design_of(bracket.limited, bracket.low, relaxation)
     answer = replace(design.answer, bound=bracket.high)
     return replace(design, answer=answer), bracket
 
@@ -112,16 +112,16 @@ class _Search:
         outcome = decide(
             here.condition, rows=self._effort, session=self._session, assembled=here.data, most=1
         )
-        found = replace(here, outcome=outcome)
-        if outcome.status == "unknown" or stopped_by_limit(found):
+        limited = replace(here, outcome=outcome)
+        if outcome.status == "unknown" or stopped_by_limit(limited):
             # One solver in one choice of units did not settle it: ask more of both.
-            found = decided(here.task, rate, self._relaxation, most=FEW_SOLVERS)
-        if found.outcome.status != "candidate":
+            limited = decided(here.task, rate, self._relaxation, most=FEW_SOLVERS)
+        if limited.outcome.status != "candidate":
             self.high = rate
-            if found.outcome.status == "infeasible":
+            if limited.outcome.status == "infeasible":
                 self.none = rate
             return
-        self.best = found
+        self.best = limited
         self.low = max(rate, min(rate_of(self.best), self.most))
         if self.low >= self.none:
             # Within the solver's tolerances of the end; what was checked by eigenvalues counts.

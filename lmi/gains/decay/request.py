@@ -104,8 +104,8 @@ class DecayRequest:
     def fixed_mode(self, decay_rate: float) -> tuple[int, complex] | None:
         """Return (vertex, eigenvalue) that no input moves and that decays slower than asked."""
         A, B, _ = _balanced(self.A, self.B, self.sample_time)
-        found = fixed_mode(A, B, decay_rate, step=self.sample_time)
-        return None if found is None else found[:2]
+        mode = fixed_mode(A, B, decay_rate, step=self.sample_time)
+        return None if mode is None else mode[:2]
 
     def slowness(self, eigenvalue: complex) -> float:
         """Return the decay rate of a mode in 1/s."""
@@ -114,7 +114,9 @@ class DecayRequest:
         return float(-np.log(abs(eigenvalue)) / self.sample_time)
 
 
-def decay_request(model: Controlled, given: GivenLimits, *, decay_rate: float) -> DecayRequest:
+def decay_request(
+    model: Controlled, limits_given: GivenLimits, *, decay_rate: float
+) -> DecayRequest:
     """Return the task in coordinates of order one; ``model`` and ``decay_rate`` as for ``pdc``.
 
     Raises
@@ -124,10 +126,10 @@ def decay_request(model: Controlled, given: GivenLimits, *, decay_rate: float) -
     """
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
-    limits = given.limits(A.shape[1], B.shape[2])
-    requirements = given.requirements(*B.shape)
-    step = sample_time_of(model, given.sample_time)
-    s = _states(motion(A, step), limits, given.scales)
+    limits = limits_given.limits(A.shape[1], B.shape[2])
+    requirements = limits_given.requirements(*B.shape)
+    step = sample_time_of(model, limits_given.sample_time)
+    s = _states(motion(A, step), limits, limits_given.scales)
     scaled = A * s / s[:, None]
     tau = _inputs(scaled, B / s[:, None], limits, decay_rate, step)
     task = DecayRequest(
@@ -143,22 +145,22 @@ def decay_request(model: Controlled, given: GivenLimits, *, decay_rate: float) -
         tau=tau,
     )
     names = tuple(getattr(model, "states", ()))
-    balanced, moved, d = _balanced(task.A, task.B, step)
-    check_stabilisable(balanced, moved, units=s * d, names=names, step=step)
+    balanced, scaled_B, d = _balanced(task.A, task.B, step)
+    check_stabilisable(balanced, scaled_B, units=s * d, names=names, step=step)
     return task
 
 
-def _states(moved: Array, limits: Limits, scales: ArrayLike | None) -> Floats:
+def _states(motions: Array, limits: Limits, scales: ArrayLike | None) -> Floats:
     """Return powers of two, so that the scaled vertices are exactly the given ones."""
     if scales is None and limits.states is not None and np.isfinite(limits.states).all():
         return nearest_power(limits.states)
     initial = limits.initial_extent
     if scales is None and initial is not None:
-        shape = balanced_states(moved)
+        shape = balanced_states(motions)
         # An ellipsoid that holds the box is never flat where the box is: states move each other.
         size = np.maximum(initial, FLATTEST * float((initial / shape).max()) * shape)
         return nearest_power(size if limits.states is None else np.minimum(size, limits.states))
-    return state_units(moved, scales)
+    return state_units(motions, scales)
 
 
 def _balanced(A: Floats, B: Floats, step: float | None) -> tuple[Floats, Floats, Floats]:

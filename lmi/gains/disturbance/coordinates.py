@@ -166,10 +166,10 @@ def guessed_regulator(plant: DisturbedPlant, least_weight: float = WEIGHTS[0]) -
     states are weighed alike is a guess: balanced ones, and the plant's own.  What is taken is that
     which costs the disturbance least, tr E' P E, so the weights that are added least.
     """
-    found = [_regulator(plant, spread, least_weight) for spread in SPREADS]
-    known = [one for one in found if one is not None]
+    candidates = [_regulator(plant, spread, least_weight) for spread in SPREADS]
+    regulators = [regulator for regulator in candidates if regulator is not None]
     E = plant.E.mean(axis=0)
-    return min(known, key=lambda one: float(np.sum(E * (one.P @ E))), default=None)
+    return min(regulators, key=lambda regulator: float(np.sum(E * (regulator.P @ E))), default=None)
 
 
 def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Regulator | None:
@@ -184,13 +184,13 @@ def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Reg
     tau = 1.0 / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
     # With columns of B of length one the weight that is added below charges all inputs alike.
     B, D = B * tau, D * tau
-    weight, spent, both = C.T @ C, D.T @ D, C.T @ D
+    weight, spent, cross = C.T @ C, D.T @ D, C.T @ D
     weight = weight + least_weight * (np.abs(weight).max() or 1.0) * np.eye(len(A))
     spent = spent + least_weight * (np.abs(spent).max() or 1.0) * np.eye(B.shape[1])
     discrete = plant.sample_time is not None
     solve = solve_discrete_are if discrete else solve_continuous_are
     try:
-        P = np.asarray(solve(A, B, weight, spent, s=both))
+        P = np.asarray(solve(A, B, weight, spent, s=cross))
     except (np.linalg.LinAlgError, ValueError):
         return None
     P = (P + P.T) / 2
@@ -198,9 +198,9 @@ def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Reg
     if not is_definite(P) or not is_definite(P / s / s[:, None]):
         return None
     if discrete:
-        K = np.linalg.solve(spent + B.T @ P @ B, B.T @ P @ A + both.T)
+        K = np.linalg.solve(spent + B.T @ P @ B, B.T @ P @ A + cross.T)
     else:
-        K = np.linalg.solve(spent, B.T @ P + both.T)
+        K = np.linalg.solve(spent, B.T @ P + cross.T)
     poles = np.linalg.eigvals(A - B @ K)
     return Regulator(P / s / s[:, None], tau[:, None] * K / s, poles)
 
@@ -225,8 +225,8 @@ def _states(P: Floats, *, diagonal: bool) -> Floats:
 def _inputs(plant: DisturbedPlant, T: Floats, speed: float, showing: float) -> Floats:
     """Return (m,): an input of 1 moves the states, or shows, about as much as a state of 1 does."""
     pushed = np.linalg.norm(np.linalg.solve(T, plant.B), axis=1).max(axis=0) / speed
-    shown = np.linalg.norm(plant.D12, axis=1).max(axis=0) / (showing or 1.0)
-    return np.asarray(1.0 / np.maximum(pushed, shown))
+    shown_size = np.linalg.norm(plant.D12, axis=1).max(axis=0) / (showing or 1.0)
+    return np.asarray(1.0 / np.maximum(pushed, shown_size))
 
 
 def _power(value: float) -> float:

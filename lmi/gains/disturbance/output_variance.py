@@ -111,11 +111,11 @@ def h2_pdc_condition(
     W = Unknown("W", q, q, symmetric=True, count=r)
     nu = Unknown("nu", 1, 1, latex=r"\nu")
     slack, sums = pose(_loop(plant, Q, M))
-    more, decay = pose(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
+    limit_unknowns, decay = pose(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
     own_unknowns, restrictions = limit_lmis(Q, M, limits)
     return Condition(
         name=f"output variance, {relaxation}",
-        unknowns=(Q, M, W, nu, *slack, *more, *own_unknowns),
+        unknowns=(Q, M, W, nu, *slack, *limit_unknowns, *own_unknowns),
         lmis=(positive(Q), *sums, _entering(plant, Q, W), _total(W, nu), *decay, *restrictions),
         objective={"nu": np.ones((1, 1, 1))},
         parameters=rate_parameter(alpha, plant.sample_time) if alpha > 0 else {},
@@ -127,19 +127,19 @@ def _loop(plant: DisturbedPlant, Q: Unknown, M: Unknown) -> DoubleSum:
     n, p = Q.rows, plant.C.shape[1]
     blocks = (n, p) if plant.sample_time is None else (n, n, p)
     last = len(blocks) - 1
-    one = KnownBlock(value=-np.eye(p)[None], at=(last, last), latex="-I")
+    eye = KnownBlock(value=-np.eye(p)[None], at=(last, last), latex="-I")
     return sum_of(
         plant,
         blocks,
         (*motion_parts(plant, Q, M, 1), *output_parts(plant, Q, M, (last, 0))),
-        (one,),
+        (eye,),
     )
 
 
 def _entering(plant: DisturbedPlant, Q: Unknown, W: Unknown) -> LMI:
     """Pose W_i > E_i' P E_i, or W_i > E_i' P E_i + D11_i' D11_i in discrete time."""
     r, n, q = plant.E.shape
-    one, noise = np.eye(n)[None], np.eye(q)[None]
+    eye, noise = np.eye(n)[None], np.eye(q)[None]
     p = plant.D11.shape[1]
     constants = [Constant(value=plant.E.transpose(0, 2, 1), at=(0, 1), latex=r"E_{i}^\top")]
     direct = plant.sample_time is not None and bool(plant.D11.any())
@@ -159,7 +159,7 @@ def _entering(plant: DisturbedPlant, Q: Unknown, W: Unknown) -> LMI:
                 members=np.arange(r),
                 symbol=rf"{W.symbol}_{{i}}",
             ),
-            Term(unknown=Q, left=one, right=one, at=(1, 1)),
+            Term(unknown=Q, left=eye, right=eye, at=(1, 1)),
         ),
         constants=tuple(constants),
         count=r,

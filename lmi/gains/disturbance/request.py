@@ -64,17 +64,17 @@ class DisturbanceRequest:
 
     def plain(self) -> Design:
         """Return gains without regard to the disturbance, by ``pdc``."""
-        reaching, given = self.plant.reaching, self.given
+        reaching, limits = self.plant.reaching, self.given
         return pdc(
             reaching,
             decay_rate=self.decay_rate,
             relaxation=self.relaxation,
             # Merged inputs are not those that the limit is about.
-            input_limit=given.input_limit if reaching is self.plant else None,
-            initial_box=given.initial_box,
-            initial_ball=given.initial_ball,
-            state_box=given.state_box,
-            gain_bound=given.gain_bound,
+            input_limit=limits.input_limit if reaching is self.plant else None,
+            initial_box=limits.initial_box,
+            initial_ball=limits.initial_ball,
+            state_box=limits.state_box,
+            gain_bound=limits.gain_bound,
         )
 
     def mean_of(self, plain: Design) -> Floats | None:
@@ -86,7 +86,7 @@ class DisturbanceRequest:
 
 def disturbance_request(
     model: Disturbed,
-    given: GivenLimits,
+    limits_given: GivenLimits,
     *,
     performance: Performance | None,
     relaxation: str,
@@ -102,8 +102,8 @@ def disturbance_request(
         below 1e-7, which no solver keeps.
     """
     relaxation_named(relaxation)
-    plant = plant_of(model, performance, given.sample_time)
-    limits = given.limits(*plant.B.shape[1:])
+    plant = plant_of(model, performance, limits_given.sample_time)
+    limits = limits_given.limits(*plant.B.shape[1:])
     check_reachable(plant, getattr(model, "states", ()))
     return DisturbanceRequest(
         plant=plant,
@@ -111,7 +111,7 @@ def disturbance_request(
         decay_rate=float(number("decay_rate", decay_rate, at_least=0.0)),
         limits=limits if limits.level or limits.gain is not None else None,
         tolerance=float(number("tolerance", tolerance, at_least=1e-7)),
-        given=given,
+        given=limits_given,
     )
 
 
@@ -122,7 +122,7 @@ def positive_number(name: str, value: float) -> float:
     ------
     ModelError : it is not one.
     """
-    found = float(number(name, value))
-    if found <= 0:
-        raise ModelError(f"{name} is {found:g}; it must be positive")
-    return found
+    number_read = float(number(name, value))
+    if number_read <= 0:
+        raise ModelError(f"{name} is {number_read:g}; it must be positive")
+    return number_read

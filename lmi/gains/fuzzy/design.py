@@ -59,8 +59,8 @@ class FuzzyDesign(WithAnswer):
         """
         numerators, slacks, _ = self._require()
         M, G = self._blend(numerators, h), self._blend(slacks, h)
-        found = np.linalg.solve(np.swapaxes(G, -1, -2), np.swapaxes(M, -1, -2))
-        return np.asarray(np.swapaxes(found, -1, -2))
+        transposed_gain = np.linalg.solve(np.swapaxes(G, -1, -2), np.swapaxes(M, -1, -2))
+        return np.asarray(np.swapaxes(transposed_gain, -1, -2))
 
     def P(self, h: ArrayLike) -> Floats:
         """Return P(h) of V = x' P(h) x, (..., n, n), for memberships h, (..., r).
@@ -135,7 +135,7 @@ def searched(
     tries: tuple[Try, ...] = ()
     rows = {"nu": LARGEST_EFFORT}
     # Many solvers for one epsilon only: the last, or the first that a single one left open.
-    left: Condition | None = None
+    undecided: Condition | None = None
     for epsilon in epsilons:
         condition = task.condition(alpha, epsilon)
         data = assemble(condition)
@@ -144,10 +144,10 @@ def searched(
         if outcome.status == "candidate":
             less = improve(condition, replace(outcome, tries=tries), assembled=data)
             return _design(task, units, condition, less, alpha)
-        if outcome.status == "unknown" and left is None:
-            left = condition
-    if left is not None:
-        condition = left
+        if outcome.status == "unknown" and undecided is None:
+            undecided = condition
+    if undecided is not None:
+        condition = undecided
         outcome = decide(condition, rows=rows)
         tries = (*tries, *outcome.tries)
         if outcome.status == "candidate":
@@ -182,7 +182,7 @@ def _with_gains(
     s, tau, r = units.states, units.inputs, len(task.A)
     G, M = outcome.values["G"], outcome.values["M"]
     sought = task.sought(plain.decay_rate)
-    found = outcome.values[sought.P.name][sought.members]
+    lyapunov_members = outcome.values[sought.P.name][sought.members]
     slacks = np.broadcast_to(G * s[:, None], (r, *G.shape[1:])).copy()
     numerators = np.broadcast_to(M * tau[:, None], (r, *M.shape[1:])).copy()
     gains = None
@@ -190,10 +190,10 @@ def _with_gains(
         K = np.linalg.solve(slacks.transpose(0, 2, 1), numerators.transpose(0, 2, 1))
         gains = np.asarray(K.transpose(0, 2, 1), dtype=np.float64)
     if task.discrete:
-        matrices = found * s * s[:, None]
+        matrices = lyapunov_members * s * s[:, None]
     else:
         back = np.linalg.inv(slacks)
-        matrices = back.transpose(0, 2, 1) @ found @ back
+        matrices = back.transpose(0, 2, 1) @ lyapunov_members @ back
         matrices = (matrices + matrices.transpose(0, 2, 1)) / 2
     return replace(plain, gains=gains, numerators=numerators, slacks=slacks, matrices=matrices)
 

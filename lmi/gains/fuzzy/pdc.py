@@ -113,7 +113,7 @@ def fuzzy_pdc(
     step = sample_time_of(model, sample_time)
     units = units_of(A, B, step, scales, tuple(getattr(model, "states", ())))
     task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation, slack)
-    tried = (1.0,) if task.discrete else tuple(_epsilon(one) for one in epsilons)
+    tried = (1.0,) if task.discrete else tuple(_epsilon(epsilon) for epsilon in epsilons)
     if not tried:
         raise ModelError("epsilons is empty; give at least one positive number")
     return searched(task, units, alpha, tried)

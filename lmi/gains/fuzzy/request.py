@@ -27,27 +27,33 @@ def effort_lmi(sought: SoughtGains, nu: Unknown, *, discrete: bool) -> LMI:
     """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; G_j + G_j' - S_i in discrete time."""
     r, n, m = sought.rules, sought.P.rows, sought.M.rows
     i, j = (index.ravel() for index in np.indices((r, r)))
-    one = np.eye(n)[None]
-    own = sought.members[i]
+    eye = np.eye(n)[None]
+    rule_members = sought.members[i]
     gains = j if sought.M.count > 1 else np.zeros_like(j)
     slacks = j if sought.G.count > 1 else np.zeros_like(j)
     first: tuple[Term, ...] = (
-        Term(unknown=sought.P, left=one, right=one, members=own, symbol=f"{sought.P.symbol}_i"),
+        Term(
+            unknown=sought.P,
+            left=eye,
+            right=eye,
+            members=rule_members,
+            symbol=f"{sought.P.symbol}_i",
+        ),
     )
     if discrete:
         first = (
             Term(
                 unknown=sought.P,
-                left=-one,
-                right=one,
-                members=own,
+                left=-eye,
+                right=eye,
+                members=rule_members,
                 latex=("-", ""),
                 symbol=f"{sought.P.symbol}_i",
             ),
             Term(
                 unknown=sought.G,
-                left=one,
-                right=one,
+                left=eye,
+                right=eye,
                 members=slacks,
                 plus_transpose=True,
                 symbol=sought.slack_symbol,
@@ -62,7 +68,7 @@ def effort_lmi(sought: SoughtGains, nu: Unknown, *, discrete: bool) -> LMI:
             Term(
                 unknown=sought.M,
                 left=inputs,
-                right=one,
+                right=eye,
                 at=(1, 0),
                 members=gains,
                 symbol=gain_symbol(sought.M),
@@ -78,23 +84,23 @@ def effort_lmi(sought: SoughtGains, nu: Unknown, *, discrete: bool) -> LMI:
 def scale_lmis(sought: SoughtGains) -> tuple[LMI, ...]:
     """Pose 0 < P_i <= I, and |G| <= 16, which only keeps the slack finite."""
     P, G = sought.P, sought.G
-    one = np.eye(P.rows)[None]
-    every, each = np.arange(P.count), np.arange(G.count)
-    own = Term(unknown=P, left=one, right=one, members=every, symbol=f"{P.symbol}_i")
-    bound = Constant(value=LARGEST_SLACK * one, latex=f"{LARGEST_SLACK:g} I")
+    eye = np.eye(P.rows)[None]
+    every, slack_members = np.arange(P.count), np.arange(G.count)
+    member_term = Term(unknown=P, left=eye, right=eye, members=every, symbol=f"{P.symbol}_i")
+    bound = Constant(value=LARGEST_SLACK * eye, latex=f"{LARGEST_SLACK:g} I")
     return (
         LMI(
             name=f"{P.symbol} positive definite",
             blocks=(P.rows,),
-            terms=(own,),
+            terms=(member_term,),
             count=P.count,
             index=rf"i = 1, \dots, {P.count}",
         ),
         LMI(
             name=f"scale of {P.symbol}",
             blocks=(P.rows,),
-            terms=(own,),
-            constants=(Constant(value=-one, latex="-I"),),
+            terms=(member_term,),
+            constants=(Constant(value=-eye, latex="-I"),),
             sign=-1,
             count=P.count,
             strict=False,
@@ -103,7 +109,7 @@ def scale_lmis(sought: SoughtGains) -> tuple[LMI, ...]:
         LMI(
             name="scale of G",
             blocks=(P.rows, P.rows),
-            terms=(Term(unknown=G, left=one, right=one, at=(0, 1), members=each),),
+            terms=(Term(unknown=G, left=eye, right=eye, at=(0, 1), members=slack_members),),
             constants=(bound, replace(bound, at=(1, 1))),
             count=G.count,
             strict=False,
@@ -167,7 +173,7 @@ class FuzzyRequest:
         """Return the condition; eps is the scalar of continuous time."""
         sought = self.sought(alpha)
         nu = Unknown("nu", 1, 1, latex=r"\nu")
-        more: tuple[Unknown, ...] = ()
+        slack_unknowns: tuple[Unknown, ...] = ()
         lmis: tuple[LMI, ...] = scale_lmis(sought)
         sums: tuple[DoubleSum, ...]
         if self.discrete:
@@ -175,12 +181,12 @@ class FuzzyRequest:
         else:
             motion = continuous_motion(self.space, self._degrees(), self.rates)
             sums = continuous_sums(sought, motion.velocities, eps, self.kappa)
-        for one in sums:
-            slack, found = relaxation_named(self.relaxation)(one)
-            more, lmis = (*more, *slack), (*lmis, *found)
+        for double_sum in sums:
+            slack, relaxed_lmis = relaxation_named(self.relaxation)(double_sum)
+            slack_unknowns, lmis = (*slack_unknowns, *slack), (*lmis, *relaxed_lmis)
         return Condition(
             name=f"fuzzy Lyapunov function and gains, {self.relaxation}",
-            unknowns=(sought.P, sought.G, sought.M, nu, *more),
+            unknowns=(sought.P, sought.G, sought.M, nu, *slack_unknowns),
             lmis=(*lmis, effort_lmi(sought, nu, discrete=self.discrete)),
             objective={"nu": np.ones((1, 1, 1))},
             parameters=rate_parameter(alpha, self.sample_time),
@@ -190,11 +196,15 @@ class FuzzyRequest:
         )
 
     def _degrees(self) -> tuple[int, ...]:
-        ones = tuple(int(size > 1) for size in self.space.sizes)
-        return ones if self.discrete else kept_degrees(ones, self.rates, discrete=False)
+        linear_degrees = tuple(int(size > 1) for size in self.space.sizes)
+        return (
+            linear_degrees
+            if self.discrete
+            else kept_degrees(linear_degrees, self.rates, discrete=False)
+        )
 
     def _members(self) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
         """Return (r,): rules that differ in what may jump only share a member of P."""
-        seen = self.space.corners * np.array(self._degrees(), dtype=np.intp)
-        _, members = np.unique(seen, axis=0, return_inverse=True)
+        varying_corners = self.space.corners * np.array(self._degrees(), dtype=np.intp)
+        _, members = np.unique(varying_corners, axis=0, return_inverse=True)
         return np.asarray(members.ravel(), dtype=np.intp)

@@ -85,26 +85,26 @@ class SoughtGains:
         self, at: tuple[int, int], factor: float, latex: str = ""
     ) -> tuple[SumPart, SumPart]:
         """Return factor (A_i G_j - B_i M_j)."""
-        one = np.eye(self.P.rows)[None]
-        both = at[0] == at[1]
+        eye = np.eye(self.P.rows)[None]
+        on_diagonal = at[0] == at[1]
         return (
             SumPart(
                 unknown=self.G,
                 left=factor * self.A,
-                right=one,
+                right=eye,
                 at=at,
                 member=self.slack,
-                plus_transpose=both,
+                plus_transpose=on_diagonal,
                 latex=(f"{latex}A_{{i}}", ""),
                 symbol=self.slack_symbol,
             ),
             SumPart(
                 unknown=self.M,
                 left=-factor * self.B,
-                right=one,
+                right=eye,
                 at=at,
                 member=gain_member(self.M),
-                plus_transpose=both,
+                plus_transpose=on_diagonal,
                 latex=(f"-{latex}B_{{i}}", ""),
                 symbol=gain_symbol(self.M),
             ),
@@ -126,12 +126,12 @@ class SoughtGains:
 def discrete_sums(sought: SoughtGains) -> tuple[DoubleSum, ...]:
     """Return the module's double sums, one for each next rule; rho^2 is ``contraction``."""
     P, G, r = sought.P, sought.G, sought.rules
-    one = np.eye(P.rows)[None]
+    eye = np.eye(P.rows)[None]
     common = (
         SumPart(
             unknown=P,
-            left=one,
-            right=one,
+            left=eye,
+            right=eye,
             member=sought.of_rule(),
             parameter="contraction",
             latex=(r"\rho^2", ""),
@@ -139,8 +139,8 @@ def discrete_sums(sought: SoughtGains) -> tuple[DoubleSum, ...]:
         ),
         SumPart(
             unknown=G,
-            left=-one,
-            right=one,
+            left=-eye,
+            right=eye,
             member=sought.slack,
             plus_transpose=True,
             parameter="contraction",
@@ -152,8 +152,8 @@ def discrete_sums(sought: SoughtGains) -> tuple[DoubleSum, ...]:
     following = [
         SumPart(
             unknown=P,
-            left=-one,
-            right=one,
+            left=-eye,
+            right=eye,
             at=(1, 1),
             member=np.full((r, r), member),
             latex=("-", ""),
@@ -161,7 +161,9 @@ def discrete_sums(sought: SoughtGains) -> tuple[DoubleSum, ...]:
         )
         for number, member in enumerate(sought.members)
     ]
-    return double_sums(sought.sum_of(common), [(part,) for part in following], "next rule")
+    return double_sums(
+        sought.sum_of(common), [(next_part,) for next_part in following], "next rule"
+    )
 
 
 def continuous_sums(
@@ -177,42 +179,42 @@ def continuous_sums(
     velocities : corners of dw^k/dt, each one array a simplex.
     """
     P, G = sought.P, sought.G
-    one = np.eye(P.rows)[None]
-    own, symbol = sought.of_rule(), f"{P.symbol}_{{i}}"
+    eye = np.eye(P.rows)[None]
+    rule_member, symbol = sought.of_rule(), f"{P.symbol}_{{i}}"
     across = kappa / np.sqrt(eps)
     parts = (
         *sought.closed((0, 0), 1.0),
         SumPart(
             unknown=P,
-            left=2.0 * one,
-            right=one,
-            member=own,
+            left=2.0 * eye,
+            right=eye,
+            member=rule_member,
             parameter="alpha",
             latex=(r"2\alpha", ""),
             symbol=symbol,
         ),
         SumPart(
             unknown=P,
-            left=across * one,
-            right=one,
+            left=across * eye,
+            right=eye,
             at=(1, 0),
-            member=own,
+            member=rule_member,
             latex=("c", ""),
             symbol=symbol,
         ),
-        SumPart(unknown=G, left=-across * one, right=one, at=(0, 1), latex=("-c", "")),
+        SumPart(unknown=G, left=-across * eye, right=eye, at=(0, 1), latex=("-c", "")),
         *sought.closed((1, 0), float(np.sqrt(eps)), "d "),
         SumPart(
             unknown=G,
-            left=-kappa * one,
-            right=one,
+            left=-kappa * eye,
+            right=eye,
             at=(1, 1),
             plus_transpose=True,
             latex=(r"-\kappa", ""),
         ),
     )
     plain = sought.sum_of(parts)
-    moved = [
+    rate_terms = [
         rate_parts(P, sought.corners, velocity, members=sought.members) for velocity in velocities
     ]
-    return double_sums(plain, moved)
+    return double_sums(plain, rate_terms)

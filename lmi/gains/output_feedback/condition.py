@@ -79,13 +79,13 @@ def controller_matrices(
     M, N = factors(X, Y)
     C_K = _transposed(_solved(M, _transposed(Ch - Dh @ C @ X)))
     B_K = _solved(N, Bh - Y @ B @ Dh)
-    rest = Ah - N @ B_K @ C @ X - Y @ B @ C_K @ M.T - Y @ (A + B @ Dh @ C) @ X
-    A_K = _transposed(_solved(M, _transposed(_solved(N, rest))))
+    remainder = Ah - N @ B_K @ C @ X - Y @ B @ C_K @ M.T - Y @ (A + B @ Dh @ C) @ X
+    A_K = _transposed(_solved(M, _transposed(_solved(N, remainder))))
     return A_K, B_K, C_K, Dh
 
 
-def _solved(M: Floats, right: Floats) -> Floats:
-    return np.asarray(np.linalg.solve(M, right), dtype=np.float64)
+def _solved(M: Floats, right_side: Floats) -> Floats:
+    return np.asarray(np.linalg.solve(M, right_side), dtype=np.float64)
 
 
 def _transposed(stack: Floats) -> Floats:

@@ -151,18 +151,18 @@ def state_space(name: str, system: Any) -> StateSpace:
         import control
 
         try:
-            found = system if hasattr(system, "A") else control.ss(system, method="scipy")
+            converted = system if hasattr(system, "A") else control.ss(system, method="scipy")
         except (ValueError, control.ControlMIMONotImplemented) as error:
             raise ModelError(
                 f"{name} cannot be written in state space ({error}); give (A, B, C, D)"
             ) from error
-        parts: tuple[Any, ...] = (found.A, found.B, found.C, found.D)
+        matrices: tuple[Any, ...] = (converted.A, converted.B, converted.C, converted.D)
     elif isinstance(system, tuple) and len(system) == 4:
-        parts = system
+        matrices = system
     else:
         D = np.atleast_2d(_numbers(name, system))
         return StateSpace(np.zeros((0, 0)), np.zeros((0, D.shape[1])), np.zeros((D.shape[0], 0)), D)
-    A, B, C, D = (np.atleast_2d(_numbers(name, part)) for part in parts)
+    A, B, C, D = (np.atleast_2d(_numbers(name, matrix)) for matrix in matrices)
     n = A.shape[0] if A.size else 0
     if not n:
         return StateSpace(np.zeros((0, 0)), np.zeros((0, D.shape[1])), np.zeros((D.shape[0], 0)), D)

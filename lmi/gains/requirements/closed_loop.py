@@ -31,8 +31,8 @@ def without_rounding(K: Floats, Q: Floats) -> Floats:
     ----------
     Q : P^-1; an entry moves the input by |K_ij| sqrt(Q_jj) on x' P x <= 1.
     """
-    moved = np.abs(K) * np.sqrt(np.abs(np.diag(Q)))
-    return np.where(moved < ROUNDING * moved.max(axis=-1, keepdims=True), 0.0, K)
+    effects = np.abs(K) * np.sqrt(np.abs(np.diag(Q)))
+    return np.where(effects < ROUNDING * effects.max(axis=-1, keepdims=True), 0.0, K)
 
 
 def gain_unknown(r: int, m: int, n: int, relaxation: str) -> Unknown:
@@ -71,17 +71,22 @@ def closed_loop(
     corners : as in ``DoubleSum``.
     """
     r, n = A.shape[:2]
-    one = np.eye(n)[None]
-    moved = (1, 0) if discrete else (0, 0)
+    eye = np.eye(n)[None]
+    motion_block = (1, 0) if discrete else (0, 0)
     parts = [
         SumPart(
-            unknown=Q, left=A, right=one, at=moved, plus_transpose=not discrete, latex=("A_{i}", "")
+            unknown=Q,
+            left=A,
+            right=eye,
+            at=motion_block,
+            plus_transpose=not discrete,
+            latex=("A_{i}", ""),
         ),
         SumPart(
             unknown=M,
             left=-B,
-            right=one,
-            at=moved,
+            right=eye,
+            at=motion_block,
             plus_transpose=not discrete,
             member=gain_member(M),
             latex=("-B_{i}", ""),
@@ -91,13 +96,13 @@ def closed_loop(
     if discrete:
         parts += [
             SumPart(
-                unknown=Q, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")
+                unknown=Q, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")
             ),
-            SumPart(unknown=Q, left=-one, right=one, at=(1, 1), latex=("-", "")),
+            SumPart(unknown=Q, left=-eye, right=eye, at=(1, 1), latex=("-", "")),
         ]
     else:
         parts.append(
-            SumPart(unknown=Q, left=2.0 * one, right=one, parameter="alpha", latex=(r"2\alpha", ""))
+            SumPart(unknown=Q, left=2.0 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", ""))
         )
     return DoubleSum(
         rules=r,

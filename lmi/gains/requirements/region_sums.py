@@ -64,12 +64,12 @@ def _region_sum(
 ) -> DoubleSum:
     L, C = (matrix.astype(np.float64) for matrix in part.matrices)
     k, n = len(L), A.shape[1]
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     parts = [
         SumPart(
             unknown=Q,
-            left=L[a, b] * one,
-            right=one,
+            left=L[a, b] * eye,
+            right=eye,
             at=(a, b),
             latex=(coefficient_latex(L[a, b]), ""),
         )
@@ -93,23 +93,23 @@ def _moved(
     A: Array, B: Array, Q: Unknown, M: Unknown, factor: float, at: tuple[int, int]
 ) -> tuple[SumPart, SumPart]:
     """Return factor G_ij at a block; below the diagonal it stands for its transpose above."""
-    right = factor * np.eye(A.shape[1])[None]
-    own = at[0] == at[1]
+    scaled_eye = factor * np.eye(A.shape[1])[None]
+    on_diagonal = at[0] == at[1]
     return (
         SumPart(
             unknown=Q,
             left=A,
-            right=right,
+            right=scaled_eye,
             at=at,
-            plus_transpose=own,
+            plus_transpose=on_diagonal,
             latex=(f"{coefficient_latex(factor)}A_{{i}}", ""),
         ),
         SumPart(
             unknown=M,
             left=-B,
-            right=right,
+            right=scaled_eye,
             at=at,
-            plus_transpose=own,
+            plus_transpose=on_diagonal,
             member=gain_member(M),
             latex=(f"{coefficient_latex(-factor)}B_{{i}}", ""),
             symbol=gain_symbol(M),

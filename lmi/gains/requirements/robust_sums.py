@@ -111,10 +111,10 @@ def _multiplier(loop: str, k: int, size: int, count: int) -> dict[tuple[int, int
     entries = {}
     for c in range(size):
         for b in range(c, size):
-            place = f"{c + 1}{b + 1}" if size > 1 else ""
-            which = ",".join(part for part in (f"{k}", where, place) if part)
-            name = f"{prefix}sigma{k}" + (f"_{place}" if place else "")
-            S = Unknown(name, 1, 1, count=count, latex=rf"\sigma^{{({which})}}")
+            entry_text = f"{c + 1}{b + 1}" if size > 1 else ""
+            index = ",".join(word for word in (f"{k}", where, entry_text) if word)
+            name = f"{prefix}sigma{k}" + (f"_{entry_text}" if entry_text else "")
+            S = Unknown(name, 1, 1, count=count, latex=rf"\sigma^{{({index})}}")
             entries[c, b] = entries[b, c] = S
     return entries
 
@@ -138,10 +138,10 @@ def _check_carrier(C: Array, loop: DoubleSum, n: int) -> None:
 def _factors(C: Array) -> tuple[Array, Array]:
     """Return C_L and C_R with C = C_L C_R, one of them picking rows or columns: nothing rounds."""
     rows, columns = np.flatnonzero(C.any(axis=1)), np.flatnonzero(C.any(axis=0))
-    one = np.eye(len(C))
+    eye = np.eye(len(C))
     if len(rows) <= len(columns):
-        return one[:, rows], C[rows]
-    return C[:, columns], one[columns]
+        return eye[:, rows], C[rows]
+    return C[:, columns], eye[columns]
 
 
 def _covered(
@@ -194,12 +194,12 @@ def _driven(
     Q: Unknown, M: Unknown, channel: UncertaintyBlock, factor: float, at: tuple[int, int], k: int
 ) -> list[SumPart]:
     """Return factor (E_i Q - F_i M_j) at a block."""
-    one = np.eye(Q.rows)[None]
+    eye = np.eye(Q.rows)[None]
     parts = [
         SumPart(
             unknown=Q,
             left=factor * channel.E,
-            right=one,
+            right=eye,
             at=at,
             latex=(f"{coefficient_latex(factor)}E_{{{k}{{i}}}}", ""),
         )
@@ -209,7 +209,7 @@ def _driven(
             SumPart(
                 unknown=M,
                 left=-factor * channel.F,
-                right=one,
+                right=eye,
                 at=at,
                 member=gain_member(M),
                 latex=(f"{coefficient_latex(-factor)}F_{{{k}{{i}}}}", ""),

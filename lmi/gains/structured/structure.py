@@ -100,9 +100,9 @@ class Structure:
         for g in range(self.groups):
             mean = K[self.group == g].mean(axis=0)
             for k in self.rows:
-                seen = self.pattern[k]
-                F[g, k, seen] = np.linalg.lstsq(
-                    (self.C[seen] @ root).T, mean[k] @ root, rcond=None
+                measured = self.pattern[k]
+                F[g, k, measured] = np.linalg.lstsq(
+                    (self.C[measured] @ root).T, mean[k] @ root, rcond=None
                 )[0]
         return F
 
@@ -113,10 +113,10 @@ class Structure:
         and zeros in all columns beyond the p-th; and M G^-1 has this pattern if M has it.
         """
         p, n = self.C.shape
-        seen = np.zeros((len(self.pattern), n), dtype=bool)
-        seen[:, :p] = self.pattern
-        seen = seen[list(self.rows)]
-        return np.asarray(~np.einsum("ka,kb->ab", seen, ~seen), dtype=bool)
+        measured = np.zeros((len(self.pattern), n), dtype=bool)
+        measured[:, :p] = self.pattern
+        measured = measured[list(self.rows)]
+        return np.asarray(~np.einsum("ka,kb->ab", measured, ~measured), dtype=bool)
 
 
 def structure_of(
@@ -149,7 +149,7 @@ def structure_of(
     )
 
 
-def pattern_of(given: ArrayLike, m: int, p: int) -> NDArray[np.bool_]:
+def pattern_of(pattern: ArrayLike, m: int, p: int) -> NDArray[np.bool_]:
     """Return the checked pattern, (m, p).
 
     Raises
@@ -157,26 +157,28 @@ def pattern_of(given: ArrayLike, m: int, p: int) -> NDArray[np.bool_]:
     ModelError : its shape, entries that are not true or false, no free entry.
     """
     try:
-        found = np.asarray(given)
+        entries = np.asarray(pattern)
     except ValueError as error:
         raise ModelError(f"pattern cannot be read as an array ({error})") from error
-    if found.shape != (m, p):
+    if entries.shape != (m, p):
         raise ModelError(
-            f"pattern has shape {found.shape}; ({m}, {p}) is needed, a row for each input and a "
+            f"pattern has shape {entries.shape}; ({m}, {p}) is needed, a row for each input and a "
             "column for each state or output: True where the law may look"
         )
-    if found.dtype != bool and not (found.dtype.kind in "iuf" and np.isin(found, (0, 1)).all()):
+    if entries.dtype != bool and not (
+        entries.dtype.kind in "iuf" and np.isin(entries, (0, 1)).all()
+    ):
         raise ModelError("pattern must be of True and False (or 1 and 0); it says where, not what")
-    if not found.any():
+    if not entries.any():
         raise ModelError(
             "pattern has no True, so the law sees nothing and u = 0; allow at least one entry"
         )
-    return found.astype(bool)
+    return entries.astype(bool)
 
 
-def _outputs(given: ArrayLike, n: int) -> Floats:
+def _outputs(output: ArrayLike, n: int) -> Floats:
     try:
-        C = np.array(given, dtype=np.float64)
+        C = np.array(output, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ModelError(f"output cannot be read as an array of numbers ({error})") from error
     if C.ndim != 2 or C.shape[1] != n or not len(C):
@@ -196,10 +198,10 @@ def _outputs(given: ArrayLike, n: int) -> Floats:
     return C
 
 
-def _groups(given: ArrayLike | None, r: int) -> Indices:
-    if given is None:
+def _groups(shared: ArrayLike | None, r: int) -> Indices:
+    if shared is None:
         return np.arange(r)
-    labels = np.asarray(given)
+    labels = np.asarray(shared)
     if labels.shape != (r,):
         raise ModelError(
             f"shared has shape {labels.shape}; ({r},) labels are needed, one for each rule: rules "
@@ -231,30 +233,31 @@ def check_movable(
     rng = np.random.default_rng(0)
     C = structure.C * units
     C = C / np.linalg.norm(C, axis=1)[:, None]
-    for vertex, (one, reach) in enumerate(zip(A, B, strict=True)):
-        size = float(np.linalg.norm(one, 2)) or 1.0
+    for vertex, (vertex_matrix, reach) in enumerate(zip(A, B, strict=True)):
+        size = float(np.linalg.norm(vertex_matrix, 2)) or 1.0
         reach = reach * (size / (np.abs(reach).max() or 1.0))
         loops = [
-            one - reach @ (structure.pattern * rng.standard_normal(structure.pattern.shape)) @ C
+            vertex_matrix
+            - reach @ (structure.pattern * rng.standard_normal(structure.pattern.shape)) @ C
             for _ in range(DRAWS)
         ]
-        values, vectors = np.linalg.eig(one)
+        values, vectors = np.linalg.eig(vertex_matrix)
         for value, vector in zip(values, vectors.T, strict=True):
             # A mode on the stability boundary counts as slow, although rounding may put it inside.
             slow = value.real >= -1e-12 * size if step is None else abs(value) >= 1 - 1e-12
-            shifted = np.stack(loops) - value * np.eye(len(one))
-            left = np.linalg.svd(shifted, compute_uv=False)[:, -1].max()
-            if slow and left < UNMOVED * size:
+            shifted = np.stack(loops) - value * np.eye(len(vertex_matrix))
+            smallest_singular = np.linalg.svd(shifted, compute_uv=False)[:, -1].max()
+            if slow and smallest_singular < UNMOVED * size:
                 raise ModelError(_fixed(vertex, len(A), complex(value), vector * units, names))
 
 
 def _fixed(vertex: int, count: int, value: complex, vector: Array, names: Sequence[str]) -> str:
     labels = names or tuple(f"x{k}" for k in range(1, len(vector) + 1))
     share = np.abs(vector) / np.abs(vector).max()
-    parts = ", ".join(labels[k] for k in np.argsort(-share, kind="stable") if share[k] > 1e-3)
-    shown = f"{value:.6g}" if value.imag else f"{value.real:.6g}"
+    state_names = ", ".join(labels[k] for k in np.argsort(-share, kind="stable") if share[k] > 1e-3)
+    mode_text = f"{value:.6g}" if value.imag else f"{value.real:.6g}"
     return (
-        f"vertex {vertex + 1} of {count}: the mode at {shown} (in {parts}) does not decay and no "
-        "gain of this pattern moves it: a fixed mode of the structure; allow an input that reaches "
-        "it to see it"
+        f"vertex {vertex + 1} of {count}: the mode at {mode_text} (in {state_names}) does not "
+        "decay and no gain of this pattern moves it: a fixed mode of the structure; allow an input "
+        "that reaches it to see it"
     )

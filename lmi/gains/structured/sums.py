@@ -51,19 +51,21 @@ class StructuredGains:
 
     Attributes
     ----------
-    known : L_j, (r, m, n).
+    reference : L_j, (r, m, n).
     structure : the structure of the unknown gains, its C in the plant's states; None where
         K_j = L_j.
     unknowns : the free entries of the structure, in the coordinates of ``LocalUnits``.
     spread : s of the overbound; with a larger s K may move further, and P less.
     """
 
-    known: Floats
+    reference: Floats
     structure: Structure | None = None
     unknowns: tuple[Unknown, ...] = ()
     spread: float = 1.0
 
-    def parts(self, through: Array, at: Position, *, whole: bool, factor: float) -> list[SumPart]:
+    def parts(
+        self, through: Array, at: Position, *, with_transpose: bool, factor: float
+    ) -> list[SumPart]:
         """Return factor * through_i K_j in a block, as a part for each row of unknowns."""
         assert self.structure is not None
         return [
@@ -72,7 +74,7 @@ class StructuredGains:
                 left=factor * through[:, :, [k]],
                 right=self.structure.C[self.structure.pattern[k]][None],
                 at=at,
-                plus_transpose=whole,
+                plus_transpose=with_transpose,
                 member=self.structure.member,
             )
             for k, row in zip(self.structure.rows, self.unknowns, strict=True)
@@ -101,22 +103,24 @@ def loop_sum(
     sizes["step"] = m if gains.structure is not None else 0
     names = [name for name, size in sizes.items() if size]
     where = {name: k for k, name in enumerate(names)}
-    moved = where["next" if step else "state"]
-    parts, fixed = _motion(plant, objective, P, gains, moved, step)
+    motion_row = where["next" if step else "state"]
+    parts, fixed = _motion(plant, objective, P, gains, motion_row, step)
     if objective == "hinf":
         assert gamma is not None
-        one = np.eye(n)[None]
-        parts.append(SumPart(unknown=P, left=one, right=plant.E, at=(moved, where["disturbance"])))
+        eye = np.eye(n)[None]
+        parts.append(
+            SumPart(unknown=P, left=eye, right=plant.E, at=(motion_row, where["disturbance"]))
+        )
         parts += [_minus(gamma, q, where["disturbance"]), _minus(gamma, p, where["output"])]
         fixed.append(KnownBlock(value=plant.D11, at=(where["output"], where["disturbance"])))
     elif objective == "cost":
         fixed.append(KnownBlock(value=-np.eye(p)[None], at=(where["output"],) * 2))
     if p:
-        more, known = _shown(plant, gains, (where["output"], 0))
-        parts, fixed = parts + more, fixed + known
+        added_parts, added_blocks = _shown(plant, gains, (where["output"], 0))
+        parts, fixed = parts + added_parts, fixed + added_blocks
     if gains.structure is not None:
-        more, known = _overbound(plant, P, gains, where["step"], moved)
-        parts, fixed = parts + more, fixed + known
+        added_parts, added_blocks = _overbound(plant, P, gains, where["step"], motion_row)
+        parts, fixed = parts + added_parts, fixed + added_blocks
     return DoubleSum(
         rules=len(plant.A),
         blocks=tuple(sizes[name] for name in names),
@@ -131,28 +135,30 @@ def _motion(
     objective: Objective,
     P: Unknown,
     gains: StructuredGains,
-    moved: int,
+    motion_row: int,
     step: bool,
 ) -> tuple[list[SumPart], list[KnownBlock]]:
     """Return P G_ij, linear about (I, L), and the terms of V that are added to it."""
-    one = np.eye(P.rows)[None]
-    steered = plant.B[:, None] @ gains.known
+    eye = np.eye(P.rows)[None]
+    steered = plant.B[:, None] @ gains.reference
     loop = plant.A[:, None] - steered
     parts = [
-        SumPart(unknown=P, left=one, right=_table(loop), at=(moved, 0), plus_transpose=not step)
+        SumPart(
+            unknown=P, left=eye, right=_table(loop), at=(motion_row, 0), plus_transpose=not step
+        )
     ]
     fixed = []
     if gains.structure is not None:
-        parts += gains.parts(plant.B, (moved, 0), whole=not step, factor=-1.0)
-        both = steered if step else steered + steered.transpose(0, 1, 3, 2)
-        fixed.append(KnownBlock(value=_table(both), at=(moved, 0)))
+        parts += gains.parts(plant.B, (motion_row, 0), with_transpose=not step, factor=-1.0)
+        symmetrised = steered if step else steered + steered.transpose(0, 1, 3, 2)
+        fixed.append(KnownBlock(value=_table(symmetrised), at=(motion_row, 0)))
     decay = objective == "decay_rate"
     if step:
         rate = "contraction" if decay else None
-        parts.append(SumPart(unknown=P, left=-one, right=one, parameter=rate))
-        parts.append(SumPart(unknown=P, left=-one, right=one, at=(moved, moved)))
+        parts.append(SumPart(unknown=P, left=-eye, right=eye, parameter=rate))
+        parts.append(SumPart(unknown=P, left=-eye, right=eye, at=(motion_row, motion_row)))
     elif decay:
-        parts.append(SumPart(unknown=P, left=2.0 * one, right=one, parameter="alpha"))
+        parts.append(SumPart(unknown=P, left=2.0 * eye, right=eye, parameter="alpha"))
     return parts, fixed
 
 
@@ -161,26 +167,28 @@ def _shown(
 ) -> tuple[list[SumPart], list[KnownBlock]]:
     """Return the output Z_ij, as parts and known blocks."""
     if gains.structure is None:
-        known = plant.C[:, None] - plant.D12[:, None] @ gains.known
-        return [], [KnownBlock(value=_table(known), at=at)]
-    parts = gains.parts(plant.D12, at, whole=False, factor=-1.0)
+        output = plant.C[:, None] - plant.D12[:, None] @ gains.reference
+        return [], [KnownBlock(value=_table(output), at=at)]
+    parts = gains.parts(plant.D12, at, with_transpose=False, factor=-1.0)
     return parts, [KnownBlock(value=plant.C, at=at)]
 
 
 def _overbound(
-    plant: DisturbedPlant, P: Unknown, gains: StructuredGains, row: int, moved: int
+    plant: DisturbedPlant, P: Unknown, gains: StructuredGains, row: int, motion_row: int
 ) -> tuple[list[SumPart], list[KnownBlock]]:
     """Return the block row s B' (P - I) - (K - L) / s, with -2 I on its diagonal."""
     m, s = plant.B.shape[2], gains.spread
     reach = s * plant.B.transpose(0, 2, 1)
-    one, each = np.eye(P.rows)[None], np.eye(m)[None]
-    parts = [SumPart(unknown=P, left=reach, right=one, at=(row, moved))]
-    parts += gains.parts(each, (row, 0), whole=False, factor=-1.0 / s)
-    known = np.broadcast_to(gains.known[None], (len(reach), *gains.known.shape)).copy() / s
+    eye, input_eye = np.eye(P.rows)[None], np.eye(m)[None]
+    parts = [SumPart(unknown=P, left=reach, right=eye, at=(row, motion_row))]
+    parts += gains.parts(input_eye, (row, 0), with_transpose=False, factor=-1.0 / s)
+    gain_table = (
+        np.broadcast_to(gains.reference[None], (len(reach), *gains.reference.shape)).copy() / s
+    )
     fixed = [
-        KnownBlock(value=-reach, at=(row, moved)),
-        KnownBlock(value=_table(known), at=(row, 0)),
-        KnownBlock(value=-2.0 * each, at=(row, row)),
+        KnownBlock(value=-reach, at=(row, motion_row)),
+        KnownBlock(value=_table(gain_table), at=(row, 0)),
+        KnownBlock(value=-2.0 * input_eye, at=(row, row)),
     ]
     return parts, fixed
 

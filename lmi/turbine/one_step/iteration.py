@@ -53,21 +53,21 @@ def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint
     ------
     ModelError : no function was found; the message says what to change.
     """
-    windy, still = loop.corners(theta)
+    windy, calm = loop.corners(theta)
     directions = loop.box.directions
     nu = theta[loop.cells + 1 :]
     d = windy.fixed + windy.error
     first = invariant_ellipsoid(windy.A, d, windy.cell, directions, speed=nu[windy.cell], rounds=5)
-    rest = fast_decay(still.A)
+    calm_answer = fast_decay(calm.A)
     functions = None
-    if first.P is not None and rest.P is not None:
+    if first.P is not None and calm_answer.P is not None:
         none = np.zeros(loop.cells)
-        given = LoopFunctions(np.asarray(first.P), none, none, np.asarray(rest.P), 0.0)
-        functions = functions_at(windy, still, given, widest_multiples(loop))
+        first_guess = LoopFunctions(np.asarray(first.P), none, none, np.asarray(calm_answer.P), 0.0)
+        functions = functions_at(windy, calm, first_guess, widest_multiples(loop))
     if functions is None:
         raise ModelError(
             "one-step design: the gains it starts from have no common quadratic function under "
-            f"this wind class ({first.diagnosis or rest.diagnosis or NO_WIND})"
+            f"this wind class ({first.diagnosis or calm_answer.diagnosis or NO_WIND})"
             "; lower the wind class, the uncertainty or the box, or change the bandwidth"
         )
     # The first function maximises the wind class, whatever the objective is, because later steps
@@ -75,7 +75,7 @@ def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint
     opening = replace(aim, wind_class=max(aim.wind_class, 1.0), decay=0.0)
     # ``invariant_ellipsoid`` maximises the multiple of the weakest cell, so this is the best floor.
     floor = float(functions.scales.min())
-    functions = _settled(loop, windy, still, functions, opening, AT_START, kept=_Kept(0.0, floor))
+    functions = _settled(loop, windy, calm, functions, opening, AT_START, floor=_Kept(0.0, floor))
     spot = design_point(loop, theta, functions, aim)
     if spot is None:
         raise ModelError("one-step design: the linear loop at the start is not stable at some wind")
@@ -125,27 +125,27 @@ class Iteration:
 
     def __post_init__(self) -> None:
         self.history.append(self.spot.reached)
-        kept, spot = self.aim.kept, self.spot
-        self._kept = _Kept(kept * spot.reached.wind_error, kept * spot.floor)
+        kept_share, spot = self.aim.kept, self.spot
+        self._kept = _Kept(kept_share * spot.reached.wind_error, kept_share * spot.floor)
 
     def stepped(self) -> bool:
         """Try one step; return False if the search has ended."""
         spot = self.spot
         if self._near is None:
             self._near = self.loop.moving(spot.theta, self.reach)
-        windy, still, free = self._near
-        least = np.log(self._kept.mean / spot.reached.wind_error) - ROOM
+        windy, calm, free = self._near
+        log_mean = np.log(self._kept.mean / spot.reached.wind_error) - ROOM
         weights = replace(
             weights_at(self.loop, spot, self.aim),
-            least=float(least),
+            log_mean=float(log_mean),
             floors=np.full(self.loop.cells, self._kept.multiple),
         )
         low, high = np.where(free, np.array([-self.reach, self.reach]), 0.0).T
         room = RemainingRoom(low, high, self.loop.bends(self.reach))
-        found = joint_step(windy, still, spot.functions, self.loop.box.directions, weights, room)
+        step = joint_step(windy, calm, spot.functions, self.loop.box.directions, weights, room)
         new = None
-        if found is not None:
-            new = self.assessed(spot.theta * np.exp(found.u), found.functions)
+        if step is not None:
+            new = self.assessed(spot.theta * np.exp(step.u), step.functions)
         if new is None or new.value >= spot.value or self._kept.lost_by(new):
             self.refused += 1
             # A refused step means that the linearisation was used too far from its point.
@@ -161,25 +161,31 @@ class Iteration:
     def assessed(self, theta: Floats, functions: LoopFunctions) -> DesignPoint | None:
         """Return the point at other gains, with new enclosures; None if no function holds there."""
         try:
-            windy, still = self.loop.corners(theta)
+            windy, calm = self.loop.corners(theta)
         except ModelError:
             return None
-        shown = functions_at(windy, still, functions, widest_multiples(self.loop))
-        if shown is None or (self.aim.decay > 0 and not shown.decay_rate > 0):
+        functions_there = functions_at(windy, calm, functions, widest_multiples(self.loop))
+        if functions_there is None or (self.aim.decay > 0 and not functions_there.decay_rate > 0):
             return None
-        better = _settled(self.loop, windy, still, shown, self.aim, AFTER_STEP, kept=self._kept)
+        better = _settled(
+            self.loop, windy, calm, functions_there, self.aim, AFTER_STEP, floor=self._kept
+        )
         spot = design_point(self.loop, theta, better, self.aim)
         return None if spot is None else replace(spot, floor=self._kept.multiple)
 
 
 def with_largest_decay_rate(loop: LoopOfGains, spot: DesignPoint) -> DesignPoint:
     """Return the point with the largest common decay rate at its gains, and the R that has it."""
-    _, still = loop.corners(spot.theta)
-    found = fast_decay(still.A)
-    if found.P is None or found.decay_rate is None or found.decay_rate <= spot.functions.decay_rate:
+    _, calm = loop.corners(spot.theta)
+    answer = fast_decay(calm.A)
+    if (
+        answer.P is None
+        or answer.decay_rate is None
+        or answer.decay_rate <= spot.functions.decay_rate
+    ):
         return spot
-    R = np.asarray(found.P)
-    decay = float(decay_rates(R, still.A).min())
+    R = np.asarray(answer.P)
+    decay = float(decay_rates(R, calm.A).min())
     functions = replace(spot.functions, R=R, decay_rate=decay)
     return replace(spot, functions=functions, reached=replace(spot.reached, decay_rate=decay))
 
@@ -187,41 +193,44 @@ def with_largest_decay_rate(loop: LoopOfGains, spot: DesignPoint) -> DesignPoint
 def _settled(
     loop: LoopOfGains,
     windy: WindCellCorners,
-    still: WindCellCorners,
+    calm: WindCellCorners,
     functions: LoopFunctions,
     aim: Objective,
-    most: int,
+    step_count: int,
     *,
-    kept: _Kept,
+    floor: _Kept,
 ) -> LoopFunctions:
-    """Return the functions after at most ``most`` improvements at fixed gains.
+    """Return the functions after at most ``step_count`` improvements at fixed gains.
 
     Parameters
     ----------
-    kept : lower limits; functions below them are first raised towards them.
+    floor : lower limits; functions below them are first raised towards them.
     """
     directions, shares = loop.box.directions, shares_of(loop)
     value, mean = function_value(loop, functions, aim), mean_error(loop, functions)
-    floors = np.full(loop.cells, kept.multiple)
-    for _ in range(most):
-        least = float(np.log(kept.mean / mean)) if kept.mean > 0 else None
+    floors = np.full(loop.cells, floor.multiple)
+    for _ in range(step_count):
+        log_mean = float(np.log(floor.mean / mean)) if floor.mean > 0 else None
         weights = Weights(
-            aim.wind_class * shares, aim.overspeed, aim.decay, np.zeros(0), shares, least, floors
+            aim.wind_class * shares, aim.overspeed, aim.decay, np.zeros(0), shares, log_mean, floors
         )
-        found = joint_step(windy, still, functions, directions, weights)
-        shown = None
-        if found is not None:
-            shown = functions_at(windy, still, found.functions, widest_multiples(loop))
-        if shown is None or (aim.decay > 0 and not shown.decay_rate > 0):
+        step = joint_step(windy, calm, functions, directions, weights)
+        new_functions = None
+        if step is not None:
+            new_functions = functions_at(windy, calm, step.functions, widest_multiples(loop))
+        if new_functions is None or (aim.decay > 0 and not new_functions.decay_rate > 0):
             break
-        after, reached = function_value(loop, shown, aim), mean_error(loop, shown)
+        new_value, reached = (
+            function_value(loop, new_functions, aim),
+            mean_error(loop, new_functions),
+        )
         # Progress towards a limit counts as success, even if the objective became worse by it.
-        raised = (mean < kept.mean and reached > mean) or (
-            float(functions.scales.min()) < min(kept.multiple, float(shown.scales.min()))
+        raised = (mean < floor.mean and reached > mean) or (
+            float(functions.scales.min()) < min(floor.multiple, float(new_functions.scales.min()))
         )
-        if after < value or raised:
-            functions = shown
-        if value - after < SETTLED and not raised:
+        if new_value < value or raised:
+            functions = new_functions
+        if value - new_value < SETTLED and not raised:
             break
-        value, mean = after, reached
+        value, mean = new_value, reached
     return functions

@@ -110,12 +110,12 @@ def _loop(turbine: Turbine, law: EffortSharingLaw, thrust: float) -> Callable[[F
         omega, beta, x, scheduled, y, moving, wind = z
         # The rotor meets the wind relative to the tower top, which is the tower's aerodynamic
         # damping.
-        seen = wind - moving
+        relative_wind = wind - moving
         measured = Measurement(omega, beta, wind)
         state = np.array([x, scheduled])
         command = law.command(state, measured)
-        torque = float(rotor_torque(turbine, omega, beta, seen))
-        push = float(rotor_thrust(turbine, omega, beta, seen)) - thrust
+        torque = float(rotor_torque(turbine, omega, beta, relative_wind))
+        push = float(rotor_thrust(turbine, omega, beta, relative_wind)) - thrust
         integral, follow = law.state_rate(state, measured)
         return np.array(
             [
@@ -197,8 +197,11 @@ def design_point(
     pitch = tower = np.nan
     value = function_value(loop, functions, aim)
     if aim.watches_motion:
-        moved = motion(loop.turbine, loop.at(theta))
-        pitch, tower = float(share @ moved.pitch_rate), float(share @ moved.tower_speed)
+        motion_values = motion(loop.turbine, loop.at(theta))
+        pitch, tower = (
+            float(share @ motion_values.pitch_rate),
+            float(share @ motion_values.tower_speed),
+        )
         value += aim.pitch * np.log(pitch) + aim.tower * np.log(tower)
     reached = ReachedValues(
         mean_error(loop, functions),
@@ -235,13 +238,13 @@ def _motion_slopes(loop: LoopOfGains, spot: DesignPoint, aim: Objective) -> Floa
     faster[0][:nodes] *= np.exp(step)
     faster[1][nodes:] *= np.exp(step)
     here = motion(loop.turbine, loop.at(spot.theta))
-    for part, theta in enumerate(faster):
+    for gain_number, theta in enumerate(faster):
         there = motion(loop.turbine, loop.at(theta))
         change = (
             aim.pitch * (there.pitch_rate - here.pitch_rate) / (share @ here.pitch_rate)
             + aim.tower * (there.tower_speed - here.tower_speed) / (share @ here.tower_speed)
         ) * (share / step)
-        if part == 0:
+        if gain_number == 0:
             slopes[: nodes - 1] += change / 2
             slopes[1:nodes] += change / 2
         else:

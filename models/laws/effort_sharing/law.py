@@ -184,9 +184,9 @@ class EffortSharingLaw:
         effort = _between(table.trim_effort, k, share)
         effort += _between(table.proportional, k, share) * signal
         limit = table.effort_limit[k]
-        taken = min(max(table.inertia[k] * rate, -limit), limit)
+        inertia_effort = min(max(table.inertia[k] * rate, -limit), limit)
         overlap = self.schedule.overlap
-        reserve = _ramp(-effort, overlap) + taken
+        reserve = _ramp(-effort, overlap) + inertia_effort
         torque = self.rated_torque - self.effort_torque * reserve
         shed = _ramp(effort, overlap) + self.feedforward.pitch_lead * rate * _shed_slope(
             table, overlap, k, share, signal, effort
@@ -217,13 +217,13 @@ class EffortSharingLaw:
         any ratio of sample time to tau_f is stable; the integral takes an Euler step and stops at
         its limit.
         """
-        x, kept = (float(value) for value in np.asarray(state))
+        x, filtered = (float(value) for value in np.asarray(state))
         rate = self._integral_rate(x, self._unpacked(state, measurement)[1], measurement)
         limit = self.integral_limit
         if self.wind_filter > 0:
-            seen = self._inside(measurement.wind_estimate)
-            kept = seen + (kept - seen) * exp(-time / self.wind_filter)
-        return np.array([min(max(x + time * rate, -limit), limit), kept])
+            estimate = self._inside(measurement.wind_estimate)
+            filtered = estimate + (filtered - estimate) * exp(-time / self.wind_filter)
+        return np.array([min(max(x + time * rate, -limit), limit), filtered])
 
     def sample(
         self, state: ArrayLike, measurement: Measurement, time: float
@@ -277,8 +277,8 @@ class _Columns(NamedTuple):
 @lru_cache(maxsize=32)
 def _columns(law: EffortSharingLaw) -> _Columns:
     homes = (*(law.schedule,) * 4, *(law.gains,) * 2, *(law.feedforward,) * 2)
-    found = zip(homes, _Columns._fields, strict=True)
-    return _Columns(*(tuple(getattr(home, name).tolist()) for home, name in found))
+    pairs = zip(homes, _Columns._fields, strict=True)
+    return _Columns(*(tuple(getattr(home, name).tolist()) for home, name in pairs))
 
 
 def _place(nodes: tuple[float, ...], wind: float) -> tuple[int, float]:
@@ -291,12 +291,12 @@ def _shed_slope(
 ) -> float:
     """Return b d/dv_f [psi(U) / b] at fixed e - x [rad/s^2 per m/s]."""
     width = table.wind[k + 1] - table.wind[k]
-    moved = table.trim_effort[k + 1] - table.trim_effort[k]
-    moved += (table.proportional[k + 1] - table.proportional[k]) * signal
+    effort_slope = table.trim_effort[k + 1] - table.trim_effort[k]
+    effort_slope += (table.proportional[k + 1] - table.proportional[k]) * signal
     bent = table.effectiveness[k + 1] - table.effectiveness[k]
     bent /= _between(table.effectiveness, k, share)
     slope = min(max((effort + overlap) / (2 * overlap), 0.0), 1.0)
-    return (slope * moved - _ramp(effort, overlap) * bent) / width
+    return (slope * effort_slope - _ramp(effort, overlap) * bent) / width
 
 
 def _between(column: tuple[float, ...], k: int, share: float) -> float:

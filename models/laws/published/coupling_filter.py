@@ -151,10 +151,10 @@ class CouplingFilter:
     def _saturated_factor(self, T: Floats) -> Floats:
         half, limit = self.torque_overlap / 2, self.rated_torque
         # The parabola is only ever divided by torques near rated, never by zero.
-        near = np.maximum(T, limit - half)
-        curve = limit - (limit + half - near) ** 2 / (4 * half)
-        phi = np.where(near >= limit + half, limit, curve)
-        return np.where(limit - half >= T, 1.0, phi / near)
+        near_rated = np.maximum(T, limit - half)
+        curve = limit - (limit + half - near_rated) ** 2 / (4 * half)
+        phi = np.where(near_rated >= limit + half, limit, curve)
+        return np.where(limit - half >= T, 1.0, phi / near_rated)
 
     def _high_weight_at(self, torque: float) -> float:
         low, limit, overlap = self.minimum_torque, self.rated_torque, self.torque_overlap
@@ -220,9 +220,9 @@ def _product_slopes(ramp: Ramp, sign: float, offset: float, gain: float) -> list
     """
     c = ramp.start / ramp.width
     b = 2 * c - 3
-    places = (0.0, 1.0, (-b + math.sqrt(b * b + 16 * c)) / 8)
-    found = []
-    for s in places:
+    ramp_points = (0.0, 1.0, (-b + math.sqrt(b * b + 16 * c)) / 8)
+    slopes = []
+    for s in ramp_points:
         w, by_s = (s, 1.0) if ramp.shape == "linear" else (s * s * (3 - 2 * s), 6 * s * (1 - s))
-        found.append(1 + gain * (offset + sign * w) + sign * gain * (c + s) * by_s)
-    return found
+        slopes.append(1 + gain * (offset + sign * w) + sign * gain * (c + s) * by_s)
+    return slopes

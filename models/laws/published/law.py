@@ -151,8 +151,8 @@ class PublishedLaw:
             reference = self.reference_speed(measurement.wind_estimate)
         if self.tracking_time is None:
             return np.array([reference - measurement.rotor_speed])
-        found = self.blended(state, measurement, reference=reference)
-        return self.tracking_rate(found, self.limited(found))
+        blended = self.blended(state, measurement, reference=reference)
+        return self.tracking_rate(blended, self.limited(blended))
 
     def tracking_rate(self, blended: BlendedCommands, command: Command) -> Floats:
         """Return (x_b', x_c') of the two integrators when ``command`` is what is carried out."""

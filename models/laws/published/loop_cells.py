@@ -117,10 +117,12 @@ def _jacobian(
         seeds = tuple((r, r) if j == i else (0.0, 0.0) for j in range(n))
         state.append(Dual(value, seeds))
     speeds = tuple((float(c[0] - box[0]), float(c[0] + box[0])) for c in centre)
-    still = Dual(wind, ((0.0, 0.0),) * n)
-    field = PublishedVectorField(figures, StateRange(still, tuple(state), (speeds[0], speeds[1])))
-    found = [_matrix(field, corner) / box[None, :, None] for corner in field.corners()]
-    return np.stack([m[0] for m in found]), np.stack([m[1] for m in found])
+    constant_wind = Dual(wind, ((0.0, 0.0),) * n)
+    field = PublishedVectorField(
+        figures, StateRange(constant_wind, tuple(state), (speeds[0], speeds[1]))
+    )
+    matrices = [_matrix(field, corner) / box[None, :, None] for corner in field.corners()]
+    return np.stack([m[0] for m in matrices]), np.stack([m[1] for m in matrices])
 
 
 def _matrix(field: PublishedVectorField, corner: Corner) -> Floats:

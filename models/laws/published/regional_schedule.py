@@ -97,13 +97,13 @@ class RegionalSchedule:
             z = evaluate(rotor_speed, pitch, wind)
             upper = 0.0 if high == low else min(max((z - low) / (high - low), 0.0), 1.0)
             pairs.append((1.0 - upper, upper))
-        found = []
+        memberships = []
         for rule in self.model.rules:
             h = 1.0
             for pair, corner in zip(pairs, rule, strict=True):
                 h *= pair[corner]
-            found.append(h)
-        return found
+            memberships.append(h)
+        return memberships
 
     def gains_at(self, rotor_speed: float, pitch: float, wind: float) -> RegionalGainValues:
         """Return sum_i h_i (k_x_i, k_I_i)."""
@@ -190,11 +190,11 @@ def premise_evaluators(band: OperatingBand, *, with_pitch: bool) -> dict[str, Ev
     def secant(index: int, speed: float, pitch: float, wind: float) -> float:
         trim = trim_at(wind)
         point = (speed, pitch if with_pitch else trim[1], trim[2])
-        near, far = [*trim[: index + 1], *point[index + 1 :]], [*trim[:index], *point[index:]]
-        if abs(far[index] - near[index]) < STEPS[index]:
-            middle = (far[index] + near[index]) / 2
-            near[index], far[index] = middle - STEPS[index] / 2, middle + STEPS[index] / 2
-        return (acceleration(*far) - acceleration(*near)) / (far[index] - near[index])
+        lower, upper = [*trim[: index + 1], *point[index + 1 :]], [*trim[:index], *point[index:]]
+        if abs(upper[index] - lower[index]) < STEPS[index]:
+            middle = (upper[index] + lower[index]) / 2
+            lower[index], upper[index] = middle - STEPS[index] / 2, middle + STEPS[index] / 2
+        return (acceleration(*upper) - acceleration(*lower)) / (upper[index] - lower[index])
 
     def bound(index: int) -> Evaluator:
         return lambda speed, pitch, wind: secant(index, speed, pitch, wind)

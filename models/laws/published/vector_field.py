@@ -64,10 +64,10 @@ class StateRange:
 class PublishedVectorField:
     """The field over one ``StateRange``; what all corners share is computed once."""
 
-    def __init__(self, figures: LoopFigures, place: StateRange) -> None:
-        self.figures, self.place = figures, place
-        self.speed, self.pitch = place.state[0], place.state[1]
-        self.wind = place.wind
+    def __init__(self, figures: LoopFigures, states: StateRange) -> None:
+        self.figures, self.place = figures, states
+        self.speed, self.pitch = states.state[0], states.state[1]
+        self.wind = states.wind
 
     def __call__(self, corner: Corner | None = None) -> tuple[Dual, ...]:
         """Return the derivatives of all states.
@@ -98,8 +98,8 @@ class PublishedVectorField:
         """Return the corners whose hull holds every Jacobian of the place."""
         low, high = self._torque_slope(self.torque_command.value)
         torques: tuple[End, ...] = ("low",) if low == high else ("low", "high")
-        free, held = self._holds()
-        pitches = [hold for hold, there in (("free", free), ("held", held)) if there]
+        free, at_limit = self._holds()
+        pitches = [hold for hold, there in (("free", free), ("held", at_limit)) if there]
         return [Corner(t, p) for t in torques for p in pitches]  # type: ignore[arg-type]
 
     # ------------------------------------------------------------------ plant and reference
@@ -126,8 +126,8 @@ class PublishedVectorField:
         """omega - omega_ref(v)."""
         f, v = self.figures, self.wind.held(self.figures.cut_in, self.figures.cut_out)
         lowest = smaller(constant(f.minimum_speed, v), v.scaled(f.largest_ratio / f.radius))
-        wanted = larger(v.scaled(f.optimal_ratio / f.radius), lowest)
-        return self.speed - smaller(wanted, constant(f.speed_setpoint, v))
+        reference = larger(v.scaled(f.optimal_ratio / f.radius), lowest)
+        return self.speed - smaller(reference, constant(f.speed_setpoint, v))
 
     # ------------------------------------------------------------------ scheduled gains
     @cached_property
@@ -166,8 +166,8 @@ class PublishedVectorField:
                 (at.value[0] * f.radius / v[1], at.value[1] * f.radius / v[0])
                 for at in (speed, self.speed)
             ]
-            near, far = (times(f.surface(r, angle.value, ((0, 0),))[0], squared) for r in ratios)
-            slope = _secant(slope, near, far, speed, self.speed, squared)
+            start, end = (times(f.surface(r, angle.value, ((0, 0),))[0], squared) for r in ratios)
+            slope = _secant(slope, start, end, speed, self.speed, squared)
         return gains.weight(0, slope)
 
     def _pitch_weight(self, gains: GainTable) -> Dual:
@@ -183,23 +183,23 @@ class PublishedVectorField:
         angle = hull(trim.value, self.pitch.value)
         first, second, mixed = f.surface(ratio, angle, orders)
         k, v = f.torque_per_inertia, wind.value
-        squared, once = (k * v[0] ** 2, k * v[1] ** 2), (k * v[0], k * v[1])
+        squared, linear = (k * v[0] ** 2, k * v[1] ** 2), (k * v[0], k * v[1])
         half = times(second, (squared[0] / 2, squared[1] / 2))
         lever = times(ratio, mixed)
-        by_wind = times((2 * first[0] - lever[1], 2 * first[1] - lever[0]), once)
+        by_wind = times((2 * first[0] - lever[1], 2 * first[1] - lever[0]), linear)
         slope = _along(
             times(first, squared),
             (half, trim),
             (half, self.pitch),
-            (times(mixed, (f.radius * once[0], f.radius * once[1])), speed),
+            (times(mixed, (f.radius * linear[0], f.radius * linear[1])), speed),
             (by_wind, wind),
         )
         if not slope.slopes:
-            near, far = (
+            start, end = (
                 times(f.surface(ratio, at.value, ((0, 0),))[0], squared)
                 for at in (trim, self.pitch)
             )
-            slope = _secant(slope, near, far, trim, self.pitch, squared)
+            slope = _secant(slope, start, end, trim, self.pitch, squared)
         return gains.weight(1, slope)
 
     def _ratios(
@@ -214,7 +214,7 @@ class PublishedVectorField:
         breaks = [low, high]
         if table is not None:
             breaks += [node for node in table.wind if low < node < high]
-        found = []
+        ratios = []
         for v in breaks:
             share = 0.0 if high == low else (v - low) / (high - low)
             first, last = self.place.speeds
@@ -223,8 +223,8 @@ class PublishedVectorField:
             if table is not None:
                 trim = table.speed_at(v)
                 here = [trim] if trim_only else [*here, trim]
-            found += [omega * self.figures.radius / at for omega in here]
-        return span(*found)
+            ratios += [omega * self.figures.radius / at for omega in here]
+        return span(*ratios)
 
     def _gains(self, table: GainTable, weights: Sequence[Dual]) -> tuple[Dual, Dual, Dual]:
         speed, pitch, integral = (table.blended(kind, weights) for kind in range(3))
@@ -280,35 +280,39 @@ class PublishedVectorField:
     def _angle(self, corner: Corner) -> tuple[Dual, Dual]:
         """Return the pitch reference, and its difference from the command u_2."""
         u, (bottom, top) = self.pitch_command, self.figures.pitch_limits
-        free, held = self._holds()
+        free, at_limit = self._holds()
         blended = self.share * u
-        rest = self.share.plus(-1.0) * u
+        remainder = self.share.plus(-1.0) * u
         angle = blended.held(bottom, top)
         low, high = blended.value
-        limits = [end for end, met in ((bottom, low < bottom), (top, high > top)) if met]
-        gaps = [rest] if free or not limits else []
+        limits = [end for end, reached in ((bottom, low < bottom), (top, high > top)) if reached]
+        gaps = [remainder] if free or not limits else []
         gaps += [constant(end, u) - u for end in limits]
         gap = hull(*(g.value for g in gaps))
-        keep = corner.pitch == "free" or (corner.pitch == "all" and not held)
+        keep = corner.pitch == "free" or (corner.pitch == "all" and not at_limit)
         drop = corner.pitch == "held" or (corner.pitch == "all" and not free)
         if keep:
-            return Dual(angle.value, blended.slopes), Dual(gap, rest.slopes)
+            return Dual(angle.value, blended.slopes), Dual(gap, remainder.slopes)
         if drop:
             return angle.through(angle.value, (0.0, 0.0)), Dual(gap, (-u).slopes)
-        slopes = tuple(hull(*parts) for parts in zip(*(g.slopes for g in gaps), strict=True))
+        slopes = tuple(
+            hull(*slope_ranges) for slope_ranges in zip(*(g.slopes for g in gaps), strict=True)
+        )
         return angle, Dual(gap, slopes)
 
 
-def _secant(slope: Dual, near: Range, far: Range, start: Dual, end: Dual, scale: Range) -> Dual:
+def _secant(
+    slope: Dual, start_value: Range, end_value: Range, start: Dual, end: Dual, scale: Range
+) -> Dual:
     """Return the difference quotient if it is tighter than the range of the derivative."""
     step = (end.value[0] - start.value[1], end.value[1] - start.value[0])
     if step[0] <= 0.0 <= step[1]:
         return slope
     # A checker may know surface values only up to NOISE, and a short step amplifies that error.
     noise = NOISE * (abs(scale[0]) + abs(scale[1]))
-    rise = (far[0] - near[1] - noise, far[1] - near[0] + noise)
-    found = times(rise, (1 / step[1], 1 / step[0]))
-    low, high = max(found[0], slope.value[0]), min(found[1], slope.value[1])
+    rise = (end_value[0] - start_value[1] - noise, end_value[1] - start_value[0] + noise)
+    quotient = times(rise, (1 / step[1], 1 / step[0]))
+    low, high = max(quotient[0], slope.value[0]), min(quotient[1], slope.value[1])
     return Dual((low, high), ()) if low <= high else slope
 
 
@@ -316,6 +320,6 @@ def _along(value: Range, *terms: tuple[Range, Dual]) -> Dual:
     """Return the quantity with this range whose slope is the sum of partial times inner slope."""
     slopes = []
     for k in range(len(terms[0][1].slopes)):
-        parts = [times(partial, inner.slopes[k]) for partial, inner in terms]
-        slopes.append((sum(p[0] for p in parts), sum(p[1] for p in parts)))
+        products = [times(partial, inner.slopes[k]) for partial, inner in terms]
+        slopes.append((sum(p[0] for p in products), sum(p[1] for p in products)))
     return Dual(value, tuple(slopes))

@@ -82,7 +82,7 @@ def test_control1_has_its_published_optimum(whole: bool) -> None:
 
     assert outcome.settled and outcome.margin > 0
     assert outcome.objective == pytest.approx(OPTIMUM, rel=5e-5)
-    assert outcome.least <= outcome.objective
+    assert outcome.lower_bound <= outcome.objective
 
 
 @pytest.mark.parametrize("whole", [False, True])
@@ -141,7 +141,7 @@ def test_an_objective_far_above_its_bound_is_not_settled(monkeypatch: pytest.Mon
 
     assert outcome.status == "unknown" and not outcome.settled
     assert outcome.objective == pytest.approx(2.0 * honest.objective, rel=1e-2)
-    assert outcome.least <= honest.objective <= outcome.objective
+    assert outcome.lower_bound <= honest.objective <= outcome.objective
 
 
 def test_indefinite_multipliers_bound_nothing() -> None:
