@@ -14,7 +14,7 @@ from takagi.models.errors import ModelError
 from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
-    from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov
+    from takagi.lmi.polynomials import PolynomialLyapunov
 
 
 Status: TypeAlias = Literal["candidate", "infeasible", "unbounded", "unknown"]

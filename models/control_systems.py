@@ -20,10 +20,8 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Command, Law, Measurement, ProgramState, SampledLaw
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Output
-from takagi.models.simulation.dynamics import dynamics
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant
+from takagi.models.plant.plant import Output, Plant
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, dynamics
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 

@@ -8,11 +8,11 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pairs_of
+from takagi.lmi.analysis.actuator_rates import gain_stack, of_pairs, pairs_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
-from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
+from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, identity_like, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
@@ -126,7 +126,7 @@ def coefficient_latex(number: float | Fraction) -> str:
 def _part_lmi(A: Array, P: Unknown, part: RegionPart, label: str) -> LMI:
     L, M = part.matrices
     n, k = A.shape[1], len(L)
-    eye = np.eye(n)[None] if L.dtype != object else _exact_identity(n)
+    eye = identity_like(L, n)
     terms = [
         Term(
             unknown=P,
@@ -163,12 +163,6 @@ def _part_lmi(A: Array, P: Unknown, part: RegionPart, label: str) -> LMI:
         labels=tuple(f"vertex {i + 1} of {len(A)} in {part.name}" for i in range(len(A))),
         index=rf"i = 1, \dots, {len(A)}",
     )
-
-
-def _exact_identity(n: int) -> Array:
-    eye = np.full((1, n, n), Fraction(0), dtype=object)
-    eye[:, range(n), range(n)] = Fraction(1)
-    return eye
 
 
 def _check_region(region: object) -> None:

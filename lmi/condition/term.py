@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias, overload
@@ -459,6 +460,15 @@ def _check_length(owner: str, lengths: Mapping[str, int], count: int) -> None:
     for name, length in lengths.items():
         if length not in (1, count):
             raise ModelError(f"{owner}: {name} has {length} entries; 1 or {count} are needed")
+
+
+def identity_like(array: Array, size: int) -> Array:
+    """Return (1, size, size), of Fractions where the array has them."""
+    if array.dtype != object:
+        return np.eye(size)[None]
+    eye = np.full((1, size, size), Fraction(0), dtype=object)
+    eye[:, range(size), range(size)] = Fraction(1)
+    return eye
 
 
 def positive(P: Unknown) -> LMI:

@@ -24,26 +24,31 @@ from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.cone.assemble import Assembled, assemble, pack
-from takagi.lmi.cone.duality import least_objective_bound
-from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
-from takagi.lmi.decision.answer_check import (
-    exactly_held,
-    exactly_judged,
-    falling,
-    judged,
-    says_no,
-    values_of,
-    weighed,
+from takagi.lmi.cone.cone_program import (
+    Assembled,
+    ConeProgram,
+    Raw,
+    SolverRow,
+    assemble,
+    cone_program,
+    least_objective_bound,
+    pack,
 )
 from takagi.lmi.decision.outcome import (
     Outcome,
     better,
     concluded,
+    exactly_held,
+    exactly_judged,
+    falling,
+    judged,
     measured,
     nothing,
     objective_at,
     promised,
+    says_no,
+    values_of,
+    weighed,
 )
 from takagi.lmi.solver.solve import Session, again, attempts, quick, rescaled
 from takagi.lmi.solver.time_limit import limited
@@ -157,8 +162,8 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
     """Return unknowns with the least objective among those with half the margin of ``start``.
 
     A result that does not withstand its check is moved towards ``start`` until it does; one that is
-    worse than ``start`` is dropped for it.  ``least`` and ``settled`` refer to the margin that is
-    kept.
+    worse than ``start`` is dropped for it.  ``lower_bound`` and ``settled`` refer to the margin
+    that is kept.
     """
     data = _program_data(condition, None, assembled)
     # At the full margin of ``start`` there would be no freedom left to lower the objective.

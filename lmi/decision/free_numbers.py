@@ -10,9 +10,9 @@ import numpy as np
 from takagi.lmi.answer import Status
 from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.cone.assemble import Assembled
+from takagi.lmi.cone.cone_program import Assembled
 from takagi.lmi.decision.outcome import Outcome, objective_at
-from takagi.lmi.equalities.exact_solution import ExactSolution, Parametrised, parametrised
+from takagi.lmi.equalities import ExactSolution, Parametrised, parametrised
 from takagi.models.errors import ModelError
 
 CONTRADICTION = (

@@ -21,7 +21,7 @@ from takagi.lmi.explaining.explanation import (
     uncontrollable_blend,
     with_narrower_premise,
 )
-from takagi.lmi.sums.relaxation_sizes import contains
+from takagi.lmi.sums.relaxations import contains
 from takagi.models import TSModel
 from takagi.models.errors import ModelError
 

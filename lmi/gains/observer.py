@@ -23,15 +23,20 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import input_stack, positive_vector, sample_time_of, vertex_stack
+from takagi.lmi.argument_checks import (
+    check_stabilisable,
+    input_stack,
+    positive_vector,
+    sample_time_of,
+    vertex_stack,
+)
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.cone.balance import balanced_inputs, state_units
 from takagi.lmi.gains.decay.condition import pdc_condition
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

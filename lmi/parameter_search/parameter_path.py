@@ -35,7 +35,7 @@ import numpy as np
 
 from takagi.lmi.condition.evaluate import lmi_value, shares, smallest_eigenvalues
 from takagi.lmi.condition.term import LMI, Condition
-from takagi.lmi.cone.assemble import Assembled, Cone, assemble, pack, unpack
+from takagi.lmi.cone.cone_program import Assembled, Cone, assemble, pack, unpack
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

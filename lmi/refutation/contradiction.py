@@ -26,8 +26,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.unknown import triangle
-from takagi.lmi.cone.assemble import pack, unpack
-from takagi.lmi.cone.program import ConeProgram
+from takagi.lmi.cone.cone_program import ConeProgram, pack, unpack
 from takagi.models.arrays import Floats, Indices
 
 # Reciprocal condition number below which a row of A' follows from others.

@@ -28,10 +28,16 @@ import numpy as np
 import scipy.sparse as sp
 
 from takagi.lmi.cone.balance import nearest_power
-from takagi.lmi.cone.program import ConeProgram, Raw
-from takagi.lmi.solver.cvxpy_solvers import with_others
-from takagi.lmi.solver.incidence import Guide, guide, incidence, prefers_sdpa
-from takagi.lmi.solver.sdpa_solver import sdpa_is_installed, with_sdpa
+from takagi.lmi.cone.cone_program import ConeProgram, Raw
+from takagi.lmi.solver.installed_solvers import (
+    Guide,
+    guide,
+    incidence,
+    prefers_sdpa,
+    sdpa_is_installed,
+    with_others,
+    with_sdpa,
+)
 from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
 from takagi.models.arrays import Floats
 

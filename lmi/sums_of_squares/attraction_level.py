@@ -39,25 +39,22 @@ from fractions import Fraction
 from types import MappingProxyType
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.lmi.answer import Status, Try
-from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Equality, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.decision.decide import decide, optimise
 from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution, parametrised
-from takagi.lmi.refutation.adjoint import over_one_denominator
-from takagi.lmi.refutation.alternative import Alternative
-from takagi.lmi.refutation.indefinite import is_definite, is_semidefinite
-from takagi.lmi.refutation.refutation import exact_no
+from takagi.lmi.equalities import ExactSolution, exact_solution, parametrised
+from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite, over_one_denominator
+from takagi.lmi.refutation.refutation import Alternative, exact_no
 from takagi.lmi.solver.solve import quick
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums_of_squares.decrease import Decrease
 from takagi.lmi.sums_of_squares.polynomial import (
+    Decrease,
     StatePolynomial,
+    _asked,
     identity,
     monomials,
     without_idle,
@@ -495,55 +492,3 @@ def _expanded(G: Array, basis: Sequence[StatePolynomial]) -> StatePolynomial:
             if G[i, j]:
                 total = total + (a * b).times(G[i, j])
     return total
-
-
-def _asked(
-    field: Sequence[object], function: object, states: Sequence[str], degree: int | None
-) -> tuple[tuple[StatePolynomial, ...], StatePolynomial, int]:
-    n = len(states)
-    if isinstance(field, str) or len(field) != n or not n or len(set(states)) != n:
-        raise ModelError(
-            f"field has {len(field)} entries for the states {list(states)}; one polynomial for "
-            "each of different states is needed"
-        )
-    f = tuple(StatePolynomial.of(entry, states) for entry in field)
-    for name, motion in zip(states, f, strict=True):
-        if motion.terms.get((0,) * n):
-            raise ModelError(
-                f"{name}' is {float(motion.terms[(0,) * n]):g} at 0; shift the states so that the "
-                "equilibrium is 0"
-            )
-    V = _function(function, f, states)
-    if V.degree % 2 or V.degree < 2 or V.least_degree < 2:
-        raise ModelError(
-            f"V has terms of degree {V.least_degree} to {V.degree}; an even degree is needed, and "
-            "no term below degree 2"
-        )
-    largest_degree = max(p.degree for p in f)
-    if degree is None:
-        degree = max(0, largest_degree - 1 + (largest_degree - 1) % 2)
-    number("multiplier_degree", degree, at_least=0)
-    if degree % 2:
-        raise ModelError(f"multiplier_degree is {degree}; an even number is needed")
-    return f, V, int(degree)
-
-
-def _function(
-    function: object, f: Sequence[StatePolynomial], states: Sequence[str]
-) -> StatePolynomial:
-    n = len(states)
-    if function is None:
-        units = [tuple(int(j == k) for j in range(n)) for k in range(n)]
-        A = np.array([[float(p.terms.get(unit, 0)) for unit in units] for p in f])
-        if np.linalg.eigvals(A).real.max() >= 0:
-            raise ModelError(
-                "the linearisation at 0 is not stable, so it has no quadratic function; give V"
-            )
-        P = solve_continuous_lyapunov(A.T, -np.eye(n))
-        short = [[f"{value:.6g}" for value in row] for row in (P + P.T) / 2]
-        return StatePolynomial.quadratic(np.array(short))
-    if isinstance(function, (list, tuple, np.ndarray)):
-        if np.shape(function) != (n, n):
-            raise ModelError(f"V is a matrix of shape {np.shape(function)}; ({n}, {n}) is needed")
-        return StatePolynomial.quadratic(function)
-    return StatePolynomial.of(function, states)

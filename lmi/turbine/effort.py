@@ -27,8 +27,7 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.ramps import effort_ramp, effort_ramp_slope
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque_gradient
 
 CURVE_POINTS = 25
 # Where a bandwidth that grows with the wind has grown, over the wind at which pitch begins to act:

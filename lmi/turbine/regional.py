@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from takagi.lmi.analysis.quadratic_condition import rate_of
+from takagi.lmi.analysis.decay_rate import rate_of
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import decide, optimise
@@ -34,8 +34,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.full_load import full_load_model
-from takagi.models.turbine.partial_load import partial_load_model
+from takagi.models.turbine.region_models import full_load_model, partial_load_model
 from takagi.models.turbine.regional_model import WIND_ESTIMATE
 
 BISECTIONS = 8

@@ -17,8 +17,7 @@ from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.polynomials.simplex_polynomials import Basis, UnknownPolynomial
-from takagi.lmi.varying.answer_in_states import decided_lyapunov
+from takagi.lmi.polynomials import Basis, UnknownPolynomial
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
     polynomial_lmis,
@@ -26,6 +25,7 @@ from takagi.lmi.varying.parameter_condition import (
 from takagi.lmi.varying.parameter_motion import kept_degrees
 from takagi.lmi.varying.parameter_space import (
     RateBounds,
+    decided_lyapunov,
     degrees_of,
     membership_rates,
     varying_loop,

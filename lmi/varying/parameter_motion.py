@@ -22,7 +22,7 @@ from itertools import product
 
 import numpy as np
 
-from takagi.lmi.polynomials.simplex_polynomials import (
+from takagi.lmi.polynomials import (
     Basis,
     Degrees,
     Known,

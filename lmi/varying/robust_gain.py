@@ -25,14 +25,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.lmi.analysis.actuator_rates import gain_stack
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
     disturbance_channel,
     near_least,
 )
-from takagi.lmi.analysis.loop_pairs import gain_stack
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Answer, ObjectiveUnit
 from takagi.lmi.argument_checks import (
     Vertices,
@@ -47,11 +47,11 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, not_least
-from takagi.lmi.polynomials.simplex_polynomials import Degrees, Known
+from takagi.lmi.polynomials import Degrees, Known
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.varying.answer_in_states import decided_lyapunov, lyapunov_in_states, no_lyapunov
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
+    TermCoefficients,
     direct_lmi,
     direct_terms,
     polynomial_lmis,
@@ -61,12 +61,14 @@ from takagi.lmi.varying.parameter_space import (
     RateBounds,
     Space,
     VaryingLoop,
+    decided_lyapunov,
     degrees_of,
+    lyapunov_in_states,
     membership_rates,
+    no_lyapunov,
     polya_of,
     space_of,
 )
-from takagi.lmi.varying.parameter_terms import TermCoefficients
 from takagi.models.arrays import Floats
 
 SOURCE = "Oliveira and Peres (2007); Gahinet and Apkarian (1994)"

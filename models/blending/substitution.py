@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING
 from takagi.models.blending.blending import SHARE, Actuator, Blending, blending_of, unit_text
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Parameter, Variable
+from takagi.models.plant.plant import Parameter, Plant, Variable
 from takagi.models.ramps import ramp
 from takagi.models.sector.model import sector_model
 

@@ -7,21 +7,21 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.models.equations.ball import Ball, balls_of, decimal_near
-from takagi.models.equations.equations import Equations, Step
+from takagi.models.equations.equations import Equations, Step, units_of
 from takagi.models.equations.equilibrium import (
+    Ball,
+    balls_of,
     check_equilibrium,
     check_equilibrium_stays,
+    decimal_near,
     inputs_at_equilibrium,
     require_zero,
     residuals,
 )
-from takagi.models.equations.premise_units import units_of
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.design_settings import RESTS, Rest
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models.plant.plant import Plant, Variable
 from takagi.models.ranges.domain import Domain
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def problem_of_plant(
             residual_rows, [b.symbol for b in balls.values() if b.equals is None]
         )
     if mass is not None:
-        from takagi.models.equations.mass_matrix import explicit
+        from takagi.models.equations.equations import explicit
 
         f, steps = explicit(mass, f, plant, over.within(_parameter_sides(plant, balls)))
     if plant.sample_time is not None:

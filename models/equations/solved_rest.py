@@ -15,13 +15,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.equations.ball import decimal_near
-from takagi.models.equations.equilibrium import refuse_residuals, residuals
+from takagi.models.equations.equilibrium import decimal_near, refuse_residuals, residuals
 from takagi.models.equations.problem import cleaned
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact, rational
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models.plant.plant import Plant, Variable
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -17,10 +17,9 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.files.toml_document import read_text
+from takagi.models.files.library import read_text
 from takagi.models.files.units import Unit
-from takagi.models.splines.curve import Curve, interpolate_curve
-from takagi.models.splines.surface import Surface, interpolate
+from takagi.models.splines.spline import Curve, Surface, interpolate, interpolate_curve
 
 MAX_CELLS = 200_000
 SMALLEST_AXIS = 4  # points; what a cubic needs

@@ -1,7 +1,14 @@
-"""A plant as a value: its equations and data, before anything is derived from them."""
+"""A plant: its variables, parameters and outputs, and times in the units of its file.
+
+Figures in SI -> the units that the plant's file is written in, for words alone.
+
+Nothing that is proved passes through here: certificates and gain files are in SI.
+"""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -12,11 +19,99 @@ from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.dimensions import ADVICE, dimension_of, short, without_matrix_row
-from takagi.models.plant.variables import Output, Parameter, Reference, Variable
 from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     import sympy as sp
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A state, input or disturbance.
+
+    Attributes
+    ----------
+    symbol : as it appears in the equations.
+    unit : SI, e.g. ``"rad/s"``; ``"-"`` for a pure number.
+    range : where the model shall hold; None for a variable that no premise may depend on.
+    rest : its value at the operating point that the model is written around.
+    within : if the true rest is not a decimal: the largest distance of the true rest from ``rest``,
+        the decimal nearest to it. The model is written around the true rest.
+    equals : the expression without variables and parameters that such a rest is, e.g. 100*pi; None
+        for one that was solved for.
+    description : in words, e.g. ``"angle from upright"``.
+    schedules : of a disturbance: it appears in coefficients alone, so that A, B, C and D may depend
+        on it and its column of E is 0.  It needs a range.
+    unknown : of a disturbance that schedules: no law knows it, so no gain may depend on it.  An
+        uncertain parameter is such a signal.
+    written : the unit that its file gives it, e.g. ``"deg"``, for words alone; empty without a
+        file.
+    """
+
+    symbol: sp.Symbol
+    unit: str = "-"
+    range: Interval | None = None
+    rest: Fraction = Fraction(0)
+    description: str = ""
+    schedules: bool = False
+    within: Fraction = Fraction(0)
+    equals: sp.Expr | None = None
+    unknown: bool = False
+    written: str = field(default="", compare=False)
+
+    @property
+    def name(self) -> str:
+        return str(self.symbol.name)
+
+    @property
+    def label(self) -> str:
+        """Return e.g. ``"theta [rad]"``."""
+        return f"{self.name} [{self.unit}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number with a name: exact value, SI unit, and where it comes from.
+
+    If its exact value is not a decimal, ``equals`` is that value as an expression without variables
+    and parameters, and ``within`` is its largest distance from ``value``.  ``written`` is the
+    unit in its file and is used in texts alone.
+    """
+
+    symbol: sp.Symbol
+    value: Fraction
+    unit: str = "-"
+    source: str = ""
+    within: Fraction = Fraction(0)
+    equals: sp.Expr | None = None
+    written: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """A measured output: y = expression, in its unit."""
+
+    name: str
+    expression: sp.Expr
+    unit: str = "-"
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A signal that a state or output follows, by an integral state of the law.
+
+    Attributes
+    ----------
+    name, integral : of the signal among the disturbances, and of the state xi' = y - r.
+    follows : name of the state or output.
+    rate : the fastest that the signal is said to move, SI per s; None where nothing is said.
+    """
+
+    name: str
+    integral: str
+    follows: str
+    rate: Fraction | None = None
+
 
 PER_SECOND = parse_unit("1/s").dimension
 
@@ -287,3 +382,53 @@ def _si(text: str, owner: str) -> Any:
             "convert, a Plant in Python does not)"
         )
     return unit
+
+
+_NAME = re.compile(r"[A-Za-z%]+")
+SECOND = parse_unit("s")
+
+
+def file_unit(variable: Variable) -> tuple[float, str]:
+    """Return (size of the unit in SI, its name) of a variable: as its file has it, else SI."""
+    return _size(variable.written), variable.written or variable.unit
+
+
+def time_in_file_units(plant: Plant, seconds: float) -> tuple[float, str]:
+    """Return (number, unit) of a time [s].
+
+    The unit is the largest in which the number is at least 1, of s and the units of time that
+    occur in the file's units, such as min in ``L/min``; else the smallest of them.
+    """
+    sizes = sorted((_size(unit), unit) for unit in _times(plant))
+    size, unit = max(
+        (time_unit for time_unit in sizes if seconds >= time_unit[0]), default=sizes[0]
+    )
+    return seconds / size, unit
+
+
+def rate_in_file_units(plant: Plant, rate: float) -> tuple[float, str]:
+    """Return (number, unit) of a rate [1/s], in the unit of time that suits its time constant."""
+    if not rate > 0:
+        return rate, "1/s"
+    unit = time_in_file_units(plant, 1 / rate)[1]
+    return rate * _size(unit), f"1/{unit}"
+
+
+def _times(plant: Plant) -> set[str]:
+    """Return s, and the units of time that occur in what the file's figures are written in."""
+    units_written = [v.written for v in (*plant.states, *plant.inputs, *plant.disturbances)]
+    units_written += [parameter.written for parameter in plant.parameters]
+    names = {name for unit in units_written for name in _NAME.findall(unit)}
+    return {"s"} | {name for name in names if _is_time(name)}
+
+
+def _is_time(name: str) -> bool:
+    try:
+        return parse_unit(name).dimension == SECOND.dimension
+    except ModelError:
+        return False
+
+
+def _size(unit: str) -> float:
+    unit_read = parse_unit(unit or "-")
+    return float(unit_read.factor) * math.pi**unit_read.pi_power

@@ -13,17 +13,17 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.models.equations.ball import decimal_near
+from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, Unit, parse_unit
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.variables import Parameter, Variable
+from takagi.models.plant.plant import Parameter, Variable
 
 if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.expressions.parser import Scope
-    from takagi.models.files.toml_document import Document
+    from takagi.models.files.library import Document
     from takagi.models.plant.entries import ParameterEntry, PlantEntry
     from takagi.models.plant.plant import Plant
 
@@ -123,8 +123,7 @@ class DerivedNumbers:
 
     def _expression(self, field_path: str, text: str, above: tuple[str, ...]) -> sp.Expr:
         """Return the expression; the parameters in it are read first."""
-        from takagi.models.expressions.parser import Scope
-        from takagi.models.expressions.tokens import tokens_of
+        from takagi.models.expressions.parser import Scope, tokens_of
 
         try:
             token_names = {token.text for token in tokens_of(text) if token.kind == "name"}

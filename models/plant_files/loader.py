@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.files.library import resolve_model
-from takagi.models.files.toml_document import Document, decimal_of, read_document
+from takagi.models.files.library import Document, decimal_of, read_document, resolve_model
 from takagi.models.files.units import Unit, parse_unit
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Output, Parameter, Variable
+from takagi.models.plant.plant import Output, Parameter, Plant, Variable
 from takagi.models.plant_files.derived_numbers import DerivedNumbers, check_divisors
 from takagi.models.plant_files.sections import seconds
 
@@ -86,7 +84,7 @@ class PlantFile:
         from pydantic import ValidationError
 
         from takagi.models.plant.entries import PlantEntry
-        from takagi.models.plant_files.entry_problem import problem_of
+        from takagi.models.plant_files.entry_checks import problem_of
 
         try:
             return PlantEntry.model_validate(self.document.data)
@@ -129,7 +127,7 @@ class _Reader:
         self.solved: dict[str, Fraction | None] = {}
 
     def plant(self) -> Plant:
-        from takagi.models.plant.table_coverage import check_coverage
+        from takagi.models.plant_files.entry_checks import check_coverage
 
         entry = self.entry
         self.check_names()
@@ -370,7 +368,7 @@ class _Reader:
     def check_lost(self, plant: Plant) -> None:
         """Refuse terms that sympy removed, unless they have a value on the whole box."""
         from takagi.models.expressions.lost_parts import check_lost
-        from takagi.models.expressions.tokens import expression_error
+        from takagi.models.expressions.parser import expression_error
 
         for field, text, lost_part in self.lost:
             try:

@@ -7,15 +7,15 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.models.equations.ball import decimal_near
+from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.variables import Reference, Variable
+from takagi.models.plant.plant import Reference, Variable
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.files.toml_document import Document
+    from takagi.models.files.library import Document
     from takagi.models.files.units import Unit
     from takagi.models.plant.entries import PlantEntry, ReferenceEntry
     from takagi.models.plant.plant import Plant

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.csv_table import read_curve, read_surface
-from takagi.models.files.toml_document import Document
+from takagi.models.files.library import Document
 from takagi.models.files.units import Unit, parse_unit
 from takagi.models.plant.design_settings import PlantSettings, settling_rate
 from takagi.models.plant.entries import TableEntry
-from takagi.models.plant.variables import Output
+from takagi.models.plant.plant import Output
 from takagi.models.splines.table_function import TableFunction, table_function
 
 if TYPE_CHECKING:
@@ -30,8 +30,7 @@ if TYPE_CHECKING:
         PlantEntry,
         VariableEntry,
     )
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
 
 
 def read_table(document: Document, name: str, table: TableEntry) -> type[TableFunction]:

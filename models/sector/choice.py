@@ -16,7 +16,7 @@ from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import CHOICES, Choice
-from takagi.models.ranges.sampled import moved_into
+from takagi.models.ranges.domain import moved_into
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.factored_form import (
     EntryIndex,

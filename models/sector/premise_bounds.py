@@ -11,7 +11,7 @@ from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import NoBound
 from takagi.models.intervals.interval import Interval, Number
-from takagi.models.ranges.sampled import SampledBounds, sampled_bounds
+from takagi.models.ranges.domain import SampledBounds, sampled_bounds
 from takagi.models.ranges.tape import UnknownFunction
 from takagi.models.ts.premise import Premise, round_outward
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.equations.equations import Factored
-    from takagi.models.ranges.evidence import Evidence
+    from takagi.models.ranges.expression_range import Evidence
 
 ROUGH = Fraction(1, 50)  # allowed excess of bounds that are only used to rank premises
 MOST_TOLD = 8  # the most premises that a message names
@@ -156,7 +156,7 @@ def bounded_premise(
     """
     import sympy as sp
 
-    from takagi.models.equations.premise_units import unit_of
+    from takagi.models.equations.equations import unit_of
     from takagi.models.ranges.expression_range import expression_value
 
     written = expression.xreplace(problem.middles)

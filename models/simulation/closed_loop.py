@@ -19,11 +19,9 @@ from numpy.typing import NDArray
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Law, Measurement, SampledLaw
-from takagi.models.simulation.dynamics import dynamics, loads
-from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
+from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, dynamics, loads
 from takagi.models.simulation.wind import WindSeries
-from takagi.models.turbine.aerodynamics import rotor_thrust
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_thrust
 from takagi.models.turbine.trim import rated_wind, trim
 
 

@@ -32,8 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from takagi.models.arrays import Floats
-from takagi.models.compiled import compiled
+from takagi.models.arrays import Floats, compiled
 
 # A wind below this is no wind for a rotor; the tip-speed ratio is clipped long before [m/s].
 SMALLEST_WIND = 0.1

@@ -21,8 +21,8 @@ from scipy.interpolate import BSpline
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.intervals.dual import Range
-from takagi.models.splines.surface import Surface
+from takagi.models.intervals.interval import Range
+from takagi.models.splines.spline import Surface
 
 DEGREE = 3
 ScalarSurface = Callable[[float, float], float]

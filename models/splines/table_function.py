@@ -11,9 +11,8 @@ import sympy as sp
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.splines.curve import Curve
 from takagi.models.splines.exact_spline import MAX_ORDER
-from takagi.models.splines.surface import Surface
+from takagi.models.splines.spline import Curve, Surface
 
 Result = TypeVar("Result")
 

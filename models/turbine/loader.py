@@ -10,9 +10,8 @@ from typing import Any, ClassVar, Literal
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.csv_table import CoefficientTable, read_coefficient_table
-from takagi.models.files.library import resolve_model
-from takagi.models.files.toml_document import Document, read_document
-from takagi.models.splines.surface import Surface, interpolate
+from takagi.models.files.library import Document, read_document, resolve_model
+from takagi.models.splines.spline import Surface, interpolate
 from takagi.models.turbine.data import (
     BaselineController,
     DiscWake,

@@ -31,8 +31,7 @@ from takagi.models.intervals.interval import exact
 from takagi.models.sector.assembly import assemble
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise, round_outward
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.operating_band import OperatingBand, Slope, slope_range
 
 if TYPE_CHECKING:

@@ -41,8 +41,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from takagi.models.errors import ModelError
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.data import Figure, Turbine
+from takagi.models.turbine.data import Figure, Turbine, rotor_torque, rotor_torque_gradient
 
 TABLE_SHARE = 0.9
 # Steps of wind and pitch, small enough to find the sign change that Brent's method refines.

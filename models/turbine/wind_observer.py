@@ -34,10 +34,9 @@ from takagi.models.sector.assembly import assemble
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise, round_outward
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque_gradient
 from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
-from takagi.models.turbine.partial_load import lowest_wind
+from takagi.models.turbine.region_models import lowest_wind
 from takagi.models.turbine.regional_model import band_box, torque_secant
 from takagi.models.turbine.trim import trim
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant_simulation.experiment import (
+from takagi.models.plant_simulation.runs import (
+    COMPLETE,
     Commands,
     Cut,
     Experiment,
@@ -21,14 +22,13 @@ from takagi.models.plant_simulation.experiment import (
     Rate,
     SampledProgram,
     right_side,
+    run,
 )
-from takagi.models.plant_simulation.runs import COMPLETE, run
 from takagi.models.plant_simulation.signals import Signals
 from takagi.reports.page.text import name_of
 
 if TYPE_CHECKING:
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
     from takagi.reports.loops.plant_loop import PlantLoop
 
 # A start lies this far out in the ellipsoid, as a share of its level, or of the box without one.
@@ -60,7 +60,7 @@ class PlantMotion:
     wanted : (k, m), the command before it is cut.
     cuts : when a command was beyond its range; commands are numbered as the inputs, then the
         actuators of a blend.
-    ended, missed : see ``takagi.models.plant_simulation.experiment.ExperimentRun``.
+    ended, missed : see ``takagi.models.plant_simulation.runs.ExperimentRun``.
     rest : (n,), the deviation at which it comes to rest, if that is not 0: the last state of a
         motion after a jump of a reference; empty for 0.
     estimate : (k, n) of the deviations, by a law with outputs; empty for one of all states.
@@ -224,8 +224,7 @@ def experiment_of(
 def _rate_with_errors(
     plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float], *, told: bool
 ) -> Rate:
-    from takagi.models.blending.blending import blending_of
-    from takagi.models.blending.run_time import RunTimeBlending
+    from takagi.models.blending.blending import RunTimeBlending, blending_of
 
     blending = blending_of(plant)
     if blending is None:

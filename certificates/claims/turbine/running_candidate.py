@@ -38,8 +38,7 @@ from takagi.certificates.checker.turbine.running_loop.equations import (
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides, Span
 from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell, cell_failure
-from takagi.lmi.cone.assemble import Cone
-from takagi.lmi.cone.program import ConeProgram
+from takagi.lmi.cone.cone_program import Cone, ConeProgram
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
 

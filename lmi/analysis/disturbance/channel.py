@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import Vertices, sample_time_of, vertex_stack
 from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.decision.outcome import Outcome

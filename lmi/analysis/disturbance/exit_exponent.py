@@ -26,8 +26,8 @@ from scipy.optimize import minimize_scalar
 
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.decision.item_rounds import optimise_by_rounds
 from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.decision.rounds import optimise_by_rounds
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

@@ -55,7 +55,7 @@ from scipy.optimize import minimize_scalar
 
 from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, largest_response
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.parameter_search.least_over_rate import least_over_rate
+from takagi.lmi.parameter_search.parameter_sweep import least_over_rate
 from takagi.models.arrays import Floats
 
 # Frequencies beside those of the poles: so many decades about them, so many in each.

@@ -16,12 +16,12 @@ from takagi.lmi.analysis.disturbance.channel import (
     hiding_states,
     near_least,
 )
-from takagi.lmi.analysis.slow_modes import slow_vertex
 from takagi.lmi.answer import Answer, ObjectiveUnit, Try
+from takagi.lmi.argument_checks import slow_vertex
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, optimise_by_rounds
 from takagi.lmi.decision.outcome import Outcome, binding_items, not_least, promised
+from takagi.lmi.decision.rounds import ALL_AT_ONCE, optimise_by_rounds
 from takagi.models.arrays import Floats
 
 # The condition, of a path in the given units.

@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi.analysis.decay_rate import fast_decay
+from takagi.lmi.analysis.decay_rate import fast_decay, vertex_weight
 from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
@@ -50,14 +50,13 @@ from takagi.lmi.analysis.disturbance.least_gain import (
     motion_of,
     states_of,
 )
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.vertex_rounds import first_vertices
-from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
+from takagi.lmi.decision.rounds import first_vertices
+from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

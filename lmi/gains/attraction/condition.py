@@ -28,8 +28,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from takagi.lmi.analysis.loop_pairs import pairs_of
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.actuator_rates import pairs_of
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown, triangle

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.loop_pairs import gain_stack, pairs_of
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.actuator_rates import gain_stack, pairs_of
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.answer import Answer, Design
-from takagi.lmi.argument_checks import Vertices, input_stack, vertex_stack
+from takagi.lmi.argument_checks import Vertices, check_stabilisable, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, balanced_states, nearest_power
 from takagi.lmi.decision.decide import optimise
@@ -19,7 +19,6 @@ from takagi.lmi.gains.attraction.condition import attraction_condition
 from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.stabilisability import check_stabilisable
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

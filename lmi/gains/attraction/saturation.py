@@ -38,8 +38,7 @@ from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.summands import SumPart
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 

@@ -50,9 +50,8 @@ from takagi.lmi.gains.requirements.closed_loop import (
     gain_unknown,
 )
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.errors import ModelError
 
 # Largest S in states where P is about 1: keeps S finite where a state costs nothing, at a cost of

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import near_least
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Design, ObjectiveUnit, Status
 from takagi.lmi.argument_checks import input_stack, sample_time_of, symmetric, vertex_stack
 from takagi.lmi.condition.term import Condition

@@ -9,13 +9,12 @@ import numpy as np
 from takagi.lmi.answer import Answer, Design, Status
 from takagi.lmi.condition.evaluate import holds, margin, rate_of_values
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.balance import nearest_power
+from takagi.lmi.cone.cone_program import Assembled, assemble, pack
 from takagi.lmi.decision.decide import decide, improve
-from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
-from takagi.lmi.gains.decay.condition import LARGEST_ELLIPSOID
-from takagi.lmi.gains.decay.request import DecayRequest
+from takagi.lmi.decision.rounds import ALL_AT_ONCE, decide_by_rounds
+from takagi.lmi.gains.decay.condition import LARGEST_ELLIPSOID, DecayRequest
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.sums.relaxations import Relaxation
 from takagi.models.arrays import Floats

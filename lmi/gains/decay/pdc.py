@@ -8,19 +8,17 @@ from dataclasses import dataclass, replace
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design, RelaxationResult
-from takagi.lmi.condition.region import EigenvalueRegion
-from takagi.lmi.condition.uncertainty import Uncertainty
-from takagi.lmi.gains.decay.condition import Controlled
+from takagi.lmi.condition.region import EigenvalueRegion, Uncertainty
+from takagi.lmi.gains.decay.condition import Controlled, DecayRequest, decay_request
 from takagi.lmi.gains.decay.design import design_at
-from takagi.lmi.gains.decay.largest_rate import design_at_largest
 from takagi.lmi.gains.decay.relaxation_search import (
     Goal,
     RelaxationSearch,
     default_relaxations,
+    design_at_largest,
     goal_of,
     search_relaxations,
 )
-from takagi.lmi.gains.decay.request import DecayRequest, decay_request
 from takagi.lmi.gains.requirements.limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named

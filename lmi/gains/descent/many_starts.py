@@ -8,8 +8,8 @@ better ones go on, fewer and fewer.  Then the best is shaken: entries are change
 per cent, and the descent begins again, because it may have stopped at a kink short of a minimum.
 
 Where the norm only falls towards its infimum as F grows without bound, F would end at the size
-where rounding stops it.  So log |G| + SMALL log(1 + |F|^2) is minimised: a gain a thousand times
-larger has to be worth half a per cent.
+where rounding stops it.  So log |G| + SIZE_PENALTY log(1 + |F|^2) is minimised: a gain a
+thousand times larger has to be worth half a per cent.
 
 Numbers are drawn from ``seed`` alone, so that the same question has the same answer twice.
 

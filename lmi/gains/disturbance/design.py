@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeAlias
@@ -19,17 +19,24 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide, optimise
 from takagi.lmi.decision.outcome import Outcome, binding_items, not_least, objective_at
 from takagi.lmi.expressions.expression import block, trace
-from takagi.lmi.gains.disturbance.coordinates import (
-    WEIGHTS,
+from takagi.lmi.gains.disturbance.decoupling import decoupling
+from takagi.lmi.gains.disturbance.request import (
+    ASK,
+    NOT_NEAR,
+    RATES,
+    ROUNDED,
+    WHY,
     DisturbanceCoordinates,
+    DisturbanceRequest,
+    Meaning,
     Regulator,
+    _guesses,
     guessed_regulator,
     is_definite,
+    positive_number,
 )
-from takagi.lmi.gains.disturbance.decoupling import decoupling
-from takagi.lmi.gains.disturbance.request import DisturbanceRequest, positive_number
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
-from takagi.lmi.parameter_search.least_over_rate import least_objective
+from takagi.lmi.parameter_search.parameter_sweep import least_objective
 from takagi.lmi.refutation.refutation import objective_below
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats
@@ -37,8 +44,6 @@ from takagi.models.arrays import Floats
 # Shares of its size that the output has left where a disturbance is kept from it, the objective
 # that is looked for there.
 APART, LOOSE = (1e-12, 1e-9, 1e-6), 100.0
-# Shares of the rate of the loop at the mean vertex, at which a peak is bounded.
-RATES = (0.5, 0.1, 0.02)
 # How much larger than a regulator's gains are absurd, how much smaller others must be, and by how
 # much the effort may be above its least.
 ABSURD_GAINS, MILDER_FACTOR, PER_CENT = 1e6, 10.0, 0.01
@@ -56,20 +61,6 @@ LARGEST_SECOND_LOOK = 1e5
 # The task's condition in the given coordinates.
 Pose: TypeAlias = Callable[[DisturbanceRequest, DisturbanceCoordinates], Condition]
 KnownSolution: TypeAlias = tuple[DisturbanceCoordinates, Condition, Outcome]
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Meaning:
-    """What an objective means in the model's units.
-
-    Attributes
-    ----------
-    gain : the bound, from the coordinates and the objective.
-    size : what x' Q^-1 x is multiplied by, from the coordinates.
-    """
-
-    gain: Callable[[DisturbanceCoordinates, float], float]
-    size: Callable[[DisturbanceCoordinates], float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -354,22 +345,6 @@ def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved
     return solution
 
 
-def _guesses(task: DisturbanceRequest) -> Iterator[tuple[Floats | None, Floats | None]]:
-    """Yield guesses of P and of the gains; None for the P of plain compensation."""
-    if task.guess is not None:
-        regulator = guessed_regulator(task.plant)
-        gains = None if regulator is None else regulator.gains
-        yield task.guess, gains if task.feedback is None else task.feedback
-    else:
-        for weight in WEIGHTS:
-            regulator = guessed_regulator(task.plant, weight)
-            if regulator is not None:
-                yield regulator.P, regulator.gains
-    yield None, None
-    if task.guess is None:
-        yield np.eye(task.plant.A.shape[1]), None
-
-
 def _in_coordinates(
     task: DisturbanceRequest, pose: Pose, P: Floats, feedback: Floats | None
 ) -> tuple[DisturbanceCoordinates, Condition]:
@@ -521,16 +496,3 @@ def _without(
     return Design(
         decay_rate=task.decay_rate, margin=answer.margin, relaxation=task.relaxation, answer=answer
     )
-
-
-ASK = "smaller gains have a larger norm, which norm_below asks for"
-WHY = (
-    "the vertices or the output differ too much in size, or these rules can hardly be stabilised; "
-    "weigh every state and input a little in the output, allow a larger tolerance, or take a "
-    "richer relaxation"
-)
-NOT_NEAR = "came near the least objective"
-ROUNDED = (
-    "gains were found, but rounded as they are they do not withstand their check: they are too "
-    "large for it; allow a larger tolerance, or give a gain bound"
-)

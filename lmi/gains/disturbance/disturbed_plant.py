@@ -9,10 +9,9 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.argument_checks import sample_time_of, vertex_stack
+from takagi.lmi.argument_checks import check_stabilisable, sample_time_of, vertex_stack
 from takagi.lmi.condition.term import Array
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.stabilisability import check_stabilisable
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.premise import Premise

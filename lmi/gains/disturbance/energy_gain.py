@@ -37,8 +37,7 @@ from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number, rate_parameter
 from takagi.lmi.condition.term import Condition, positive
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
-from takagi.lmi.gains.disturbance.design import Meaning, asked_or_least
+from takagi.lmi.gains.disturbance.design import asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -46,7 +45,9 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     plant_of,
 )
 from takagi.lmi.gains.disturbance.request import (
+    DisturbanceCoordinates,
     DisturbanceRequest,
+    Meaning,
     disturbance_request,
     positive_number,
 )
@@ -62,9 +63,8 @@ from takagi.lmi.gains.disturbance.sums import (
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.errors import ModelError
 
 SOURCE = "Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001)"

@@ -15,7 +15,7 @@ the first block row as in ``lmi.gains.disturbance.sums``,
 and trace W_i < nu at every vertex, nu least.  sum_ij h_i h_j Theta_ij < 0 gives V' <= -|z|^2, or
 V(x+) - V(x) <= -|z|^2, without w for V = x' P x, and W_i > E_i' P E_i (+ D11_i' D11_i).  So the
 mean of |z|^2 is at most nu for white noise, as in
-``takagi.lmi.analysis.disturbance.output_variance``, which says what that means where the
+``takagi.lmi.analysis.disturbance.energy_and_variance``, which says what that means where the
 memberships vary.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 6.2.1 and 7.4, for one gain; Scherer
@@ -28,20 +28,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from takagi.lmi.analysis.disturbance.output_variance import infinite_variance
+from takagi.lmi.analysis.disturbance.energy_and_variance import infinite_variance
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, positive
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
-from takagi.lmi.gains.disturbance.design import Meaning, asked_or_least
+from takagi.lmi.gains.disturbance.design import asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
     Performance,
     plant_of,
 )
-from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request
+from takagi.lmi.gains.disturbance.request import (
+    DisturbanceCoordinates,
+    DisturbanceRequest,
+    Meaning,
+    disturbance_request,
+)
 from takagi.lmi.gains.disturbance.riccati_bound import regulated
 from takagi.lmi.gains.disturbance.sums import (
     WEIGHT,
@@ -54,9 +58,8 @@ from takagi.lmi.gains.disturbance.sums import (
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import KnownBlock
 from takagi.models.errors import ModelError
 
 SOURCE = (

@@ -39,19 +39,7 @@ from takagi.lmi.answer import Design
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition, positive
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.disturbance.coordinates import (
-    DisturbanceCoordinates,
-    guessed_regulator,
-    is_definite,
-)
-from takagi.lmi.gains.disturbance.design import (
-    Meaning,
-    asked_or_least,
-    below,
-    designed,
-    hidden,
-    tamed,
-)
+from takagi.lmi.gains.disturbance.design import asked_or_least, below, designed, hidden, tamed
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -59,8 +47,12 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     plant_of,
 )
 from takagi.lmi.gains.disturbance.request import (
+    DisturbanceCoordinates,
     DisturbanceRequest,
+    Meaning,
     disturbance_request,
+    guessed_regulator,
+    is_definite,
     positive_number,
 )
 from takagi.lmi.gains.disturbance.sums import (
@@ -74,11 +66,10 @@ from takagi.lmi.gains.disturbance.sums import (
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
-from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
+from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited, out_of_time
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.arrays import Floats
 
 SOURCE = (

@@ -41,18 +41,24 @@ from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.cone.duality import least_objective_bound
-from takagi.lmi.cone.program import ConeProgram, Raw, cone_program
+from takagi.lmi.cone.cone_program import (
+    Assembled,
+    ConeProgram,
+    Raw,
+    assemble,
+    cone_program,
+    least_objective_bound,
+    pack,
+)
 from takagi.lmi.decision.outcome import Outcome, promised
-from takagi.lmi.gains.disturbance.coordinates import (
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
+from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
+    DisturbanceRequest,
     guessed_regulator,
     is_definite,
 )
-from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
-from takagi.lmi.gains.disturbance.request import DisturbanceRequest
 from takagi.lmi.solver.solve import attempts, rescaled
 from takagi.models.arrays import Floats
 

@@ -18,15 +18,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import corners_of
 from takagi.lmi.condition.term import Array, Position
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.summands import KnownBlock, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 
 # Margin of Theta for a margin 1 of Q.  At the least gain Q tends to be singular, and the gains
 # without bound; what margin there is should go to Q.

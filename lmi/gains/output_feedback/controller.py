@@ -23,17 +23,16 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.guessed_function import norm_seen
 from takagi.lmi.answer import Answer, ObjectiveUnit, Status, Try
+from takagi.lmi.argument_checks import fixed_mode
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide, optimise
 from takagi.lmi.gains.disturbance.request import positive_number
-from takagi.lmi.gains.output_feedback.condition import (
-    controller_matrices,
-    hinf_output_feedback_condition,
-)
 from takagi.lmi.gains.output_feedback.generalised_plant import (
     ControllerFound,
     GeneralisedPlant,
     StateSpace,
+    controller_matrices,
+    hinf_output_feedback_condition,
     state_space,
 )
 from takagi.lmi.gains.output_feedback.moderate import (
@@ -49,7 +48,6 @@ from takagi.lmi.gains.output_feedback.moderate import (
 from takagi.lmi.refutation.refutation import objective_below
 from takagi.lmi.solver.solve import quick
 from takagi.lmi.solver.time_limit import limited, out_of_time
-from takagi.lmi.stabilisability import fixed_mode
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

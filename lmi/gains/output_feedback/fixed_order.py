@@ -27,7 +27,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.answer import Status
 from takagi.lmi.argument_checks import whole_number
-from takagi.lmi.gains.descent import GainLoops, best_gains, largest_gain
+from takagi.lmi.gains.descent.gain_loops import GainLoops, largest_gain
+from takagi.lmi.gains.descent.many_starts import best_gains
 from takagi.lmi.gains.output_feedback.controller import unmoved_mode
 from takagi.lmi.gains.output_feedback.generalised_plant import (
     ControllerFound,

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import number, positive_vector
-from takagi.lmi.condition.region import EigenvalueRegion
+from takagi.lmi.condition.region import EigenvalueRegion, Uncertainty
 from takagi.lmi.condition.term import LMI, Array, Constant, Term
-from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.requirements import Requirements, requirements_of
 from takagi.models.errors import ModelError

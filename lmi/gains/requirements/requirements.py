@@ -9,12 +9,10 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.condition.region import EigenvalueRegion
+from takagi.lmi.condition.region import EigenvalueRegion, NormBounded, blocks_of
 from takagi.lmi.condition.term import LMI, Array
-from takagi.lmi.condition.uncertainty import NormBounded, blocks_of
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.requirements.region_sums import region_sums
-from takagi.lmi.gains.requirements.robust_sums import with_uncertainty
+from takagi.lmi.gains.requirements.closed_loop import region_sums, with_uncertainty
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_shape import with_overlap
 from takagi.models.errors import ModelError

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer, Design, GainsWithAnswer
 from takagi.lmi.argument_checks import (
+    check_stabilisable,
     input_stack,
     sample_time_of,
     symmetric,
@@ -33,10 +34,8 @@ from takagi.lmi.gains.structured.local_search import (
     shown,
     slack_start,
 )
-from takagi.lmi.gains.structured.structure import check_movable, structure_of
-from takagi.lmi.gains.structured.sums import Objective
+from takagi.lmi.gains.structured.structure import Objective, check_movable, structure_of
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean

@@ -16,10 +16,9 @@ from takagi.lmi.cone.balance import motion
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
-from takagi.lmi.gains.structured.structure import Structure
-from takagi.lmi.gains.structured.sums import Objective, StructuredGains, loop_sum
+from takagi.lmi.gains.structured.structure import Objective, Structure, StructuredGains, loop_sum
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
-from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
+from takagi.lmi.parameter_search.parameter_sweep import unknowns_near_least
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 

@@ -12,7 +12,8 @@ from takagi.lmi.analysis.disturbance.guessed_function import bounded_real
 from takagi.lmi.argument_checks import corners_of
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.gains.descent import Found, GainLoops, best_gains
+from takagi.lmi.gains.descent.gain_loops import GainLoops
+from takagi.lmi.gains.descent.many_starts import Found, best_gains
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.slack_matrix import slack_condition, slack_gains
 from takagi.models.arrays import Floats

@@ -42,9 +42,8 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.decay.condition import Controlled, theta_weight
 from takagi.lmi.gains.structured.structure import Structure, structure_of
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

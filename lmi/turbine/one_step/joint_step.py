@@ -9,7 +9,7 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
+from takagi.lmi.parameter_search.parameter_sweep import unknowns_near_least
 from takagi.lmi.turbine.one_step.condition import (
     Around,
     bent,
@@ -30,8 +30,8 @@ from takagi.lmi.turbine.one_step.loop_of_gains import (
 from takagi.models.arrays import Floats, Indices
 
 ONE, EYE = np.ones((1, 1, 1)), np.eye(3)[None]
-# The LMIs are solved with margin HELD, in units of order one.  A corner counts as violated above
-# VIOLATED, which is nearer to zero than the margin, so that solver errors do not add corners.
+# The margin with which the LMIs are solved, in units of order one.  A corner counts as violated
+# above VIOLATED, which is nearer to zero, so that solver errors do not add corners.
 REQUIRED_MARGIN, VIOLATED = 1e-6, -1e-7
 # A step of the gains accepts larger violations: new enclosures decide about it anyway.
 ROUGHLY = 5e-3

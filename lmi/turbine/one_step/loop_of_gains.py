@@ -23,8 +23,13 @@ from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale, 
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, loop_vertices
+from takagi.models.laws.effort_sharing.law import (
+    EffortGains,
+    EffortSharingLaw,
+    LoopBox,
+    LoopCell,
+    loop_vertices,
+)
 from takagi.models.turbine.data import Turbine
 
 

@@ -32,8 +32,7 @@ from scipy.optimize import brentq
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ramps import effort_ramp
-from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque
 from takagi.models.turbine.trim import (
     TABLE_SHARE,
     optimal_tip_speed_ratio,

@@ -32,8 +32,7 @@ from typing import Literal, Protocol, TypeAlias
 import numpy as np
 from scipy.optimize import brentq
 
-from takagi.models.laws.published.coupling_filter import CouplingFilter
-from takagi.models.laws.published.regional_schedule import RegionalSchedule
+from takagi.models.laws.published.regional_schedule import CouplingFilter, RegionalSchedule
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, trim

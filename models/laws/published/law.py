@@ -29,9 +29,12 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.regional_schedule import RegionalGainValues, RegionalSchedule
+from takagi.models.laws.published.regional_schedule import (
+    CouplingFilter,
+    RegionalGainValues,
+    RegionalSchedule,
+)
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 

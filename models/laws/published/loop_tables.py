@@ -11,7 +11,7 @@ from math import prod
 import numpy as np
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.dual import Dual, Range, span
+from takagi.models.intervals.interval import Dual, Range, span
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.regional_schedule import (
     RegionalSchedule,

@@ -21,7 +21,7 @@ from takagi.certificates.cross_check.kernel.reading import Refusal
 from takagi.certificates.cross_check.opinion import judge_document
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.data import rotor_torque
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
 SLOW_GENERATOR = 9000.0  # N m/s; the turbine has 15000

@@ -17,7 +17,7 @@ from takagi.lmi import (
     optimise,
     optimise_by_rounds,
 )
-from takagi.lmi.condition import margin
+from takagi.lmi.condition.evaluate import margin
 
 pytestmark = pytest.mark.numeric
 

@@ -20,11 +20,11 @@ from takagi.lmi import (
     pose,
     trace,
 )
-from takagi.lmi.condition import margin
-from takagi.lmi.cone import ConeProgram, Raw
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.cone.cone_program import ConeProgram, Raw
 from takagi.lmi.decision import decide as stages
 from takagi.lmi.decision.outcome import LARGEST_GAP, measured
-from takagi.lmi.solver import Session, again, attempts
+from takagi.lmi.solver.solve import Session, again, attempts
 from takagi.models import TSModel
 
 pytestmark = pytest.mark.numeric

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from takagi.models import Floats, ModelError
-from takagi.models.plant_simulation.experiment import Experiment, SampledProgram
-from takagi.models.plant_simulation.runs import run
+from takagi.models.plant_simulation.runs import Experiment, SampledProgram, run
 from takagi.models.plant_simulation.signals import Noise, Pulse, Signals, Step
 
 FREE = np.array([[-np.inf, np.inf]])
