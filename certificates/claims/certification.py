@@ -38,15 +38,15 @@ from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.tracking import Tracking, observer_data
 from takagi.certificates.requests.transient import Transient
 from takagi.models.arrays import Floats
+from takagi.models.equilibrium_line import rests_exactly
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.short_repr import ShortRepr
-from takagi.models.tracking import rests_exactly
 
 if TYPE_CHECKING:
     from takagi.lmi import EigenvalueRegion
+    from takagi.models.equilibrium_line import ConstantObserver
     from takagi.models.plant.plant import Plant
-    from takagi.models.tracking import ConstantObserver
     from takagi.models.ts.model import TSModel
 
 LONGEST = 60  # the most characters of a given value in a message

@@ -10,8 +10,7 @@ from takagi.certificates.controller.removable_points import removable_points
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
     from takagi.models.ts.model import TSModel
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.intervals.interval import Interval
-    from takagi.models.splines.curve import Curve
+    from takagi.models.splines.spline import Curve
     from takagi.models.ts.model import TSModel
 
 # Relative accuracy of the polynomial that replaces a premise near 0/0.
@@ -353,7 +353,7 @@ def beside(
     """
     import sympy as sp
 
-    from takagi.models.splines.curve import Curve
+    from takagi.models.splines.spline import Curve
     from takagi.models.splines.table_function import TableFunction
 
     calls = sorted(expression.atoms(TableFunction), key=str)

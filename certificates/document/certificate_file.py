@@ -19,7 +19,7 @@ from takagi.certificates.checker.kernel.reader import Number, digest
 from takagi.certificates.checker.replay.certificate import FORMAT, VERSION
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.splines.surface import Surface
+from takagi.models.splines.spline import Surface
 from takagi.models.turbine.data import Turbine
 
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')

@@ -32,9 +32,9 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.ball import Ball
+    from takagi.models.equations.equilibrium import Ball
     from takagi.models.equations.problem import Problem
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Variable
     from takagi.models.ts.model import SymbolicForm, TSModel
 
 

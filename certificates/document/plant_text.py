@@ -61,7 +61,7 @@ def tables_data(expressions: Iterable[sp.Expr]) -> dict[str, Any]:
 
 
 def _spline(kind: type[TableFunction]) -> Mapping[str, Any]:
-    from takagi.models.splines.curve import Curve
+    from takagi.models.splines.spline import Curve
 
     table = kind.table
     if isinstance(table, Curve):

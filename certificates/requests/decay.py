@@ -263,7 +263,7 @@ def _multipliers(A: Floats, rate: float, step: float | None) -> Floats | None:
     If some states act on no others, multipliers of these states alone suffice. There may be no
     others: a further state that decays by itself prevents a definite sum over all states.
     """
-    from takagi.lmi.analysis.impossibility import impossibility_multipliers
+    from takagi.lmi.analysis.common_quadratic import impossibility_multipliers
 
     for states in _closed_sets(A):
         part = A[:, states][:, :, states]

@@ -39,7 +39,7 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
-    from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov
+    from takagi.lmi.polynomials import PolynomialLyapunov
 
 BACK_OFF = (1.0, 0.99, 0.9, 0.5, 0.0)
 POLYA = (0, 1, 2, 4, 7)

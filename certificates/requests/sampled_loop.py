@@ -173,10 +173,10 @@ class _Search:
             model.B,
             np.unique(gains, axis=0),
             step,
-            near=near,
+            near_function=near,
             degree=degree,
             decay_rate=rate,
-            least=least,
+            smallest=least,
         )
 
     def _of_a_large_set(self) -> Floats | None:

@@ -17,17 +17,17 @@ from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt
-from takagi.lmi.analysis.tracking import tracking_function
+from takagi.lmi.analysis.start_set import tracking_function
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
-from takagi.models.plant.plant import Plant
-from takagi.models.tracking import (
+from takagi.models.equilibrium_line import (
     ConstantObserver,
     EquilibriumLine,
     equilibrium_line,
     placed_gain,
-    signals_of,
 )
+from takagi.models.errors import ModelError
+from takagi.models.plant.plant import Plant
+from takagi.models.tracking import signals_of
 
 # Shares of the largest decay rate that are tried for the function.
 SHARES = (0.9, 0.6, 0.35, 0.15)

@@ -46,11 +46,10 @@ from takagi.certificates.document.certificate_file import (
 from takagi.lmi.turbine.effort import EffortSettings, effort_gains
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.regional_schedule import coupling_filter
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 

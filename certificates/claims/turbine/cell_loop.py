@@ -42,8 +42,13 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import (
+    EffortGains,
+    EffortSharingLaw,
+    LoopBox,
+    LoopCell,
+    LoopUncertainty,
+)
 from takagi.models.turbine.data import Turbine
 
 # Decimals of the intervals that a certificate states; rounded outward.

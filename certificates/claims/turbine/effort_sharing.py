@@ -31,8 +31,8 @@ from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, invariant_ellipso
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import (
+from takagi.models.laws.effort_sharing.law import (
+    EffortSharingLaw,
     LoopBox,
     LoopCell,
     LoopUncertainty,

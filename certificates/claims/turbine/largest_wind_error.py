@@ -16,7 +16,7 @@ from takagi.certificates.claims.turbine.cell_loop import CellLoop
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale
 from takagi.models.arrays import Floats
-from takagi.models.laws.effort_sharing.loop_cell import (
+from takagi.models.laws.effort_sharing.law import (
     LoopBox,
     LoopCell,
     LoopUncertainty,

@@ -21,11 +21,10 @@ from takagi.certificates.claims.turbine.published_search import (
     search_cells,
 )
 from takagi.models.laws.protocol import law_words
-from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.equilibrium import Equilibrium
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.loop_tables import schedule_band
-from takagi.models.laws.published.regional_schedule import RegionalSchedule
+from takagi.models.laws.published.regional_schedule import CouplingFilter, RegionalSchedule
 from takagi.models.ramps import Ramp
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 

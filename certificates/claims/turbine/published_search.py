@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from takagi.lmi.analysis.interval_matrices import contraction, lyapunov_candidates
+from takagi.lmi.analysis.invariant_ellipsoid import contraction, lyapunov_candidates
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium

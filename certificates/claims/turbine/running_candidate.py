@@ -43,8 +43,7 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
     cell_obligations,
 )
 from takagi.certificates.checker.turbine.turbine_claim import refusal_fails
-from takagi.lmi.cone.assemble import Cone
-from takagi.lmi.cone.program import ConeProgram
+from takagi.lmi.cone.cone_program import Cone, ConeProgram
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
 

@@ -31,16 +31,15 @@ from takagi.certificates.controller.content import plain
 from takagi.certificates.design.given.plant_gains import read_gains, read_plant_law
 from takagi.certificates.document.certificate_file import as_read, content_of, files_sha256
 from takagi.models.arrays import Floats
-from takagi.models.equations.ball import balls_of
+from takagi.models.equations.equilibrium import balls_of
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant.file_units import file_unit
-from takagi.models.plant.plant import Plant
+from takagi.models.plant.plant import Plant, file_unit
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Variable
     from takagi.models.ts.model import TSModel
 
 # Members of the law that must agree with the plant, whatever the premises are.

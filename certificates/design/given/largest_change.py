@@ -21,9 +21,7 @@ from takagi.certificates.requests.decay import Decay
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant.file_units import file_unit, rate_in_file_units
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models.plant.plant import Plant, Variable, file_unit, rate_in_file_units
 
 # Factors are multiples of this: five proofs find the factor to 3 % of the whole box.
 FINEST = Fraction(1, 32)

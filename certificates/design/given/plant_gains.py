@@ -21,9 +21,9 @@ from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.tracking import observer_data
 from takagi.models.arrays import Floats
+from takagi.models.equilibrium_line import ConstantObserver, own_states
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.tracking import ConstantObserver, own_states
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.observed_design import ObservedWork

@@ -34,15 +34,19 @@ from takagi.certificates.design.design import Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import widened
 from takagi.certificates.design.turbine.scale import scaled_box
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import (
+    EffortGains,
+    EffortSharingLaw,
+    LoopBox,
+    LoopUncertainty,
+)
 from takagi.models.laws.effort_sharing.schedule import (
     EffortSchedule,
     Feedforward,
     frozen_wake_effectiveness,
 )
-from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.regional_schedule import CouplingFilter
 from takagi.models.ramps import Ramp
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
@@ -322,8 +326,7 @@ def _schedules(
 ) -> list[RegionalSchedule]:
     """Return the regional schedules: the turbine's models, the file's gains."""
     from takagi.models.laws.published.regional_schedule import regional_schedule
-    from takagi.models.turbine.full_load import full_load_model
-    from takagi.models.turbine.partial_load import partial_load_model
+    from takagi.models.turbine.region_models import full_load_model, partial_load_model
 
     models = {
         "partial": partial_load_model(turbine, speed_setpoint=setpoint),

@@ -57,14 +57,14 @@ from takagi.certificates.design.plant.tracking_observer import (
     require_measured,
 )
 from takagi.models.arrays import Floats
+from takagi.models.equilibrium_line import own_states, rests_exactly
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
-from takagi.models.tracking import own_states, rests_exactly
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
-    from takagi.models.tracking import ConstantObserver
+    from takagi.models.equilibrium_line import ConstantObserver
     from takagi.models.ts.model import TSModel
 
 # Significant digits of the emitted gains; more where fewer cannot be proved.
@@ -417,7 +417,7 @@ class _Work:
             certificate = replace(certificate, document=whole)
         output_law = None
         if observer is not None and run is not None:
-            from takagi.models.laws.reference_feedback import ReferenceFeedback
+            from takagi.models.laws.pdc import ReferenceFeedback
 
             states = tuple(own_states(self.plant))
             output_law = ReferenceFeedback(run, observer, measured_rows(self.plant), states)

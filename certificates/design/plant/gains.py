@@ -31,7 +31,7 @@ from takagi.certificates.design.plant.wishes import (
 from takagi.certificates.document.plant_text import unknown_premises
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant.file_units import rate_in_file_units
+from takagi.models.plant.plant import rate_in_file_units
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.certification import ClaimRequirements

@@ -12,13 +12,13 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from takagi.models.equilibrium_line import own_states
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.file_units import file_unit
-from takagi.models.tracking import held_rests, own_states
+from takagi.models.plant.plant import file_unit
+from takagi.models.tracking import held_rests
 
 if TYPE_CHECKING:
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
 
 
 def moving_slopes(plant: Plant) -> list[Variable]:

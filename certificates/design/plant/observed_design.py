@@ -391,7 +391,7 @@ def check_detectable(
     ------
     ModelError : there is one; names what it moves.
     """
-    from takagi.lmi.stabilisability import fixed_mode
+    from takagi.lmi.argument_checks import fixed_mode
 
     h, own = _weights_at_rest(model), list(states)
     A = np.tensordot(h, model.A, axes=1)[np.ix_(own, own)]

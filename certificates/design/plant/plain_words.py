@@ -16,7 +16,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant.file_units import file_unit, rate_in_file_units
+from takagi.models.plant.plant import file_unit, rate_in_file_units
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.lmi.answer import Answer
     from takagi.models.plant.design_settings import PlantSettings
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
     from takagi.models.ts.model import TSModel
 
 # Number of points from rest to each end of a range, and of bisections between the last two.

@@ -40,7 +40,7 @@ def secant_model(plant: Plant, *, rest: Rest = "given") -> TSModel:
 
     from takagi.models.equations.equations import Factored
     from takagi.models.equations.problem import box_in_fractions, problem_of_plant
-    from takagi.models.sector.multilinear import vertex_product
+    from takagi.models.sector.assembly import vertex_product
     from takagi.models.sector.premise_bounds import BoundsRequest, counted_premises
     from takagi.models.ts.model import SymbolicForm
 

@@ -23,9 +23,9 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
+    from takagi.models.equilibrium_line import ConstantObserver
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
-    from takagi.models.tracking import ConstantObserver
     from takagi.models.ts.model import TSModel
 
 # T over the plant's time scale, slowest first.

@@ -18,8 +18,8 @@ import numpy as np
 
 from takagi.certificates.design.plant.gains import rounded_gains
 from takagi.models.arrays import Floats
+from takagi.models.equilibrium_line import ConstantObserver, own_states
 from takagi.models.errors import ModelError
-from takagi.models.tracking import ConstantObserver, own_states
 
 if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant

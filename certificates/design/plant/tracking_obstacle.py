@@ -19,8 +19,7 @@ from takagi.models.tracking import held_rests, signals_of
 
 if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
 
 # What is left of a range's distance from rest: the first decides whether wider ones are tried.
 LEFT = (Fraction(1, 10), Fraction(1, 2), Fraction(1, 4))

@@ -28,8 +28,7 @@ from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_ga
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw, LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:

@@ -25,8 +25,7 @@ from takagi.lmi.turbine.regional import RegionalGains, regional_gains
 from takagi.models.arrays import Floats
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.full_load import full_load_model
-from takagi.models.turbine.partial_load import partial_load_model
+from takagi.models.turbine.region_models import full_load_model, partial_load_model
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
@@ -78,9 +77,8 @@ def designed_law(
     That premise changes no input alone, so the gains at its two corners agree up to the solver's
     tolerance; their mean is used.
     """
-    from takagi.models.laws.published.coupling_filter import coupling_filter
     from takagi.models.laws.published.law import published_law
-    from takagi.models.laws.published.regional_schedule import regional_schedule
+    from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 
     low, high, regional = models
     schedules = []

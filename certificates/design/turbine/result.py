@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.regional import RegionalGains
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.laws.protocol import Law
-    from takagi.models.simulation.speed_filter import SpeedFilter
+    from takagi.models.simulation.turbine_plant import SpeedFilter
     from takagi.models.ts.model import TSModel
     from takagi.models.turbine.data import Turbine
 
@@ -96,7 +96,7 @@ class TurbineDesign(ShortRepr):
 def speed_filter(settings: DesignSettings) -> SpeedFilter | None:
     """Return the filter of the measured speed that the settings ask for, or None."""
     # Imported here: reading a design needs no simulation.
-    from takagi.models.simulation.speed_filter import SpeedFilter
+    from takagi.models.simulation.turbine_plant import SpeedFilter
 
     if settings.law != "coherent" or not settings.speed_filter:
         return None

@@ -48,7 +48,7 @@ from takagi.certificates.design.turbine.settings import (
     TORSION_SHARE,
     DesignSettings,
 )
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox
+from takagi.models.laws.effort_sharing.law import LoopBox
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE
 

@@ -11,11 +11,9 @@ import numpy as np
 from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX, DEFAULT_UNCERTAINTY
 from takagi.lmi.turbine.one_step.objective import OBJECTIVES, Objective
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER, LoopBox, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import DEFAULT_EFFECTIVENESS_SHARE
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.trim import TrimPoint, rated_wind, trim
 
 if TYPE_CHECKING:
