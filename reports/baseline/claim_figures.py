@@ -4,7 +4,7 @@ Read from the numbers of the file that the checker has proved, exactly.  Of an e
 {x'Px <= c} they are
 
     volume                      rounded down, as the checker shows it
-    safe start of x_k alone     sqrt(c / P_kk), the largest x_k in it with the others at rest
+    safe start of x_k           sqrt(c / P_kk), the largest x_k in it with the others at rest
 
 Where a figure depends on the wind it is a ``Profile``: one number for each span of winds.
 """
@@ -131,7 +131,9 @@ def _ellipsoid(claim: Data, document: Data) -> Iterator[Found]:
     if len(P) <= LARGEST:
         yield ClaimFigure("volume of the set", "", volume_below(Matrix.of(P), level))
     for k, (name, unit) in enumerate(_states(document, len(P))):
-        yield ClaimFigure(f"safe start of {name} alone", unit, square_root_below(level / P[k][k]))
+        yield ClaimFigure(
+            f"safe start of {name}, others at rest", unit, square_root_below(level / P[k][k])
+        )
     yield from _of(claim, "disturbance_bounds", "", larger=True, name="bound on disturbance")
     yield from _of(claim, "disturbance_norm", "", larger=True, name="bound on disturbance")
 
