@@ -168,7 +168,7 @@ class InvariantSet(LoopClaim):
         for k, label in enumerate(self.loop.states):
             name, _, unit = label.removesuffix("]").partition(" [")
             start = square_root_below(self.level / self.P[k, k])
-            yield Figure(f"safe start of {name} alone", unit, start)
+            yield Figure(f"safe start of {name}, others at rest", unit, start)
         yield from self._disturbance_figures()
 
     def _disturbance_figures(self) -> Iterator[Figure]:
