@@ -44,7 +44,7 @@ FUNCTIONS: dict[str, Callable[[arb_series], arb_series]] = {
 
 
 class NotEnclosed(Exception):
-    """A part of the expression has no enclosure here."""
+    """A subexpression has no enclosure here."""
 
 
 def keeps_bounds(required: Obligation) -> bool | None:
@@ -60,25 +60,25 @@ def keeps_bounds(required: Obligation) -> bool | None:
         expression = _Expression(ranges.graph, *parted(ranges.graph, required.node, vanishing))
         if not expression.variables <= sides.keys():
             return None
-        pieces: list[Box] = [{name: sides[name] for name in expression.variables}]
+        boxes: list[Box] = [{name: sides[name] for name in expression.variables}]
         for _ in range(MOST_PIECES):
-            if not pieces:
+            if not boxes:
                 return True
-            piece = pieces.pop()
+            box = boxes.pop()
             try:
-                value = expression.value(piece)
+                value = expression.value(box)
                 if low <= value and value <= high:
                     continue
-                slopes = {name: expression.slope(piece, name) for name in piece}
-                least, largest = expression.ends(piece, slopes)
+                slopes = {name: expression.slope(box, name) for name in box}
+                lowest, largest = expression.ends(box, slopes)
             except NotEnclosed:
                 return None
-            if low <= least and largest <= high:
+            if low <= lowest and largest <= high:
                 continue
-            if largest < low or least > high:
+            if largest < low or lowest > high:
                 return False
-            pieces += _halves(piece, slopes, expression.powers)
-    return None if pieces else True
+            boxes += _halves(box, slopes, expression.powers)
+    return None if boxes else True
 
 
 class _Expression:
@@ -157,18 +157,18 @@ class _Expression:
 def _series(graph: Graph, root: int, box: Box, along: str, length: int) -> arb_series:
     """Return the series of a node in t, where the variable ``along`` is its side plus t."""
     values: dict[int, arb_series] = {}
-    before, ctx.cap = ctx.cap, length
+    previous_cap, ctx.cap = ctx.cap, length
     try:
         for number in graph.below([root]):
             node = graph[number]
-            parts = [values[part] for part in node.parts]
-            values[number] = _node(node, parts, box, along)
+            children = [values[child] for child in node.parts]
+            values[number] = _node(node, children, box, along)
     finally:
-        ctx.cap = before
+        ctx.cap = previous_cap
     return values[root]
 
 
-def _node(node: Node, parts: list[arb_series], box: Box, along: str) -> arb_series:
+def _node(node: Node, children: list[arb_series], box: Box, along: str) -> arb_series:
     if node.op == "const":
         return arb_series([arb(fmpq_of(node.value))])
     if node.op == "pi":
@@ -178,15 +178,15 @@ def _node(node: Node, parts: list[arb_series], box: Box, along: str) -> arb_seri
             [ball(box[node.name]), 1] if node.name == along else [ball(box[node.name])]
         )
     if node.op == "add":
-        return parts[0] + parts[1]
+        return children[0] + children[1]
     if node.op == "multiply":
-        return parts[0] * parts[1]
+        return children[0] * children[1]
     if node.op == "divide":
-        return parts[0] / _nonzero(parts[1])
+        return children[0] / _nonzero(children[1])
     if node.op == "power":
-        return _power(parts[0], node.value)
+        return _power(children[0], node.value)
     if node.op == "call" and node.name in FUNCTIONS:
-        return FUNCTIONS[node.name](parts[0])
+        return FUNCTIONS[node.name](children[0])
     raise NotEnclosed(node.op)
 
 
@@ -208,21 +208,22 @@ def _nonzero(series: arb_series) -> arb_series:
     return series
 
 
-def _halves(piece: Box, slopes: Mapping[str, arb | None], powers: Mapping[str, int]) -> list[Box]:
+def _halves(box: Box, slopes: Mapping[str, arb | None], powers: Mapping[str, int]) -> list[Box]:
     """Return both halves, cut across the side along which the expression changes most."""
 
     def change(name: str) -> tuple[bool, float]:
-        width, slope = float(piece[name][1] - piece[name][0]), slopes[name]
-        known = slope is not None and slope.is_finite()
-        return not known, width * (float(abs(slope).upper()) if known and slope is not None else 1)
+        width, slope = float(box[name][1] - box[name][0]), slopes[name]
+        bounded = slope is not None and slope.is_finite()
+        steepness = float(abs(slope).upper()) if slope is not None and bounded else 1.0
+        return not bounded, width * steepness
 
-    name = max((n for n in piece if piece[n][0] < piece[n][1]), key=change, default="")
+    name = max((n for n in box if box[n][0] < box[n][1]), key=change, default="")
     if not name:
         raise NotEnclosed("a point at which the bounds are not decided")
-    low, high = piece[name]
+    low, high = box[name]
     # A side is cut at 0 where the variable divides, so that neither half has 0 inside.
     cut = Fraction(0) if name in powers and low < 0 < high else (low + high) / 2
-    return [{**piece, name: (low, cut)}, {**piece, name: (cut, high)}]
+    return [{**box, name: (low, cut)}, {**box, name: (cut, high)}]
 
 
 def ball(side: Side) -> arb:

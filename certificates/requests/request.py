@@ -68,13 +68,13 @@ def first_proved(
             checked = None
             tried.append(f"{words}: fails in floats")
             continue
-        claim, checked = loop.shown(claim)
+        claim, checked = loop.with_pieces(claim)
         cut = claim.get("halvings", ())
         tried.append(f"{words}, on {cut.count([])} pieces of the weights" if cut else words)
         if checked.verdict is Verdict.PROVED:
             break
     if checked is None:
-        claim, checked = loop.shown(claim)
+        claim, checked = loop.with_pieces(claim)
     return Attempt(claim, checked, tuple(tried), solver)
 
 
