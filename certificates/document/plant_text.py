@@ -51,12 +51,12 @@ def tables_data(expressions: Iterable[sp.Expr]) -> dict[str, Any]:
     tables = tables_class()
     if tables is None:
         return {}
-    found: dict[str, type[TableFunction]] = {}
+    kinds: dict[str, type[TableFunction]] = {}
     for expression in expressions:
         for call in expression.atoms(tables):
-            found[type(call).title] = type(call)
+            kinds[type(call).title] = type(call)
     return (
-        {"tables": {name: _spline(kind) for name, kind in sorted(found.items())}} if found else {}
+        {"tables": {name: _spline(kind) for name, kind in sorted(kinds.items())}} if kinds else {}
     )
 
 

@@ -334,7 +334,7 @@ class InputLimits:
             total = total + shares["memberships"]
             stated["membership_rates"] = [float(rate) for rate in phi]
         limits = [rounded_up(float(value) * (1 + SPARE), 4) for value in total]
-        return stated | {"rate_limits": limits}
+        return {"rate_limits": limits} | stated
 
     def _membership_rates(self, r: int) -> list[Any]:
         from fractions import Fraction
