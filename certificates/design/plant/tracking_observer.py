@@ -64,7 +64,8 @@ def require_measured(plant: Plant, model: TSModel) -> None:
             raise ModelError(
                 f"plant {plant.name!r}: {reference.follows} follows {reference.name}, but it is "
                 f"not measured ({', '.join(plant.measured or ())}): its integral is a part of the "
-                f"law, which needs it; measure {reference.follows} too, or let follow what is measured"
+                f"law, which needs it; measure {reference.follows} too, or let follow what is "
+                "measured"
             )
     if np.any(model.D[:, list(rows)]):
         raise ModelError(
