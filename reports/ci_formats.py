@@ -9,11 +9,14 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from enum import Enum
+from fractions import Fraction
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple, Protocol
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
+
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 # Kind of claim -> the sections of a plant's file that it follows from, the first that is there.
@@ -27,9 +30,6 @@ _SECTIONS: Mapping[str, tuple[str, ...]] = {
 }
 
 
-Numbers = Mapping[str, str]  # quantity with its unit -> number, of one claim
-
-
 class CheckedClaim(Protocol):
     """A claim, and what the checker found."""
 
@@ -41,6 +41,8 @@ class CheckedClaim(Protocol):
     def text(self) -> str: ...
     @property
     def assumes(self) -> Sequence[str]: ...
+    @property
+    def figures(self) -> Sequence[Figure | WindProfile]: ...
 
 
 class CheckedFile(Protocol):
@@ -66,6 +68,7 @@ class _Failed(NamedTuple):
     verdict: Enum
     text: str
     assumes: tuple[str, ...] = ()
+    figures: tuple[Figure | WindProfile, ...] = ()
 
 
 class _File(NamedTuple):
@@ -107,15 +110,12 @@ def with_failures(
     )
 
 
-def junit(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ()) -> str:
+def junit(checked: CheckedFile, *, source: str) -> str:
     """Return JUnit XML: one test case a claim; what is not PROVED is a failure.
 
-    ``source`` is the certificate's path; ``numbers`` of each claim become properties of its case.
+    ``source`` is the certificate's path.  The figures of a claim become properties of its case.
     """
-    cases = [
-        _junit_case(name, claim, source, of_claim)
-        for name, claim, of_claim in _numbered(checked, numbers)
-    ]
+    cases = [_junit_case(name, claim, source) for name, claim in _named(checked)]
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
     told = "\n".join([*_assumed(checked), *checked.messages])
@@ -190,10 +190,10 @@ def _line(lines: Sequence[str], rule: str) -> int:
     return 1
 
 
-def markdown(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ()) -> str:
+def markdown(checked: CheckedFile, *, source: str) -> str:
     """Return a Markdown summary: the verdict, a table of the claims, the checker's messages.
 
-    ``numbers`` of each claim stand in a column of their own.
+    The figures of a claim stand in a column of their own.
     """
     lines = [
         f"## {markdown_cell(source)}: {checked.verdict.name}",
@@ -201,8 +201,8 @@ def markdown(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = 
         "| Verdict | Claim | | Numbers |",
         "|---|---|---|---|",
     ]
-    for name, claim, of_claim in _numbered(checked, numbers):
-        listed = ", ".join(f"{quantity} {number}" for quantity, number in of_claim.items())
+    for name, claim in _named(checked):
+        listed = ", ".join(f"{quantity} {number}" for quantity, number in numbers_of(claim).items())
         cells = (claim.verdict.name, name, claim.text, listed)
         lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
     told = [*_assumed(checked), *checked.messages]
@@ -232,12 +232,22 @@ def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
     return list(found.items())
 
 
-def _numbered(
-    checked: CheckedFile, numbers: Sequence[Numbers]
-) -> list[tuple[str, CheckedClaim, Numbers]]:
-    named = _named(checked)
-    missing: list[Numbers] = [{}] * (len(named) - len(numbers))
-    return [(*one, found) for one, found in zip(named, [*numbers, *missing], strict=True)]
+def numbers_of(claim: CheckedClaim) -> dict[str, str]:
+    """Return the figures of a claim, such as ``{"decay rate [1/s]": "3.38"}``.
+
+    Bounds are rounded so that they hold.  A claim that is not proved has none.
+    """
+    # Imported here: most formats show no number.
+    from takagi.certificates.checker.words.rounded import at_least, at_most
+
+    return {
+        f"{f.name} [{f.unit}]" if f.unit else f.name: (at_least if f.larger else at_most)(
+            f.value, 3
+        )
+        for f in claim.figures
+        # A bound of 0 says nothing; a profile depends on the wind.
+        if isinstance(f, Figure) and isinstance(f.value, Fraction) and f.value
+    }
 
 
 def _proved(claim: CheckedClaim) -> bool:
@@ -248,12 +258,12 @@ def _level(claim: CheckedClaim) -> str:
     return "warning" if claim.verdict.name == "UNDECIDED" else "error"
 
 
-def _junit_case(name: str, claim: CheckedClaim, source: str, numbers: Numbers) -> str:
+def _junit_case(name: str, claim: CheckedClaim, source: str) -> str:
     head = f"    <testcase classname={_attribute(source)} name={_attribute(name)}"
     if _proved(claim):
         listed = "".join(
             f"<property name={_attribute(quantity)} value={_attribute(number)}/>"
-            for quantity, number in numbers.items()
+            for quantity, number in numbers_of(claim).items()
         )
         return f"{head}><properties>{listed}</properties></testcase>" if listed else f"{head}/>"
     verdict = quoteattr(claim.verdict.name)

@@ -6,8 +6,9 @@ checker is loaded again, even if the process has loaded it before.  A line is *e
 statement that it belongs to has begun. The ``def`` line of a function is executed when the file is
 loaded, its body when the function is called.
 
-Files of ``words/`` are loaded after the last verdict is fixed, and are counted separately. The
-interpreter and the standard library are trusted too.
+The methods ``sentence`` of claim kinds, and the files of ``words/``, make the sentences after
+the last verdict is fixed.  They are counted separately.  The interpreter and the standard library
+are trusted too.
 """
 
 from __future__ import annotations
@@ -78,9 +79,12 @@ def check_counted(certificate: Path | str, **arguments: Any) -> tuple[Any, Trust
             # The caller can only catch the exception class that was loaded before.
             raise CertificateError(str(error)) from error
         loaded = [module for name, module in sorted(sys.modules.items()) if _is_checker(name)]
-        files = [_counted(module, executed) for module in loaded]
-    words = [file for file in files if file.path.startswith(f"{WORDS}/")]
-    return checked, Trusted([file for file in files if file not in words and file.lines], words)
+        counted = [_counted(module, executed) for module in loaded]
+    files = [file for file, _ in counted if file.lines and not file.path.startswith(f"{WORDS}/")]
+    words = [file for file, _ in counted if file.path.startswith(f"{WORDS}/")]
+    return checked, Trusted(
+        files, [*words, *(sentences for _, sentences in counted if sentences.lines)]
+    )
 
 
 def code_lines(source: str) -> set[int]:
@@ -145,16 +149,28 @@ def _followed(executed: Lines) -> Iterator[None]:
         sys.settrace(previous_trace)
 
 
-def _counted(module: ModuleType, executed: Lines) -> File:
+def _counted(module: ModuleType, executed: Lines) -> tuple[File, File]:
+    """Return the counts of a file without its sentences, and of these alone."""
     path = Path(str(module.__file__))
     source = path.read_text(encoding="utf-8")
-    lines, recorded = code_lines(source), executed.get(str(module.__file__), set())
+    tree, lines = ast.parse(source), code_lines(source)
+    recorded = executed.get(str(module.__file__), set())
     reached: set[int] = set()
-    for statement in _statements(ast.parse(source).body, 1):
+    for statement in _statements(tree.body, 1):
         if not recorded.isdisjoint(statement):
             reached |= set(statement)
+    sentences = {
+        line
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and node.name == "sentence"
+        for line in range(first_line(node), (node.end_lineno or node.lineno) + 1)
+    }
     relative_path = path.resolve().relative_to(FOLDER.resolve()).as_posix()
-    return File(relative_path, len(lines), len(lines & reached))
+    verdict, words = lines - sentences, lines & sentences
+    return (
+        File(relative_path, len(verdict), len(verdict & reached)),
+        File(relative_path, len(words), len(words & reached)),
+    )
 
 
 def _statements(block: Sequence[ast.stmt], start: int) -> Iterator[range]:

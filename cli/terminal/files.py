@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.checker.kernel.figure import Figure
 from takagi.cli.command import UNPROVED
 
 if TYPE_CHECKING:
@@ -73,6 +75,11 @@ def claims_as_data(checked: CheckedFile) -> dict[str, Any]:
             "verdict": claim.verdict.name,
             "text": claim.text,
             "assumes": list(claim.assumes),
+            "figures": [
+                {"name": figure.name, "value": float(figure.value), "unit": figure.unit}
+                for figure in claim.figures
+                if isinstance(figure, Figure) and isfinite(figure.value)
+            ],
         }
         for claim in checked.claims
     ]

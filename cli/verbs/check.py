@@ -240,26 +240,16 @@ def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
     from takagi.reports import ci_formats
     from takagi.reports.output import write_file
 
-    source, numbers = str(options.certificate), _numbers(options, checked)
+    source = str(options.certificate)
     if options.junit:
-        write_file(options.junit, ci_formats.junit(checked, source=source, numbers=numbers))
+        write_file(options.junit, ci_formats.junit(checked, source=source))
     if options.sarif:
         kinds = _kinds(options.certificate) if checked.verdict.name != "REFUSED" else []
         plant = _plant_file(options)
         report = ci_formats.sarif(checked, source=source, kinds=kinds, plant=plant)
         write_file(options.sarif, report)
     if options.summary:
-        write_file(options.summary, ci_formats.markdown(checked, source=source, numbers=numbers))
-
-
-def _numbers(options: argparse.Namespace, checked: CheckedFile) -> list[dict[str, str]]:
-    """Return the numbers of the claims; [] of a file that was refused or is gone."""
-    if checked.verdict.name == "REFUSED" or not options.certificate.is_file():
-        return []
-    from takagi.certificates.checker.kernel.reader import read_json
-    from takagi.reports.baseline.claim_numbers import claim_numbers
-
-    return claim_numbers(read_json(options.certificate), checked)
+        write_file(options.summary, ci_formats.markdown(checked, source=source))
 
 
 def _kinds(certificate: Path) -> list[str]:

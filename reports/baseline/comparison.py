@@ -15,21 +15,18 @@ from fractions import Fraction
 from math import inf
 from typing import Any
 
-from takagi.certificates.checker.kernel.result import Checked, Verdict
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
+from takagi.certificates.checker.kernel.reader import canonical, number
+from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+from takagi.certificates.checker.replay.claim_kinds import class_of
 from takagi.models.errors import ModelError
 from takagi.reports.baseline.changes import Change, changes
-from takagi.reports.baseline.claim_figures import (
-    ClaimFigure,
-    Found,
-    Profile,
-    box_figures,
-    claim_figures,
-    question,
-)
 
 Data = Mapping[str, Any]
 Number = Fraction | float
 BOX = "box of validity"
+# Members that bound a disturbance; which of them a claim has is a part of what it asks.
+DISTURBANCE_BOUNDS = ("disturbance_bounds", "disturbance_norm")
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,15 +112,15 @@ def compare_certificates(
     before, after = _labelled(old, checked_old), _labelled(new, checked_new)
     pairs = _matched(list(before), list(after))
     moved, lost = list(_box_moved(old, new, tolerance)), {}
-    for label, (claim, verdict) in before.items():
-        if verdict is not Verdict.PROVED:
+    for label, (claim, answer) in before.items():
+        if answer.verdict is not Verdict.PROVED:
             continue
         why, counterpart = _counterpart(claim, after.get(pairs.get(label, ("", "", 0))))
         if counterpart is None:
             lost[_name(label)] = why
             continue
-        theirs = {figure.name: figure for figure in claim_figures(counterpart, new)}
-        for figure in claim_figures(claim, old):
+        theirs = {figure.name: figure for figure in counterpart.figures}
+        for figure in answer.figures:
             moved.append(_moved(_name(label), figure, theirs.get(figure.name), tolerance))
     added = tuple(_name(label) for label in after if label not in pairs.values())
     sizes = gain_sizes(old.get("gains"), new.get("gains"))
@@ -176,14 +173,14 @@ def _is_list(value: Any) -> bool:
 Label = tuple[str, str, int]
 
 
-def _labelled(document: Data, checked: Checked) -> dict[Label, tuple[Data, Verdict]]:
+def _labelled(document: Data, checked: Checked) -> dict[Label, tuple[Data, Claim]]:
     """Return the claims by kind, name, and which of those of that name it is."""
-    found: dict[Label, tuple[Data, Verdict]] = {}
+    labelled: dict[Label, tuple[Data, Claim]] = {}
     for claim, answer in zip(document["claims"], checked.claims, strict=True):
         kind, name = str(claim["kind"]), str(claim["name"])
-        k = next(k for k in range(len(found) + 1) if (kind, name, k) not in found)
-        found[kind, name, k] = claim, answer.verdict
-    return found
+        k = next(k for k in range(len(labelled) + 1) if (kind, name, k) not in labelled)
+        labelled[kind, name, k] = claim, answer
+    return labelled
 
 
 def _matched(old: Sequence[Label], new: Sequence[Label]) -> dict[Label, Label]:
@@ -205,19 +202,48 @@ def _name(label: Label) -> str:
     return f"{name} ({k + 1})" if k else name or kind
 
 
-def _counterpart(claim: Data, found: tuple[Data, Verdict] | None) -> tuple[str, Data | None]:
-    if found is None:
+def _counterpart(claim: Data, new: tuple[Data, Claim] | None) -> tuple[str, Claim | None]:
+    if new is None:
         return "the new certificate has no such claim", None
-    other, verdict = found
-    if verdict is not Verdict.PROVED:
-        return f"was PROVED, is {verdict.name}", None
-    if question(other) != question(claim):
+    counterpart, answer = new
+    if answer.verdict is not Verdict.PROVED:
+        return f"was PROVED, is {answer.verdict.name}", None
+    if _question(counterpart) != _question(claim):
         return "the claim of the new certificate asks something else", None
-    return "", other
+    return "", answer
+
+
+def _question(claim: Data) -> str:
+    """Return what a claim is about as one text; only figures with equal texts are compared."""
+    keys = class_of(str(claim["kind"])).asks
+    members = {key: claim[key] for key in keys if key in claim}
+    return canonical({"asked": members, "bounds": [k for k in DISTURBANCE_BOUNDS if k in claim]})
+
+
+def _box_figures(model: Data) -> Iterator[Figure]:
+    """Yield the ends of the box of a model or plant; a wider box is a stronger claim."""
+    if model.get("kind") == "plant":
+        groups = (model.get(key, []) for key in ("states", "inputs", "disturbances"))
+        sides = {v["name"]: (v.get("range"), v.get("unit", "")) for group in groups for v in group}
+    else:
+        sides = {name: (side, "") for name, side in model.get("box", {}).items()}
+    for name, (side, unit) in sides.items():
+        if side is None:
+            yield Figure(f"{name}, lower end", unit, -inf, larger=False)
+            yield Figure(f"{name}, upper end", unit, inf)
+            continue
+        low, high = (_end(end, name) for end in side)
+        yield Figure(f"{name}, lower end", unit, low, larger=False, span=high - low)
+        yield Figure(f"{name}, upper end", unit, high, span=high - low)
+
+
+def _end(end: Any, name: str) -> Fraction:
+    """Return an end of a range: a number, or a text such as "5/6" where no decimal is exact."""
+    return Fraction(end) if isinstance(end, str) else number({"range": end}, "range", name)
 
 
 def _box_moved(old: Data, new: Data, tolerance: Fraction) -> Iterator[Moved]:
-    before, after = ({f.name: f for f in box_figures(one["model"])} for one in (old, new))
+    before, after = ({f.name: f for f in _box_figures(one["model"])} for one in (old, new))
     for name in {**before, **after}:
         # A variable without a range in one of them is unbounded there.
         ours, theirs = before.get(name), after.get(name)
@@ -225,15 +251,17 @@ def _box_moved(old: Data, new: Data, tolerance: Fraction) -> Iterator[Moved]:
         yield _moved(BOX, ours, theirs, tolerance)
 
 
-def _unbounded(figure: ClaimFigure | None) -> ClaimFigure:
+def _unbounded(figure: Figure | None) -> Figure:
     assert figure is not None
-    return ClaimFigure(figure.name, figure.unit, inf if figure.larger else -inf, figure.larger)
+    return Figure(figure.name, figure.unit, inf if figure.larger else -inf, figure.larger)
 
 
-def _moved(claim: str, old: Found, new: Found | None, tolerance: Fraction) -> Moved:
+def _moved(
+    claim: str, old: Figure | WindProfile, new: Figure | WindProfile | None, tolerance: Fraction
+) -> Moved:
     """Return one row; a missing figure counts as worse than every value."""
-    if isinstance(old, Profile):
-        spans = new.spans if isinstance(new, Profile) else ()
+    if isinstance(old, WindProfile):
+        spans = new.spans if isinstance(new, WindProfile) else ()
         rows = [
             (_change(value, theirs, None), place, value, theirs)
             for place, value, theirs in _over_wind(old, spans)
@@ -242,13 +270,13 @@ def _moved(claim: str, old: Found, new: Found | None, tolerance: Fraction) -> Mo
         worse = change < -tolerance
         return Moved(claim, old.name, old.unit, value, theirs, change, worse, place)
     worst = -inf if old.larger else inf
-    theirs = new.value if isinstance(new, ClaimFigure) else worst
+    theirs = new.value if isinstance(new, Figure) else worst
     change = _change(old.value, theirs, old.span, larger=old.larger)
     return Moved(claim, old.name, old.unit, old.value, theirs, change, change < -tolerance)
 
 
 def _over_wind(
-    old: Profile, spans: Sequence[tuple[Fraction, Fraction, Fraction]]
+    old: WindProfile, spans: Sequence[tuple[Fraction, Fraction, Fraction]]
 ) -> Iterator[tuple[str, Fraction, Number]]:
     """Yield each old span with the least new value over it; -inf where winds are not covered."""
     for low, high, value in old.spans:

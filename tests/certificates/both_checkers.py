@@ -6,8 +6,7 @@ from typing import Any
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.cross_check.comparison import cross_checked_document
 
 
 def verdicts(document: dict[str, Any]) -> list[str]:
@@ -19,8 +18,5 @@ def verdicts(document: dict[str, Any]) -> list[str]:
 
 
 def second(document: dict[str, Any]) -> list[str]:
-    """Return the same of the second checker."""
-    try:
-        return [opinion.verdict for opinion in judge_document(document)]
-    except Refusal:
-        return ["REFUSED"]
+    """Return the same of the second decider."""
+    return [row.second for row in cross_checked_document(document).rows]

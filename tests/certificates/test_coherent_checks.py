@@ -13,6 +13,8 @@ import pytest
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.turbine.effort_sharing.corners import (
     BOUNDS,
     RANGES,
@@ -61,8 +63,8 @@ def decided(cell: dict[str, Any], P: Any, error: float, rate: float, alpha: floa
     for name, value in zip(names, (error, rate, alpha, 0), strict=True):
         sizes[name] = Fraction(str(round(value, 6)))
     sizes["integral_rate"] = Fraction(str(cell["integral_rate"]))
-    matrix = [[Fraction(str(entry)) for entry in row] for row in P]
-    return Corners(Stated(exact, sizes, "cell")).failure(matrix)
+    matrix = Matrix.of([[Fraction(str(entry)) for entry in row] for row in P])
+    return first_failure(Corners(Stated(exact, sizes, "cell")).obligations(matrix))
 
 
 @pytest.mark.parametrize(("binding", "coupling"), [(0, 0.0), (1, -500.0)])
@@ -152,8 +154,8 @@ def test_a_set_that_may_demand_negative_torque_is_refused(built: Any) -> None:
     box = subject(built.document).box
     wide = 2 * box.speed_signal
 
-    assert not loop(built.document, 0).limits_failure()
-    assert "negative torque" in loop(built.document, 0, speed_signal=wide).limits_failure()
+    assert not first_failure(loop(built.document, 0).limits())
+    assert "negative torque" in first_failure(loop(built.document, 0, speed_signal=wide).limits())
 
 
 def test_a_feedforward_that_may_demand_negative_torque_is_refused(built: Any) -> None:
@@ -161,18 +163,18 @@ def test_a_feedforward_that_may_demand_negative_torque_is_refused(built: Any) ->
     law = subject(built.document).law
     most = [10 * g for g in law.inertia_limit]
 
-    assert not loop(built.document, 0, "100").limits_failure()
-    failed = loop(built.document, 0, "100", inertia_limit=most).limits_failure()
+    assert not first_failure(loop(built.document, 0, "100").limits())
+    failed = first_failure(loop(built.document, 0, "100", inertia_limit=most).limits())
     assert "negative torque" in failed
-    assert not loop(built.document, 0, "0.001", inertia_limit=most).limits_failure()
+    assert not first_failure(loop(built.document, 0, "0.001", inertia_limit=most).limits())
 
 
 def test_a_set_that_may_demand_too_much_pitch_is_refused(built: Any) -> None:
     """The pitch band of the last cell against a limit just inside it."""
     last, low = len(built.law.schedule.wind) - 2, Fraction("0.4")
 
-    assert not loop(built.document, last).limits_failure()
-    assert "pitch" in loop(built.document, last, pitch_max=low).limits_failure()
+    assert not first_failure(loop(built.document, last).limits())
+    assert "pitch" in first_failure(loop(built.document, last, pitch_max=low).limits())
 
 
 def test_a_lead_that_asks_for_too_much_pitch_is_refused(built: Any) -> None:
@@ -186,8 +188,10 @@ def test_a_lead_that_asks_for_too_much_pitch_is_refused(built: Any) -> None:
     at_the_band = max(band, asked)
     far = loop(built.document, last, "6", pitch_max=at_the_band)
     assert far.largest_pitch() > at_the_band
-    assert "pitch beyond its limit" in far.limits_failure()
-    assert "rate limit" in loop(built.document, last, "40", pitch_max=Fraction(9)).limits_failure()
+    assert "pitch beyond its limit" in first_failure(far.limits())
+    assert "rate limit" in first_failure(
+        loop(built.document, last, "40", pitch_max=Fraction(9)).limits()
+    )
 
 
 def test_a_law_without_a_filter_does_not_know_its_winds_rate(short: Any) -> None:

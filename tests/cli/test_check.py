@@ -21,6 +21,7 @@ import pytest
 import takagi.reports.code.c.comparison  # noqa: F401
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.kernel import refusal
+from takagi.certificates.checker.kernel.figure import Figure
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.cli.main import main
 from takagi.models.files.library import data_folder
@@ -52,6 +53,7 @@ class Claim(NamedTuple):
     verdict: Verdict
     text: str
     assumes: tuple[str, ...] = ()
+    figures: tuple[Figure, ...] = ()
 
 
 class CertificateError(ValueError):
@@ -129,13 +131,14 @@ def test_a_built_in_name_stands_for_its_file(
 def test_json_is_the_whole_answer(checker: Any, capsys: Capture) -> None:
     """Machines read standard output; there is nothing else on it."""
     checker.answer = answer(Verdict.UNDECIDED)
+    claim = {"name": "decay", "verdict": "UNDECIDED", "text": "at 0.1 1/s", "assumes": []}
 
     assert main(["check", "c.json", "--json"]) == 1
 
     assert json.loads(capsys.readouterr().out) == {
         "certificate": "c.json",
         "verdict": "UNDECIDED",
-        "claims": [{"name": "decay", "verdict": "UNDECIDED", "text": "at 0.1 1/s", "assumes": []}],
+        "claims": [claim | {"figures": []}],
         "assumes": [],
         "messages": ["3 inequalities"],
     }

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 from takagi.certificates import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.figure import Figure
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.reports.ci_formats import junit, markdown, refusal, sarif, with_failures
 
@@ -79,11 +82,14 @@ def test_markdown_is_a_table_of_the_claims() -> None:
 
 def test_numbers_of_a_claim_stand_beside_it() -> None:
     """As properties of its test case, and in a column; other claims have none."""
-    numbers = [{"decay rate [1/s]": "3.38"}]
-    case = ElementTree.fromstring(junit(mixed(), source="c.json", numbers=numbers))[0][0]
+    checked = mixed()
+    rate = Figure("decay rate", "1/s", Fraction("3.389"))
+    first, *others = checked.claims
+    checked = replace(checked, claims=[replace(first, figures=(rate,)), *others])
+    case = ElementTree.fromstring(junit(checked, source="c.json"))[0][0]
     shown = case.find("properties/property")
     assert shown is not None and shown.attrib == {"name": "decay rate [1/s]", "value": "3.38"}
-    lines = markdown(mixed(), source="c.json", numbers=numbers).splitlines()
+    lines = markdown(checked, source="c.json").splitlines()
     assert lines[4].endswith("| decay rate [1/s] 3.38 |") and lines[5].endswith("|  |")
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from typing import ClassVar
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
     Obligations,
@@ -22,11 +24,13 @@ class ClaimKind(ABC):
     name : of the claim, as it is printed.
     shows : the verdict where every obligation holds.
     assumes : the assumptions of the verdict beside the proof, as short phrases.
+    asks : the members that say what the claim is about; figures are compared where these agree.
     """
 
     name: str
     shows: ClassVar[Verdict] = Verdict.PROVED
     assumes: ClassVar[tuple[str, ...]] = ()
+    asks: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def obligations(self) -> Obligations:
@@ -40,6 +44,10 @@ class ClaimKind(ABC):
     @abstractmethod
     def sentence(self) -> str:
         """Return the statement, with its numbers rounded so that it claims no more."""
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        """Yield the numbers that are proved where every obligation holds."""
+        yield from ()
 
     def failure(self, holds: Decider = decided_exactly) -> str:
         """Return why the claim is not shown; empty if every obligation holds."""

@@ -100,4 +100,8 @@ def first_failure(obligations: Iterable[Obligation], holds: Decider = decided_ex
 
     Obligations after one that fails are not asked for: they may need that it holds.
     """
-    return next((required.failure for required in obligations if not holds(required)), "")
+    for required in obligations:
+        if not holds(required):
+            # An empty reason would read as "all hold".
+            return required.failure or "an obligation does not hold"
+    return ""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.claim_kind import ClaimKind
+    from takagi.certificates.checker.kernel.figure import Figures
 
 
 class Verdict(Enum):
@@ -34,12 +35,14 @@ class Claim:
     """One claim of the file: its name, its verdict, and the reason or the statement.
 
     ``assumes`` : the assumptions of the verdict beside the proof, as short phrases.
+    ``figures`` : the proved numbers; () where it is not proved.
     """
 
     name: str
     verdict: Verdict
     text: str
     assumes: tuple[str, ...] = ()
+    figures: Figures = ()
 
 
 Outcome = Claim | Decided

@@ -36,7 +36,7 @@ from takagi.certificates.checker.words.rounded import at_least
 class Decay(LoopClaim):
     """V = x'Px decays at the rate ``decay_rate``; see the module."""
 
-    decay_rate: Fraction = number("1/s")
+    decay_rate: Fraction = number("1/s", better="larger")
     P: Matrix = matrix("n", "n")
 
     def obligations(self) -> Obligations:

@@ -38,6 +38,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import ClassVar
 
 from takagi.certificates.checker.arithmetic.exponential import exp_above
 from takagi.certificates.checker.kernel.matrices import Matrix
@@ -88,12 +89,15 @@ class Noise:
 class ExitProbability(LoopClaim):
     """Under white noise V reaches 1 with probability ``probability`` at most; see the module."""
 
+    asks: ClassVar[tuple[str, ...]] = ("disturbance", "noise", "start")
     P: Matrix = matrix("n", "n")
     rate: Fraction = number("1/s", positive=True)
     exponent: Fraction = number(positive=True)
     start: Fraction = number()
-    horizon: Fraction = number("s", positive=True)
-    probability: Fraction = number(positive=True)
+    horizon: Fraction = number("s", better="larger", positive=True)
+    probability: Fraction = number(
+        better="smaller", label="probability of leaving the set", positive=True
+    )
 
     def obligations(self) -> Obligations:
         loop, P = self.loop, self.P

@@ -29,14 +29,15 @@ Control Letters 43; recalled.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from math import factorial
+from math import factorial, inf
 from typing import Any, NamedTuple
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.reader import integer, member, numbers
@@ -81,6 +82,12 @@ class WeightedFunctionClaim(LoopClaim):
                 for powers, coefficient in piece.coefficients():
                     yield positive(coefficient, f"{words} weights to the powers {powers}")
 
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        yield from super().figures()
+        for k, bounds in enumerate(self.function.rates, start=1):
+            slowest = inf if bounds is None else min(bounds)
+            yield Figure(f"rates of weights {k}", "1/s", slowest)
+
     @property
     def motion_of_weights(self) -> str:
         """How the weights may move."""
@@ -95,7 +102,7 @@ class WeightedFunctionClaim(LoopClaim):
 class FuzzyDecay(WeightedFunctionClaim):
     """V = x'P(w)x decays at the rate ``decay_rate``; see the module."""
 
-    decay_rate: Fraction = number("1/s")
+    decay_rate: Fraction = number("1/s", better="larger")
 
     @cached_property
     def loop_polynomial(self) -> Polynomial:

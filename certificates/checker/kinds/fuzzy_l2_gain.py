@@ -68,7 +68,7 @@ from takagi.certificates.checker.words.rounded import at_most
 class FuzzyEnergyGain(WeightedFunctionClaim):
     """|y|_2 <= gain |d|_2 along the loop, by V = x'P(w)x; see the module."""
 
-    gain: Fraction = number("y/w", positive=True)
+    gain: Fraction = number("-", better="smaller", positive=True)
 
     @cached_property
     def function(self) -> ScheduledFunction:

@@ -23,10 +23,11 @@ Source: derived here; the first bound is Young's inequality.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
 from takagi.certificates.checker.kinds.decay import decrease_factor, falls_as
@@ -53,8 +54,8 @@ class GainRounding(LoopClaim):
     """The claim ``decay`` for all gains near those of the file; see the module."""
 
     tau: list[Fraction] = numbers("m")
-    decay_rate: Fraction = number("1/s")
-    relative: Fraction = number()
+    decay_rate: Fraction = number("1/s", better="larger")
+    relative: Fraction = number(better="larger", label="relative rounding of gains")
     P: Matrix = matrix("n", "n")
     absolute: Matrix = matrix("m", "n")
 
@@ -79,6 +80,12 @@ class GainRounding(LoopClaim):
             else:
                 falling = -(PG + PG.T + factor * P + effect + step)
             yield positive(falling, f"the inequality fails at {blend.label}")
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        yield from super().figures()
+        smallest = min(min(row) for row in self.absolute.rows)
+        name = "absolute rounding of gains, least"
+        yield Figure(name, "", Fraction(smallest, self.absolute.below))
 
     def sentence(self) -> str:
         loop = self.loop

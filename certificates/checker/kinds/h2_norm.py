@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
@@ -55,8 +56,9 @@ from takagi.certificates.checker.words.rounded import at_most
 class H2Norm(LoopClaim):
     """The mean of E|y|^2 over time is at most ``norm``^2; see the module."""
 
+    asks: ClassVar[tuple[str, ...]] = ("disturbance", "output")
     P: Matrix = matrix("n", "n")
-    norm: Fraction = number("y", positive=True)
+    norm: Fraction = number("-", better="smaller", positive=True)
 
     def obligations(self) -> Obligations:
         loop = self.loop

@@ -33,8 +33,10 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 class InputLimits(InvariantSet):
     """|u_k| <= ``input_limits``_k on an invariant set; see the module."""
 
-    input_limits: list[Fraction] = numbers("m", "u")
-    rate_limits: list[Fraction] | None = numbers("m", "u/s", optional=True)
+    input_limits: list[Fraction] = numbers("m", "", better="smaller", label="limit of input")
+    rate_limits: list[Fraction] | None = numbers(
+        "m", "", better="smaller", label="limit of rate of input", optional=True
+    )
 
     def obligations(self) -> Obligations:
         loop, limits = self.loop, self.input_limits

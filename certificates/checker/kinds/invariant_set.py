@@ -37,8 +37,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.reader import number as read_number
@@ -53,7 +54,12 @@ from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import disturbances_in_range, inside_box
 from takagi.certificates.checker.loop.polytopic_loop import Stack, bounded
-from takagi.certificates.checker.words.ellipsoid_size import rounded_size
+from takagi.certificates.checker.words.ellipsoid_size import (
+    LARGEST,
+    rounded_size,
+    square_root_below,
+    volume_below,
+)
 from takagi.certificates.checker.words.loop_words import about, deviations, granted
 from takagi.certificates.checker.words.rounded import at_least, exactly
 
@@ -92,6 +98,7 @@ class Disturbance(NamedTuple):
 class InvariantSet(LoopClaim):
     """A claim about an invariant set {x'Px <= level}."""
 
+    asks: ClassVar[tuple[str, ...]] = ("disturbance",)
     P: Matrix = matrix("n", "n")
     level: Fraction = number(positive=True)
     multiplier: Fraction = number("1/s", positive=True)
@@ -149,6 +156,25 @@ class InvariantSet(LoopClaim):
         at_rest = (Fraction(0),) * len(loop.disturbances)
         yield from disturbances_in_range(loop, w.each_bound if w.way == "disturbances" else at_rest)
         yield from inside_box(loop, P, self.level, w.each_bound if w.way == "inputs" else ())
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        """Yield the set's volume, and how far each state may start with the others at rest.
+
+        The largest x_k in the set with the others at rest is sqrt(level / P_kk).
+        """
+        yield from super().figures()
+        if self.loop.order <= LARGEST:
+            yield Figure("volume of the set", "", volume_below(self.P, self.level))
+        for k, label in enumerate(self.loop.states):
+            name, _, unit = label.removesuffix("]").partition(" [")
+            start = square_root_below(self.level / self.P[k, k])
+            yield Figure(f"safe start of {name} alone", unit, start)
+        yield from self._disturbance_figures()
+
+    def _disturbance_figures(self) -> Iterator[Figure]:
+        w, name = self.disturbance, "bound on disturbance"
+        for k, bound in enumerate(w.bounds, start=1):
+            yield Figure(name if w.is_ball else f"{name} {k}", "", bound)
 
     @property
     def set_in_words(self) -> str:

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
@@ -45,9 +46,10 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 class EnergyGain(LoopClaim):
     """|y|_2 <= gain |w|_2 along the loop; see the module."""
 
+    asks: ClassVar[tuple[str, ...]] = ("disturbance", "output")
     P: Matrix = matrix("n", "n")
-    gain: Fraction = number("y/w", positive=True)
-    energy_bound: Fraction | None = number("w sqrt(s)", positive=True, optional=True)
+    gain: Fraction = number("-", better="smaller", positive=True)
+    energy_bound: Fraction | None = number("-", better="larger", positive=True, optional=True)
 
     def obligations(self) -> Obligations:
         loop, gain = self.loop, self.gain

@@ -8,12 +8,14 @@ and, for a matrix, a shape in the sizes of the loop:
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import Any, Self
 
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.claim_kind import ClaimKind
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
@@ -52,27 +54,57 @@ class LoopClaim(ClaimKind):
         }
         return cls(claim, loop, where, name, **values)
 
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        """Yield the fields that are figures."""
+        for one in fields(self):
+            value, better = getattr(self, one.name), one.metadata.get("better")
+            if not better or value is None:
+                continue
+            name = one.metadata["label"] or one.name.replace("_", " ")
+            rows = value if isinstance(value, list) else [value]
+            for k, number in enumerate(rows, start=1):
+                counted = f"{name} {k}" if isinstance(value, list) else name
+                yield Figure(counted, one.metadata["unit"], number, better == "larger")
 
-def number(unit: str = "-", *, positive: bool = False, optional: bool = False) -> Any:
-    """Return a field for one number; None where it is optional and left out."""
+
+def number(
+    unit: str = "-",
+    *,
+    better: str = "",
+    label: str = "",
+    positive: bool = False,
+    optional: bool = False,
+) -> Any:
+    """Return a field for one number; None where it is optional and left out.
+
+    Parameters
+    ----------
+    better : "larger" or "smaller" for a figure of the claim; empty for a number that is none.
+    label : the figure's name, where that is not the field's.
+    """
 
     def read(claim: Any, key: str, where: str, loop: PolytopicLoop) -> Fraction | None:
         if optional and key not in claim:
             return None
         return (reader.positive if positive else reader.number)(claim, key, where)
 
-    return field(metadata={"read": read, "unit": unit})
+    return field(metadata={"read": read, "unit": unit, "better": better, "label": label})
 
 
-def numbers(count: str, unit: str = "-", *, optional: bool = False) -> Any:
-    """Return a field for a row of numbers, e.g. ``numbers("m")`` for one of each input."""
+def numbers(
+    count: str, unit: str = "-", *, better: str = "", label: str = "", optional: bool = False
+) -> Any:
+    """Return a field for a row of numbers, e.g. ``numbers("m")`` for one of each input.
+
+    The other parameters are those of ``number``.
+    """
 
     def read(claim: Any, key: str, where: str, loop: PolytopicLoop) -> list[Fraction] | None:
         if optional and key not in claim:
             return None
         return reader.numbers(claim, key, where, size_of(count, loop, where))
 
-    return field(metadata={"read": read, "unit": unit, "shape": (count,)})
+    return field(metadata={"read": read, "unit": unit, "better": better, "label": label})
 
 
 def matrix(rows: str, columns: str) -> Any:
@@ -82,7 +114,7 @@ def matrix(rows: str, columns: str) -> Any:
         shape = size_of(rows, loop, where), size_of(columns, loop, where)
         return read_matrix(claim, key, where, shape)
 
-    return field(metadata={"read": read, "shape": (rows, columns)})
+    return field(metadata={"read": read})
 
 
 def size_of(size: str, loop: PolytopicLoop, where: str) -> int:

@@ -68,7 +68,7 @@ Bound = tuple[Matrix, Fraction, str]
 class ObservedLoop(LoopClaim):
     """Plant and observer stay in {z'Pz <= level}, and V = z'Pz falls; see the module."""
 
-    decay_rate: Fraction = number("1/s")
+    decay_rate: Fraction = number("1/s", better="larger")
     level: Fraction = number(positive=True)
     P: Matrix = matrix("2n", "2n")
 

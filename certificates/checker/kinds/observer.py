@@ -58,7 +58,7 @@ EXACT = "exact outputs and premises that the observer measures"
 class Observer(LoopClaim):
     """The error of the observer decays at ``decay_rate``; see the module."""
 
-    decay_rate: Fraction = number("1/s")
+    decay_rate: Fraction = number("1/s", better="larger")
     P: Matrix = matrix("n", "n")
 
     def __post_init__(self) -> None:

@@ -17,9 +17,12 @@ Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative
 from takagi.certificates.checker.kernel.refusal import CertificateError
@@ -42,7 +45,8 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 class Peak(InvariantSet):
     """|y| <= gain b for |w|_2 <= b; see the module."""
 
-    gain: Fraction = number("y/w", positive=True)
+    asks: ClassVar[tuple[str, ...]] = ("disturbance", "output")
+    gain: Fraction = number("-", better="smaller", positive=True)
     share: Fraction | None = number(optional=True)
 
     def obligations(self) -> Obligations:
@@ -68,6 +72,10 @@ class Peak(InvariantSet):
         pushed = scaled_identity(D.shape[1], self.gain**2 * share) - D.T @ D
         side = -(C.T @ D)
         return Matrix.blocks([[state, side], [side.T, pushed]])
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        yield Figure("gain", "-", self.gain, larger=False)
+        yield from self._disturbance_figures()
 
     def sentence(self) -> str:
         loop, bound = self.loop, self.disturbance.bounds[0]

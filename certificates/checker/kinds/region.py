@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, positive
@@ -37,6 +38,7 @@ DIGITS = 6
 class Region(LoopClaim):
     """The eigenvalues of every blend lie in a region of the plane; see the module."""
 
+    asks: ClassVar[tuple[str, ...]] = ("parts",)
     P: Matrix = matrix("n", "n")
 
     def obligations(self) -> Obligations:

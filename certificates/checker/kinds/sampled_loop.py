@@ -59,9 +59,9 @@ HIGHEST_DEGREE = 20
 class SampledLoop(LoopClaim):
     """The command is held for ``sample_time``; V falls from sample to sample; see the module."""
 
-    sample_time: Fraction = number("s", positive=True)
+    sample_time: Fraction = number("s", better="larger", positive=True)
     level: Fraction = number(positive=True)
-    decay_rate: Fraction = number("1/s")
+    decay_rate: Fraction = number("1/s", better="larger")
     P: Matrix = matrix("n", "n")
 
     def obligations(self) -> Obligations:

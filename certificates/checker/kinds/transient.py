@@ -24,6 +24,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
 from takagi.certificates.checker.arithmetic.exponential import exp_above
 from takagi.certificates.checker.kernel.matrices import Matrix
@@ -51,13 +52,14 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 class Transient(LoopClaim):
     """A bound of overshoot and settling time; see the module."""
 
+    asks: ClassVar[tuple[str, ...]] = ("scales", "settled_share")
     P: Matrix = matrix("n", "n")
     scales: list[Fraction] = numbers("n")
-    decay_rate: Fraction = number("1/s", positive=True)
+    decay_rate: Fraction = number("1/s", better="larger", positive=True)
     lower: Fraction = number(positive=True)
-    overshoot: Fraction = number(positive=True)
+    overshoot: Fraction = number(better="smaller", positive=True)
     settled_share: Fraction = number(positive=True)
-    settling_time: Fraction = number("s", positive=True)
+    settling_time: Fraction = number("s", better="smaller", positive=True)
 
     def obligations(self) -> Obligations:
         loop, P = self.loop, self.P

@@ -68,7 +68,7 @@ class PlantClaim(ClaimKind):
         try:
             reason = super().failure(holds)
         except Refused as error:
-            reason = str(error)
+            reason = str(error) or "a step is refused"
         return f"not proved: {reason}" if reason else ""
 
 

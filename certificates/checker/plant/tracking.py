@@ -45,13 +45,15 @@ Proof in ``docs/plant-theorems.md``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations_with_replacement, product
+from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.reader import canonical, member, number, numbers
@@ -172,15 +174,15 @@ class Tracking(PlantClaim):
 
     def obligations(self) -> Obligations:
         """Yield the seven steps of the module."""
-        read_references(self.model, self.plant, "model")
-        plant, loop, evidence = self.plant, self.loop, self.evidence
+        plant, follow = self.plant, self.follow
+        loop, evidence = self.loop, self.evidence
         P, K = evidence.P, loop.K[0]
         yield from secants(plant, multi_affine_entries(plant), self.removable, resting=False)
         algebra = Algebra(plant.graph, plant.tables)
-        check_following(plant, self.follow, algebra)
+        check_following(plant, follow, algebra)
         yield positive(P, "P is not symmetric positive definite")
         blends = loop.blends()
-        bounded(len(blends) * (1 + len(self.follow)), loop.order + 1)
+        bounded(len(blends) * (1 + len(follow)), loop.order + 1)
         for blend in blends:
             PM = P @ blend.A
             falling = -(PM + PM.T + 2 * evidence.rate * P)
@@ -193,7 +195,7 @@ class Tracking(PlantClaim):
         yield nonnegative(evidence.rate * evidence.radius - evidence.push, failure)
         yield from _residuals(plant, algebra, K, self.law, evidence)
         yield from _room(plant, K, evidence)
-        for j, following in enumerate(self.follow):
+        for j, following in enumerate(follow):
             c = Matrix.of([[evidence.error_factors[j] ** 2]])
             for k, A in enumerate(loop.A, start=1):
                 C = A.row(following.row)
@@ -236,6 +238,15 @@ class Tracking(PlantClaim):
             held = f" and {', '.join(others)} constant" if others else ""
             words += f"; while {moving}{held} the error settles to at most {errors}"
         return words + _still(plant, follow)
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        yield Figure("decay rate", "1/s", self.evidence.rate)
+        bounds = zip(self.follow, self.bounds.errors, self.bounds.jumps, strict=True)
+        for following, error, jump in bounds:
+            name, unit = following.signal.name, following.signal.unit
+            yield Figure(f"jump of {name}", unit, inf if jump is None else jump)
+            if any(self.evidence.rates):
+                yield Figure(f"error of {name} while it moves", unit, error, larger=False)
 
     @property
     def bounds(self) -> Bounds:

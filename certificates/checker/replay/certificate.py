@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -127,17 +126,11 @@ def _replayed(
         from takagi.certificates.checker.replay.containment import of_its_slopes, of_the_plant
 
         found = of_its_slopes(of_the_plant(found, kinds, path), kinds, loop, path)
-    return concluded(found, messages, kinds)
+    return concluded(found, messages)
 
 
-def concluded(found: Sequence[Outcome], notes: list[str], kinds: Sequence[str] = ()) -> Checked:
-    """Return the verdict on the whole, and then each claim in words.
-
-    Parameters
-    ----------
-    notes : the messages.
-    kinds : of the claims, in the same order: each says what it assumes.
-    """
+def concluded(found: Sequence[Outcome], notes: list[str]) -> Checked:
+    """Return the verdict on the whole, and then each claim in words; ``notes`` are the messages."""
     verdicts = {one.verdict for one in found}
     overall = Verdict.UNDECIDED
     if Verdict.DISPROVED in verdicts:
@@ -145,9 +138,6 @@ def concluded(found: Sequence[Outcome], notes: list[str], kinds: Sequence[str] =
     elif verdicts == {Verdict.PROVED}:
         overall = Verdict.PROVED
     # Imported here, as all words are: no verdict depends on it.
-    from takagi.certificates.checker.words.saying import assumed, in_words
+    from takagi.certificates.checker.words.saying import in_words
 
-    claims = [in_words(one) for one in found]
-    if kinds:
-        claims = [replace(a, assumes=assumed(k)) for a, k in zip(claims, kinds, strict=True)]
-    return Checked(overall, claims, notes)
+    return Checked(overall, [in_words(one) for one in found], notes)

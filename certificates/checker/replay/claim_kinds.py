@@ -82,20 +82,20 @@ def replay(
         # A claim holds for the numbers of the plant, which lie between the ends of their bounds,
         # where it holds at all ends.
         loops = (loop, *loop.at_other_ends)
-        claims = [_kind(KINDS[kind]).read(claim, at_ends, where) for at_ends in loops]
+        claims = [class_of(kind).read(claim, at_ends, where) for at_ends in loops]
     elif kind in PLANT_KINDS and data is not None:
-        claims = [_kind(PLANT_KINDS[kind]).read(claim, data, where)]
+        claims = [class_of(kind).read(claim, data, where)]
     elif kind in TURBINE_KINDS and data is not None:
-        claims = [_kind(TURBINE_KINDS[kind]).read(claim, data, earlier, where)]
+        claims = [class_of(kind).read(claim, data, earlier, where)]
     else:
         raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
     for read in claims:
         if failure := read.failure(holds):
-            return Claim(read.name, Verdict.UNDECIDED, failure)
+            return Claim(read.name, Verdict.UNDECIDED, failure, read.assumes)
     return Decided(claims[0])
 
 
-def _kind(place: str) -> Any:
-    """Return the class at this place, e.g. ``kinds.decay.Decay``."""
-    module, _, name = place.rpartition(".")
+def class_of(kind: str) -> Any:
+    """Return the class of a kind of claims, e.g. ``kinds.decay.Decay`` for "decay"."""
+    module, _, name = (KINDS | PLANT_KINDS | TURBINE_KINDS)[kind].rpartition(".")
     return getattr(import_module(f"takagi.certificates.checker.{module}"), name)

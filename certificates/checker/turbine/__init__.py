@@ -3,5 +3,6 @@
 effort_sharing/    the loop with one law for all winds, and claims that depend on its claim
 published/         the loop with a published law, at constant winds
 running_loop/      the loop with one law, its observer and its filters, at constant winds
-members            the members of a claim: each room lists those of its claims
+turbine_claim      what claims about a turbine's loop have in common
+members            the members of turbine and observer; others are refused
 """

@@ -1,9 +1,9 @@
 """Members that no checker reads: a claim about a turbine's loop that has one is refused.
 
 A checker reads members by their names.  A further one would be passed over: an uncertainty that no
-condition has, or a filter of another form, would stand in a claim that is PROVED.  Every room of
-this folder lists in its ``members`` what its claims have, and those of the two laws what these
-have.  Here are the members of turbine and observer.
+condition has, or a filter of another form, would stand in a claim that is PROVED.  Every kind lists
+its members, and the ``inputs`` of the two laws those of the laws.  Here are those of turbine and
+observer.
 """
 
 from __future__ import annotations
@@ -40,30 +40,30 @@ UNITS = "SI, angles in rad, generator inertia on the high-speed shaft"
 OBSERVER = plain("l1 l2 wind_limits decay_rate equations")
 
 
-def refuse_unread(of: Mapping[str, Members], claim: Any, data: Any, where: str) -> None:
+def refuse_unread(members: Mapping[str, Members | None], claim: Any, data: Any, where: str) -> None:
     """Refuse a claim, a turbine, a law or an observer with a further member, and other units.
 
     Parameters
     ----------
-    of : what the claims of its room have.
+    members : what claims of this kind have.
     data : the whole file; the claim has been read, so that it has a turbine and a turbine's law.
     """
-    refuse_further(of, claim, where)
+    refuse_further(members, claim, where)
     _refuse(data["model"], MODEL, "model")
     if data["model"].get("units", UNITS) != UNITS:
         raise CertificateError(f"model.units: {UNITS!r} is needed")
     room = "effort_sharing" if data["gains"]["name"] == "coherent" else "published"
     # Imported here: only one of the two laws is needed.
-    law = import_module(f"takagi.certificates.checker.turbine.{room}.members").LAW
+    law = import_module(f"takagi.certificates.checker.turbine.{room}.inputs").MEMBERS
     _refuse(data["gains"], law, "gains")
     controller = data.get("controller")
     if isinstance(controller, dict):
         _refuse(controller.get("observer"), OBSERVER, "controller.observer")
 
 
-def refuse_further(of: Mapping[str, Members], claim: Any, where: str) -> None:
-    """Refuse a claim of a kind in ``of`` that has, or whose objects have, a further member."""
-    _refuse(claim, {**plain("kind name"), **of[claim["kind"]]}, where)
+def refuse_further(members: Mapping[str, Members | None], claim: Any, where: str) -> None:
+    """Refuse a claim that has, or whose objects have, a further member."""
+    _refuse(claim, {**plain("kind name"), **members}, where)
 
 
 def _refuse(stated: Any, known: Members, where: str) -> None:

@@ -8,6 +8,7 @@ r"""The size of {x'Px <= c}, rounded so that each statement stays true.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 from math import factorial, isqrt
 
@@ -32,13 +33,18 @@ def rounded_size(P: Matrix, level: Fraction, states: tuple[str, ...]) -> str:
 
 def reaches(P: Matrix, level: Fraction) -> list[Fraction]:
     """Return (n,) upper bounds, to 19 digits, on |x_k| where x'Px <= level, for P > 0."""
-    n, whole = len(P.rows), _determinant(P)
-    found = []
-    for k in range(n):
+    squares = squared_reaches(P, range(len(P.rows)))
+    return [square_root_above(level * square) for square in squares]
+
+
+def squared_reaches(P: Matrix, states: Iterable[int]) -> list[Fraction]:
+    """Return (P^-1)_kk for each of the states k, the largest x_k^2 on x'Px <= 1, for P > 0."""
+    whole, squares = _determinant(P), []
+    for k in states:
         rest = [[v for j, v in enumerate(row) if j != k] for i, row in enumerate(P.rows) if i != k]
         minor = _determinant(Matrix(rest, P.below)) if rest else Fraction(1)
-        found.append(square_root_above(level * minor / whole))
-    return found
+        squares.append(minor / whole)
+    return squares
 
 
 def volume_below(P: Matrix, level: Fraction) -> Fraction:

@@ -30,3 +30,8 @@ def _shown(value: Fraction, context: Context) -> str:
     # Decimal division rounds once, in the context's direction.
     quotient = context.divide(Decimal(value.numerator), Decimal(value.denominator))
     return f"{quotient.normalize():f}" if -6 < quotient.adjusted() < 12 else f"{quotient:e}"
+
+
+def range_within(low: Fraction, high: Fraction, digits: int = 6) -> str:
+    """Return a range that is not wider than the exact one, e.g. ``3 to 4.5``."""
+    return f"{at_most(low, digits)} to {at_least(high, digits)}"

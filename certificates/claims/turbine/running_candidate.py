@@ -24,6 +24,7 @@ from math import floor, log10
 import numpy as np
 import scipy.sparse as sp
 
+from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, cut, factors
@@ -36,8 +37,12 @@ from takagi.certificates.checker.turbine.running_loop.equations import (
     states,
 )
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides, Span
-from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
-from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell, cell_failure
+from takagi.certificates.checker.turbine.running_loop.limits import limits
+from takagi.certificates.checker.turbine.running_loop.running_claim import (
+    StatedCell,
+    cell_obligations,
+)
+from takagi.certificates.checker.turbine.turbine_claim import refusal_fails
 from takagi.lmi.cone.assemble import Cone
 from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.solver.solve import Session
@@ -90,7 +95,7 @@ def running_candidate(
     for size in sizes:
         try:
             cell = _cell(subject, winds, box_of_size(subject, size))
-            why = limit_failure(cell)
+            why = first_failure(limits(cell))
         except Refused as reason:
             why = str(reason)
         if why:
@@ -100,7 +105,10 @@ def running_candidate(
             why = "no quadratic function was found"
             continue
         stated = StatedCell(winds, cell.sides, *function)
-        why = cell_failure(subject.plant, subject.law, subject.machine, stated, subject.decay)
+        required = cell_obligations(
+            subject.plant, subject.law, subject.machine, stated, subject.decay
+        )
+        why = first_failure(refusal_fails(required))
         if not why:
             return stated, ""
     return None, why

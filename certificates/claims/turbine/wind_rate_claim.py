@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, left_behind
+from takagi.certificates.checker.kernel.obligation import first_failure
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 
@@ -107,7 +108,8 @@ def rate_range(
     # The linear program may return slightly less than phi; phi itself is used if it is feasible.
     nearest = np.where(rate > phi - 2 * 10.0**-DIGITS, phi, rate)
     nearest = np.where((rows[rows @ nearest > bounds + 1e-12] != 0).any(axis=0), rate, nearest)
-    fits = not left_behind(_exact(wind, nearest, phi, estimate_error), exact(wind_filter))
+    stated = _exact(wind, nearest, phi, estimate_error)
+    fits = not first_failure(filter_keeps_up(stated, exact(wind_filter)))
     return RateRange(wind, nearest if fits else rate, phi, estimate_error)
 
 

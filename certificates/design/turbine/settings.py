@@ -240,7 +240,8 @@ def _check_torque_overlap(turbine: Turbine, overlap: float) -> None:
         raise ModelError(
             f"torque overlap {overlap:.6g} N m was given; above 0 and at most "
             f"{largest_overlap:.6g} N m is needed: it rounds the corner at rated torque, "
-            f"{rated:.6g} N m, up to half of it higher, and the largest torque is {largest:.6g} N m; at rated wind, "
+            f"{rated:.6g} N m, up to half of it higher, and the largest torque is {largest:.6g} "
+            f"N m; at rated wind, "
             f"{rated_wind(turbine):.4g} m/s, a wider one leaves no torque that is held; try "
             f"{_short(largest_overlap / 4)}"
         )

@@ -14,11 +14,12 @@ import pytest
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import torque_step
-from takagi.certificates.checker.words.sentences.actuator_rates import said
+from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import (
+    ActuatorRates,
+    torque_step,
+)
 from takagi.certificates.claims.turbine.loop_claims import actuator_rates_claim
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.cross_check.comparison import cross_checked_document
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.aerodynamics import rotor_torque
@@ -45,8 +46,8 @@ def short_rates(short_document: dict[str, Any], reseal: Any) -> dict[str, Any]:
 
 def verdicts(document: dict[str, Any], reseal: Any) -> tuple[str, str]:
     """Return what both checkers say of the second claim."""
-    sealed = reseal(document)
-    return check_document(sealed).claims[1].verdict.name, judge_document(sealed)[1].verdict
+    row = cross_checked_document(reseal(document)).rows[1]
+    return row.first, row.second
 
 
 def test_the_default_loop_is_proved_by_both(built: Any, rates: dict[str, Any], reseal: Any) -> None:
@@ -54,7 +55,7 @@ def test_the_default_loop_is_proved_by_both(built: Any, rates: dict[str, Any], r
     document = reseal(built.document | {"claims": [built.document["claims"][0], rates]})
     found = check_document(document).claims[1]
 
-    assert (found.verdict.name, judge_document(document)[1].verdict) == (PROVED, PROVED)
+    assert verdicts(document, reseal) == (PROVED, PROVED)
     limit = built.turbine.torque_rate_limit
     beyond = [cell["torque_rate"] > limit for cell in rates["cells"]]
     assert not any(beyond)
@@ -108,8 +109,11 @@ def torque_words(limit: str) -> str:
     """Return the sentence about one cell of wind whose torque moves at the limit."""
     cell = {"pitch_rate": Number("0.1"), "torque_rate": Number(limit), "schedule_bend": Number("1")}
     model = {"pitch_rate_limit": Number("0.2"), "torque_rate_limit": Number(limit)}
+    claim = {"loop": 0, "cells": [cell], "torque_step": Number("0")}
+    rates = ActuatorRates(claim, {"model": model}, "here", "rates", None, None, "")
     law = SimpleNamespace(wind=[Fraction(5), Fraction(8)])
-    return said(cells=[cell], fed=[False], data={"model": model}, law=law, where="here")[1]  # type: ignore[arg-type]
+    rates.__dict__.update(subject=SimpleNamespace(law=law), bounds=[SimpleNamespace(fed=0)])
+    return rates.sentence()
 
 
 def point(built: Any, k: int, draw: Any) -> tuple[Any, ...]:
@@ -255,8 +259,6 @@ def test_what_is_no_claim_is_refused(short_rates: dict[str, Any], reseal: Any) -
     del bare["model"]["torque_rate_limit"]
     with pytest.raises(CertificateError, match="cells: a list of"):
         check_document(reseal(few))
-    with pytest.raises(Refusal):
-        judge_document(reseal(few))
     with pytest.raises(CertificateError, match="torque_rate_limit"):
         check_document(reseal(bare))
 

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, left_behind
+from takagi.certificates.checker.kernel.obligation import first_failure
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
 from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
 from takagi.models.laws.protocol import Measurement
 
@@ -51,9 +52,9 @@ def ranges(draw: st.DrawFn) -> Range:
 @settings(max_examples=40)
 def test_a_wind_that_pushes_stays_behind_what_is_proved(one: Range, tau: Fraction) -> None:
     """From the edge |w - v_s| = tau phi(v_s), an estimate at full rate does not get further."""
-    if left_behind(one, tau):
+    if first_failure(filter_keeps_up(one, tau)):
         one = Range(one.wind, [rate / 2 for rate in one.estimate], one.schedule, one.error)
-    if left_behind(one, tau):
+    if first_failure(filter_keeps_up(one, tau)):
         return
     starts = np.linspace(float(one.wind[0]), float(one.wind[-1]), 23)
     worst = max(pushed(one, float(tau), s, way) for s in starts for way in (1, -1))
@@ -76,7 +77,7 @@ def test_a_wind_that_pushes_breaks_what_is_refused(
     nodes, rates = ([Fraction(str(x)) for x in column] for column in (wind, phi))
     one = Range(nodes, rates, rates, Fraction(0))
 
-    assert left_behind(one, Fraction(1, 10)) is not None
+    assert first_failure(filter_keeps_up(one, Fraction(1, 10)))
     assert pushed(one, 0.1, start, way) > 1e-4
 
 
@@ -113,7 +114,9 @@ def test_the_candidate_proves_with_any_filter(built: Any, tau: float) -> None:
     columns = (found.wind, found.estimate_rate, found.schedule_rate)
     wind, rate, phi = ([Fraction(str(x)) for x in column.tolist()] for column in columns)
 
-    assert left_behind(Range(wind, rate, phi, Fraction(0)), Fraction(str(tau))) is None
+    assert not first_failure(
+        filter_keeps_up(Range(wind, rate, phi, Fraction(0)), Fraction(str(tau)))
+    )
     assert found.estimate_rate.max() <= min(2.0, max(c["wind_error"] for c in loop["cells"]) / tau)
     # Next to nothing is lost between phi and r where phi is one line.
     flat = [a == b for a, b in pairwise(found.schedule_rate)]
@@ -144,6 +147,6 @@ def test_every_number_of_the_claim_counts(fast_built: Any) -> None:
         rate = list(exact["estimate_rate"])
         rate[i] *= Fraction(108, 100)
         raised = Range(exact["wind"], rate, exact["schedule_rate"], Fraction(0))
-        found += left_behind(raised, lag) is not None
+        found += bool(first_failure(filter_keeps_up(raised, lag)))
     # r is slack at some nodes next to a step of the class.
     assert found > 0.9 * len(places)

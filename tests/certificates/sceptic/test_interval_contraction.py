@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError
-from takagi.certificates.checker.turbine.published.interval_matrices import contraction_failure
+from takagi.certificates.checker.kernel.obligation import first_failure
+from takagi.certificates.checker.turbine.published.interval_matrices import contraction
 
 Rows = list[list[Fraction]]
 DECAY, INVARIANCE, OUTSIDE = "decay", "invariance", "not inside its box"
@@ -21,8 +22,10 @@ def failure(
 ) -> str:
     """Return what fails of y' = a y + e with a in a range and |e| <= d, V = P y^2."""
     low, high = ([[Fraction(end)]] for end in A)
-    return contraction_failure(
-        [[Fraction(P)]], [(low, high)], [Fraction(d)], Fraction(rate), Fraction(alpha), "here"
+    return first_failure(
+        contraction(
+            [[Fraction(P)]], [(low, high)], [Fraction(d)], Fraction(rate), Fraction(alpha), "here"
+        )
     )
 
 
@@ -60,8 +63,8 @@ def test_the_slowest_matrix_of_the_range_counts(rate: str, fails: str) -> None:
 def test_every_corner_counts_and_eight_decimals_are_refused() -> None:
     fast, slow = ([[Fraction(a)]] for a in (-2, 1))
     for corners in ([(fast, fast), (slow, slow)], [(slow, slow), (fast, fast)]):
-        found = contraction_failure(
-            [[Fraction(2)]], corners, [Fraction(0)], Fraction(1), Fraction(1), "here"
+        found = first_failure(
+            contraction([[Fraction(2)]], corners, [Fraction(0)], Fraction(1), Fraction(1), "here")
         )
         assert DECAY in found
     with pytest.raises(CertificateError, match="here: .*seven decimals"):
@@ -83,8 +86,10 @@ def sampled(n: int, rng: np.random.Generator) -> bool:
     low, high = _fractions(centre - size), _fractions(centre + size)
     bound = _fractions(rng.uniform(0, 0.3, n))
     rate, alpha = (Fraction(round(x * 1000), 1000) for x in rng.uniform(0.05, 0.8, 2))
-    if contraction_failure(
-        P.tolist(), [(low.tolist(), high.tolist())], bound.tolist(), rate, alpha, "here"
+    if first_failure(
+        contraction(
+            P.tolist(), [(low.tolist(), high.tolist())], bound.tolist(), rate, alpha, "here"
+        )
     ):
         return False
     p, least, most, d = (M.astype(float) for M in (P, low, high, bound))

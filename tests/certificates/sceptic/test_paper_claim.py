@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.checker.kernel.result import Found
-from takagi.certificates.checker.turbine.published import loop_claim as paper
+from takagi.certificates.checker.kernel.result import Claim
+from takagi.certificates.checker.replay.claim_kinds import replay
+from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.recorded.inputs import as_read, document
 
 Data = dict[str, Any]
@@ -23,9 +24,9 @@ def recorded(*cells: Data) -> tuple[Data, Data, Data]:
     return claim, data["model"], gains
 
 
-def answer(claim: Data, model: Data, gains: Data) -> Found:
-    data = as_read({"claim": claim, "model": model, "gains": gains})
-    return paper.check_published(data["claim"], data["model"], data["gains"], "here")
+def answer(claim: Data, model: Data, gains: Data) -> Claim:
+    data = as_read({"claims": [claim], "model": model, "gains": gains})
+    return in_words(replay(data["claims"][0], data, None, [], "here"))
 
 
 @pytest.mark.parametrize(("top", "refused"), [(44000, False), (43999.9, True), (44001, False)])
@@ -73,9 +74,10 @@ def test_each_cell_has_to_hold(cells: list[Data], failures: list[str]) -> None:
     found = answer(*recorded(*cells))
 
     assert found.verdict is (Verdict.UNDECIDED if failures else Verdict.PROVED)
-    assert [why for _, why in found.given["failures"]] == failures
-    assert len(found.given["proved"]) == len(cells) - len(failures)
-    assert bool(found.given["missing"]) == (not found.given["proved"])
+    proved = len(cells) - len(failures)
+    assert [why for why in (LEAVES, EXCEEDS) if why in found.text] == failures
+    assert (f"{proved} cells)" in found.text) == bool(proved)
+    assert ("no stated cell holds" in found.text) == (not proved)
 
 
 WIND = document("paper")["claims"][0]["cells"][4]["wind"]

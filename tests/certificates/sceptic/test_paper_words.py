@@ -10,10 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
+from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends
-from takagi.certificates.checker.words.sentences import published as words
+from takagi.certificates.checker.words import published as words
+from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.recorded.inputs import read_law
 
 DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))
@@ -23,7 +25,7 @@ DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))
 def test_windows_of_one_width_are_not_moved(starts: list[Fraction], width: Fraction) -> None:
     """A rounded lower end would move the window, and its upper end out of what is proved."""
     ordered = sorted(starts)
-    said = words._shown([(low, low + width) for low in ordered])
+    said = words.winds_words([(low, low + width) for low in ordered])
     shown, listed = said.split(" m/s wide from ")
 
     assert Fraction(shown.removeprefix("in windows ")) <= width
@@ -34,7 +36,7 @@ def test_windows_of_one_width_are_not_moved(starts: list[Fraction], width: Fract
 
 def test_steps_between_windows_are_not_rounded() -> None:
     step = Fraction("0.1000000001")
-    said = words._shown([(3 + k * step, 3 + k * step + Fraction(1, 50)) for k in range(5)])
+    said = words.winds_words([(3 + k * step, 3 + k * step + Fraction(1, 50)) for k in range(5)])
 
     assert said == "in windows 0.02 m/s wide from 3 to 3.4000000004 in steps of 0.1000000001"
 
@@ -46,29 +48,24 @@ def test_overlaps_are_named_as_they_are() -> None:
     assert "2000.0004 N m" in words._words(overlaps)
 
 
-def recorded() -> tuple[Plant, PublishedLaw]:
-    """Return the turbine and the law with one integrator, as they are recorded."""
-    data = read_law("paper")
-    return Plant.read(data["model"]), PublishedLaw.read(data["gains"])
-
-
 def test_winds_that_are_left_out_are_told() -> None:
-    plant, law = recorded()
+    data = read_law("paper")
+    claim = {**data["claims"][0], "cells": [], "winds": [[Number("5"), Number("6")]]}
 
-    def said(left: list[tuple[Fraction, Fraction]]) -> str:
-        winds = [(Fraction(5), Fraction(6))]
-        return words.said(plant, law, law.overlaps, winds, [], [], winds, [], left)[1]
+    def said(unproved: list[dict[str, list[Number]]]) -> str:
+        stated = {**claim, "unproved": unproved}
+        return in_words(replay(stated, data, None, [], "here")).text
 
     ends = "not proved: 5 to 6 m/s, where no stated cell holds"
     assert said([]).endswith(ends)
-    left = [(Fraction(3), Fraction(4))]
-    assert said(left).endswith(f"{ends}; looked at but not claimed: 3 to 4 m/s")
+    unproved = [{"wind": [Number("3"), Number("4")]}]
+    assert said(unproved).endswith(f"{ends}; looked at but not claimed: 3 to 4 m/s")
 
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_the_width_of_the_set_is_added_to_how_far_its_centre_is(side: int) -> None:
     """Pitch of the tables is zero here: 1.5 degrees off and 0.4 wide is near, 0.6 wide is not."""
-    _, law = recorded()
+    law = PublishedLaw.read(read_law("paper")["gains"])
     partial, full = (
         replace(region, pitch=[Fraction(0)] * len(region.pitch))
         for region in (law.partial, law.full)

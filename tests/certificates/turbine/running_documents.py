@@ -6,11 +6,9 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from takagi.certificates import CertificateError
-from takagi.certificates.checker import check_document, read_text
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.cross_check.comparison import cross_checked_document
 
 Change = Callable[[Any], None]
 
@@ -35,16 +33,9 @@ def sealed(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def verdicts(document: dict[str, Any]) -> tuple[str, str]:
-    """Return what both checkers say; "refused" where one does not read the file to its end."""
-    whole = sealed(document)
-    try:
-        first = check_document(whole).verdict.name
-    except CertificateError:
-        first = "refused"
-    try:
-        second = judge_document(whole)[0].verdict
-    except Refusal:
-        second = "refused"
+    """Return what both deciders say; "refused" where the file is not read to its end."""
+    row = cross_checked_document(sealed(document)).rows[0]
+    first, second = (one.replace("REFUSED", "refused") for one in (row.first, row.second))
     return first, second
 
 

@@ -8,16 +8,16 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, Corners, Stated
 
 # A cell without a residual whose one free coefficient is the lag's rate T.  P was searched for:
 # it decreases along the loop for T from 0.5 to 1 1/s, and not for T = 1.5 1/s.
 COEFFICIENTS = {"stiffness": "-0.2", "loop_gain": "0.5", "lag_gain": "0.1", "share_gain": "-0.6"}
 INTEGRAL_RATE = Fraction("0.2")
-P = [
-    [Fraction(entry) for entry in row]
-    for row in (("4.25", "3.6", "-1.59"), ("3.6", "3.96", "-0.89"), ("-1.59", "-0.89", "5.81"))
-]
+ROWS = (("4.25", "3.6", "-1.59"), ("3.6", "3.96", "-0.89"), ("-1.59", "-0.89", "5.81"))
+P = Matrix.of([[Fraction(entry) for entry in row] for row in ROWS])
 ALPHA = Fraction("0.01")
 
 
@@ -33,7 +33,7 @@ def corners(lag_rate: tuple[str, str], **sizes: str) -> Stated:
 def decided(cell: Stated, error: Any = 0, rate: Any = 0) -> str:
     """Return what fails in a wind class."""
     class_ = {"wind_error": Fraction(error), "wind_rate": Fraction(rate)}
-    return Corners(replace(cell, sizes=cell.sizes | class_)).failure(P)
+    return first_failure(Corners(replace(cell, sizes=cell.sizes | class_)).obligations(P))
 
 
 def test_a_moving_schedule_raises_the_lags_rate_too() -> None:
@@ -94,7 +94,7 @@ def test_disturbances_are_rounded_up(part: str) -> None:
 
 def test_the_rest_is_rounded_outward() -> None:
     """P_33 (kappa r)^2 < Gamma^2 with r rounded up: at the last unit that is inside, not beyond."""
-    P33, unit = P[2][2], Fraction(1, 10**7)
+    P33, unit = P[2, 2], Fraction(1, 10**7)
     r = Fraction(0)
     step = Fraction(1)
     while step >= unit:

@@ -14,7 +14,8 @@ import pytest
 
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES
+from takagi.certificates.checker.kernel.obligation import first_failure
+from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES, Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 
@@ -32,6 +33,11 @@ def inputs(built: Any) -> Inputs:
     return Subject.read(claim, read["model"], read["gains"], "claim"), claim["cells"]
 
 
+def outside(loop: Loop, ranges: Any, sizes: dict[str, Fraction]) -> str:
+    """Return which coefficient is not as it is stated."""
+    return first_failure(loop.enclosed(Stated(ranges, sizes, "cell")))
+
+
 @pytest.mark.parametrize("share", SHARES)
 def test_what_a_cell_states_is_enclosed_and_no_more(inputs: Inputs, share: int) -> None:
     """From cut-in to cut-out, more closely around rated wind: every range and every size."""
@@ -42,8 +48,8 @@ def test_what_a_cell_states_is_enclosed_and_no_more(inputs: Inputs, share: int) 
     ranges = {name: [Fraction(end) for end in cell[name]] for name in RANGES}
     sizes = {name: Fraction(cell[name]) for name in BOUNDS}
 
-    assert loop.range_failure(ranges) == "" and loop.size_failure(sizes) == ""
-    assert loop.limits_failure() == ""
+    assert outside(loop, ranges, sizes) == ""
+    assert first_failure(loop.limits()) == ""
 
     found = {name: [Fraction(end, ONE) for end in bracket] for name, bracket in loop.ranges()}
     largest = dict(loop.sizes())
@@ -71,10 +77,10 @@ def test_each_stated_number_is_compared(inputs: Inputs, name: str) -> None:
 
     if name in RANGES:
         low, high = ranges[name]
-        assert loop.range_failure(ranges | {name: [low + STEP, high]}) == name
-        assert loop.range_failure(ranges | {name: [low, high - STEP]}) == name
-        assert loop.range_failure(ranges | {name: [low - STEP, high + STEP]}) == ""
+        assert f"loop's {name} leaves" in outside(loop, ranges | {name: [low + STEP, high]}, sizes)
+        assert f"loop's {name} leaves" in outside(loop, ranges | {name: [low, high - STEP]}, sizes)
+        assert outside(loop, ranges | {name: [low - STEP, high + STEP]}, sizes) == ""
     else:
         less = sizes[name] / 2 if name == "residual" else sizes[name] - STEP
-        assert loop.size_failure(sizes | {name: less}) == name
-        assert loop.size_failure(sizes | {name: sizes[name] + STEP}) == ""
+        assert f"loop's {name} exceeds" in outside(loop, ranges, sizes | {name: less})
+        assert outside(loop, ranges, sizes | {name: sizes[name] + STEP}) == ""

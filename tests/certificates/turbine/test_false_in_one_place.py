@@ -11,8 +11,9 @@ from itertools import product
 
 import pytest
 
-from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, left_behind
-from takagi.certificates.checker.turbine.published.interval_matrices import contraction_failure
+from takagi.certificates.checker.kernel.obligation import first_failure
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
+from takagi.certificates.checker.turbine.published.interval_matrices import contraction
 
 F = Fraction
 WIND, FILTER, PHI = [F(8), F(9), F(10)], F(1), F(1, 5)
@@ -35,11 +36,11 @@ def test_an_estimate_that_outruns_the_schedule_wind_at_one_place(node: int) -> N
     for excess, refused in ((F(1, 1000), True), (F(0), False)):
         estimate = [F(1, 10)] * 3
         estimate[node] = PHI + excess
-        found = left_behind(Range(WIND, estimate, [PHI] * 3, F(0)), FILTER)
-        assert (found is not None) == refused
-        if found is not None:
-            s = found[1]
-            assert s is not None
+        one = Range(WIND, estimate, [PHI] * 3, F(0))
+        found = first_failure(filter_keeps_up(one, FILTER))
+        assert bool(found) == refused
+        if found:
+            s = F(found.removeprefix("the rates do not fit at ").partition(" ")[0])
             assert abs(s - WIND[node]) == FILTER * PHI
             assert s not in WIND
 
@@ -53,7 +54,7 @@ def test_a_disturbance_is_worst_where_its_parts_have_opposite_signs() -> None:
     P = [[F(2), F(-1)], [F(-1), F(2)]]
     A = [[F(-1), F(0)], [F(0), F(-1)]]
     for delta, fails in ((F(1, 2), True), (F(41, 100), True), (F(2, 5), False)):
-        said = contraction_failure(P, [(A, A)], [delta] * 2, F(1, 2), F(1), "here")
+        said = first_failure(contraction(P, [(A, A)], [delta] * 2, F(1, 2), F(1), "here"))
         rests = [(s * delta, t * delta) for s, t in product((1, -1), repeat=2)]
         V = [2 * x * x - 2 * x * y + 2 * y * y for x, y in rests]
         assert (max(V) > 1) == fails
@@ -67,5 +68,5 @@ def test_the_worst_signs_are_found_for_each_pair_of_states() -> None:
         P = [[F(2), F(0), F(sign)], [F(0), F(2), F(0)], [F(sign), F(0), F(2)]]
         A = [[F(-int(i == j)) for j in range(3)] for i in range(3)]
         bounds = [delta, F(0), delta]
-        said = contraction_failure(P, [(A, A)], bounds, F(1, 2), F(1), "here")
+        said = first_failure(contraction(P, [(A, A)], bounds, F(1, 2), F(1), "here"))
         assert bool(said) == (6 * delta**2 > 1)

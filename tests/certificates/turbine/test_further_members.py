@@ -1,4 +1,4 @@
-"""Members of a turbine's claim that no condition reads: both checkers refuse them, at every place.
+"""Members of a turbine's claim that no condition reads: they are refused, at every place.
 
 An uncertainty or a filter that is passed over would stand in a claim that is PROVED.  So would a
 delay of the turbine, or a limit of the law: these parts are looked at in the same way.
@@ -10,7 +10,6 @@ import json
 from collections.abc import Iterator
 from copy import deepcopy
 from functools import cache
-from importlib import import_module
 from typing import Any
 
 import pytest
@@ -20,24 +19,14 @@ from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.replay import claim_kinds
 from takagi.certificates.checker.turbine import members as first
-from takagi.certificates.checker.turbine.effort_sharing import inputs as first_numbers
-from takagi.certificates.checker.turbine.effort_sharing import members as effort_sharing
+from takagi.certificates.checker.turbine.effort_sharing import inputs as effort_sharing
 from takagi.certificates.checker.turbine.published import inputs as published
-from takagi.certificates.cross_check import opinion
-from takagi.certificates.cross_check.kernel.reading import Refusal, loads
-from takagi.certificates.cross_check.turbine import members as second
-from takagi.certificates.cross_check.turbine import numbers as second_numbers
 from tests.certificates.recorded import inputs
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import verdicts
 
 Way = tuple[str, ...]
-PLACES = {
-    kind: place
-    for table in (claim_kinds.OWN_READING, claim_kinds.WHOLE_FILE, claim_kinds.RESTING)
-    for kind, place in table.items()
-    if place.startswith("turbine.")
-}
+KINDS = sorted(claim_kinds.TURBINE_KINDS)
 # Members that some claims leave out.
 OPTIONAL: dict[str, set[Way]] = {
     "actuator-rates": {("wind_rate",)},
@@ -45,12 +34,9 @@ OPTIONAL: dict[str, set[Way]] = {
 }
 
 
-def listed(kind: str) -> dict[str, first.Members]:
-    """Return what the first checker's room of a kind lists."""
-    room = PLACES[kind].rsplit(".", 2)[0]
-    found: dict[str, first.Members] = import_module(
-        f"takagi.certificates.checker.{room}.members"
-    ).OF
+def listed(kind: str) -> first.Members:
+    """Return the members of a kind's claims."""
+    found: first.Members = claim_kinds._kind(claim_kinds.TURBINE_KINDS[kind]).members
     return found
 
 
@@ -61,7 +47,7 @@ def claims() -> dict[str, Any]:
     for name in inputs.LAWS:
         for claim in inputs.document(name)["claims"]:
             found.setdefault(claim["kind"], claim)
-    for kind in sorted(set(PLACES) - set(found)):
+    for kind in sorted(set(KINDS) - set(found)):
         found[kind] = json.loads(next(recorded(kind))[1])["claims"][0]
     return found
 
@@ -86,31 +72,18 @@ def ways(known: first.Members, way: Way = ()) -> Iterator[Way]:
             yield from ways(inner, (*way, name))
 
 
-def test_every_kind_is_listed() -> None:
-    """The second checker has no reading of the loop with a published law."""
-    assert {kind for kind in PLACES if kind in listed(kind)} == set(PLACES)
-    assert set(second.ALLOWED) == set(opinion.OF_TURBINES) == set(PLACES) - {"paper-loop"}
-
-
-@pytest.mark.parametrize("kind", sorted(second.ALLOWED))
-def test_both_checkers_know_the_same_members(kind: str) -> None:
-    assert set(ways(listed(kind)[kind])) | {("kind",), ("name",)} == second.ALLOWED[kind]
-
-
-@pytest.mark.parametrize("kind", sorted(PLACES))
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_claim_that_takagi_wrote_has_the_listed_members(kind: str) -> None:
     """All of them but those that some claims leave out: no name is listed that is not written."""
     claim = claims()[kind]
     first.refuse_further(listed(kind), claim, "claim")
-    if kind in second.ALLOWED:
-        second.no_other_members(claim, kind)
     written = {(*way, name) for way, at in objects(claim) for name in at}
-    missing = {way for way in ways(listed(kind)[kind]) if "*" not in way} - written
+    missing = {way for way in ways(listed(kind)) if "*" not in way} - written
     assert missing == OPTIONAL.get(kind, set()) - written
 
 
 @pytest.mark.parametrize("value", [0, None, {}, []], ids=str)
-@pytest.mark.parametrize("kind", sorted(PLACES))
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_further_member_is_refused_at_every_place(kind: str, value: Any) -> None:
     """But in multipliers, whose readers know the names of the factors."""
     claim = claims()[kind]
@@ -121,9 +94,6 @@ def test_a_further_member_is_refused_at_every_place(kind: str, value: Any) -> No
         next(at for here, at in objects(changed) if here == way)["further"] = value
         with pytest.raises(CertificateError, match="'further' is not known; leave it out"):
             first.refuse_further(listed(kind), changed, "claim")
-        if kind in second.ALLOWED:
-            with pytest.raises(Refusal, match="further"):
-                second.no_other_members(changed, kind)
 
 
 def test_a_name_with_a_dot_is_a_name() -> None:
@@ -131,8 +101,6 @@ def test_a_name_with_a_dot_is_a_name() -> None:
     claim["observer.l1"] = 3.0
     with pytest.raises(CertificateError, match="not known"):
         first.refuse_further(listed("running-loop"), claim, "claim")
-    with pytest.raises(Refusal, match="no condition"):
-        second.no_other_members(claim, "running-loop")
 
 
 # In whole files.
@@ -181,15 +149,6 @@ def test_a_file_with_it_is_refused(name: str, controller: bool) -> None:
 # The parts that the claims are about.
 
 
-def test_both_checkers_know_the_same_members_of_turbine_law_and_observer() -> None:
-    """But for the content of the model's files, which no condition reads and no file leaves out."""
-    files = {("model_file",), ("model_file", "*"), ("files_sha256",), ("files_sha256", "*")}
-    assert set(ways(first.MODEL)) - files == second.PARTS["model"]
-    assert set(ways(effort_sharing.LAW)) == second.PARTS["gains"]
-    assert set(ways(first.OBSERVER)) == second.PARTS["observer"]
-    assert first.UNITS == second.SI
-
-
 @pytest.mark.parametrize("units", ["SI, angles in deg", None, 1])
 def test_other_units_are_refused(units: Any) -> None:
     document = json.loads(next(recorded("running-loop"))[1])
@@ -201,7 +160,6 @@ def test_other_units_are_refused(units: Any) -> None:
 
 @pytest.mark.parametrize("name", ["paper", "paper-two-integrators"])
 def test_a_published_law_has_the_listed_members(name: str) -> None:
-    """The second checker has no reading of a published law."""
     data = inputs.read_law(name)
     law = data["gains"]
     places = [way for way, _ in objects(law)]
@@ -252,16 +210,13 @@ def test_winds_of_the_law_differ_as_floats(wind: str, read: bool) -> None:
     """At the tables' end a program would divide by the width of an empty interval."""
     document = json.loads(next(recorded("running-loop"))[1])
     law = document["gains"]
-    for name in set(effort_sharing.LAW) & {key for key in law if isinstance(law[key], list)}:
+    for name in set(effort_sharing.MEMBERS) & {key for key in law if isinstance(law[key], list)}:
         law[name].append(law[name][-1])
     law["wind"][-1] = "mine"
     written = json.dumps(document).replace('"mine"', wind)
-    one, other = read_text(written, "mine"), loads(written)
+    one = read_text(written, "mine")
     if read:
-        assert first_numbers.Law.read(one["gains"]).wind[-1] > 25
-        assert second_numbers.Rotor(other["model"], other["gains"]).wind[-1] > 25
+        assert effort_sharing.Law.read(one["gains"]).wind[-1] > 25
         return
     with pytest.raises(CertificateError, match="must increase, also as floats"):
-        first_numbers.Law.read(one["gains"])
-    with pytest.raises(Refusal, match="also as floats"):
-        second_numbers.Rotor(other["model"], other["gains"])
+        effort_sharing.Law.read(one["gains"])

@@ -9,6 +9,7 @@ from typing import Any
 
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 
@@ -33,10 +34,10 @@ def test_pitch_alone_beyond_the_limit_is_refused(short: Any) -> None:
 
     between = last_cell(short, "0", (asked + reached) / 2)
     assert between.largest_pitch() < between.law.pitch_max
-    assert "pitch beyond its limit" in between.limits_failure()
-    assert last_cell(short, "0", reached).limits_failure() == ""
+    assert "pitch beyond its limit" in first_failure(between.limits())
+    assert first_failure(last_cell(short, "0", reached).limits()) == ""
     hair = Fraction(1, ONE)
-    assert "pitch beyond its limit" in last_cell(short, "0", reached - hair).limits_failure()
+    assert "pitch beyond its limit" in first_failure(last_cell(short, "0", reached - hair).limits())
 
 
 def test_a_command_alone_beyond_the_limit_is_refused(short: Any) -> None:
@@ -45,6 +46,6 @@ def test_a_command_alone_beyond_the_limit_is_refused(short: Any) -> None:
     rate = next(r for r in range(100) if last_cell(short, str(r)).largest_pitch() > reached)
 
     failed = last_cell(short, str(rate), reached)
-    assert "pitch beyond its limit" in failed.limits_failure()
+    assert "pitch beyond its limit" in first_failure(failed.limits())
     asked = failed.largest_pitch()
-    assert "pitch beyond" not in last_cell(short, str(rate), asked).limits_failure()
+    assert "pitch beyond" not in first_failure(last_cell(short, str(rate), asked).limits())

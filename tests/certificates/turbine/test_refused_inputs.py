@@ -106,7 +106,7 @@ def test_what_is_read_is_what_is_written() -> None:
     low, high = uncertainty.kappa
     assert (low * 5, high * 4) == exact(4, 5)
     settling = Settling.read(as_read(CLAIM), "claim")
-    assert settling.P == CLAIM["settling"]["P"] and settling.decay_rate == 0
+    assert settling.P.rows == CLAIM["settling"]["P"] and settling.decay_rate == 0
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ import pytest
 from takagi.certificates import Verdict, check
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.controller import turbine_content
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import OtherGains, Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, factors
@@ -35,20 +36,16 @@ from takagi.certificates.checker.turbine.running_loop.equations import (
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates
 from takagi.certificates.checker.turbine.running_loop.quadratic_forms import (
-    is_surely_definite,
-    squared_reaches,
+    rounded_form,
 )
 from takagi.certificates.checker.turbine.wind_intervals import gaps
+from takagi.certificates.checker.words.ellipsoid_size import squared_reaches
 from takagi.certificates.claims.turbine.running_candidate import running_candidate
 from takagi.certificates.claims.turbine.running_loop_claim import (
     loop_subject,
     running_loop_claim,
 )
 from takagi.certificates.controller import content
-from takagi.certificates.cross_check.kernel.reading import loads
-from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.running_cell import Machine as SecondMachine
-from takagi.certificates.cross_check.turbine.running_cell import RunningCell, box
 from takagi.certificates.design.given.turbine_law import read_observer
 from takagi.reports.sections.turbine.summary import summary_rows
 from tests.certificates.recorded.answers import recorded
@@ -264,16 +261,8 @@ def first_cell(stored: Any, k: int) -> tuple[Cell, dict[str, Any]]:
 
 @pytest.mark.parametrize("k", CELLS)
 def test_the_embedding_holds_the_nonlinear_loop(stored: Any, k: int) -> None:
-    """The secants of random states lie in both checkers' ranges and give back the loop's rates."""
+    """The secants of random states lie in the ranges and give back the loop's rates."""
     cell, spans = first_cell(stored, k)
-    read = loads(json.dumps(stored))
-    rotor = Rotor(read["model"], read["gains"])
-    second = SecondMachine(read["claims"][0], read["model"], read["gains"])
-    stated = read["claims"][0]["cells"][k]
-    low, high = (loads(f'{{"v": {v}}}')["v"] for v in stored["claims"][0]["cells"][k]["wind"])
-    other = RunningCell(rotor, second, _rational(low), _rational(high), box(stated))
-    ranges = {name: (span.low, span.high) for name, span in other.factors().items()}
-    ranges["share"] = (other.share.low, other.share.high)
     own = stored["claims"][0]["cells"][k]
     at = motion.Motion(stored, own, float(np.mean(own["wind"])) + 0.003, plant(k))
     for xi in 0.95 * motion.boundary(np.array(own["P"]), 25, seed=40 + k):
@@ -284,19 +273,11 @@ def test_the_embedding_holds_the_nonlinear_loop(stored: Any, k: int) -> None:
             least, most = cell.share if name == "share" else spans[name]
             slack = 1e-6 * max(1.0, abs(value))
             assert least - slack <= value <= most + slack, name
-            down, up = (int(end.p) / int(end.q) for end in ranges[name])
-            assert down - slack <= value <= up + slack, name
         fixed = {name: (F(value), F(value)) for name, value in secants.items()}
         signals, rates = equations(cell, fixed, fixed["share"])
         assert not signals.outer
         found = [sum(float(a) * xi[i] for i, a in rate.items()) for rate in rates]
         assert np.allclose(found, at.rate(xi), rtol=1e-6, atol=1e-9)
-
-
-def _rational(written: Any) -> Any:
-    from flint import fmpq
-
-    return fmpq(*F(str(written)).as_integer_ratio())
 
 
 @pytest.mark.parametrize("k", CELLS)
@@ -413,13 +394,18 @@ def test_no_claim_without_observer_filters_or_function(document: dict[str, Any])
 # The parts.
 
 
+def is_definite(matrix: list[list[int]]) -> bool:
+    """Return whether a matrix is shown to be positive definite."""
+    return rounded_form(matrix).is_positive_definite
+
+
 def test_uncertain_factor_of_one_state() -> None:
     """x' = a x with a in [-3, -1] falls at 1 and not at more."""
     signals = Signals(1)
     rate = signals.times("a", (F(-3), F(-1)), signals.state(0))
-    assert is_surely_definite(decay_form(signals, [rate], [[F(1)]], [F(1)], F("0.999999")))
-    assert not is_surely_definite(decay_form(signals, [rate], [[F(1)]], [F(1)], F(1)))
-    assert not is_surely_definite(decay_form(signals, [rate], [[F(1)]], [F(1)], F("1.000001")))
+    assert is_definite(decay_form(signals, [rate], [[F(1)]], [F(1)], F("0.999999")))
+    assert not is_definite(decay_form(signals, [rate], [[F(1)]], [F(1)], F(1)))
+    assert not is_definite(decay_form(signals, [rate], [[F(1)]], [F(1)], F("1.000001")))
     assert combined((2, {0: F(1)}), (1, {0: F(1), 1: F(3)})) == {0: F(3), 1: F(3)}
 
 
@@ -450,21 +436,15 @@ def test_the_form_is_the_quadratic_form_of_its_text() -> None:
 def test_rounding_never_makes_a_matrix_definite() -> None:
     """Both sides of the threshold: a matrix whose determinant is 0 but for its last digit."""
     big = 10**30
-    assert is_surely_definite([[4 * big, 2 * big], [2 * big, big + big // 10**12]])
+    assert is_definite([[4 * big, 2 * big], [2 * big, big + big // 10**12]])
     for last in (0, -1, 1):
-        assert not is_surely_definite([[4 * big, 2 * big], [2 * big, big + last]]), last
-    assert is_surely_definite([[3, 1], [1, 3]]) and not is_surely_definite([[1, 3], [3, 1]])
-    assert not is_surely_definite([[0]])
+        assert not is_definite([[4 * big, 2 * big], [2 * big, big + last]]), last
+    assert is_definite([[3, 1], [1, 3]]) and not is_definite([[1, 3], [3, 1]])
+    assert not is_definite([[0]])
 
 
 def test_reaches_are_those_of_the_inverse() -> None:
-    P = [[F(4), F(1), F(0)], [F(1), F(3), F(1, 2)], [F(0), F(1, 2), F(2)]]
-    rows = [[F(1), F(0), F(0)], [F(1, 3), F(-2), F(5)]]
-    found = squared_reaches(P, rows)
-    inverse = np.linalg.inv(np.array(P, dtype=float))
-    assert found is not None
-    for h, value in zip(rows, found, strict=True):
-        row = np.array(h, dtype=float)
-        assert float(value) == pytest.approx(row @ inverse @ row, rel=1e-12)
-    assert squared_reaches([[F(1), F(2)], [F(2), F(1)]], []) is None
-    assert squared_reaches([[F(1), F(0)], [F(1), F(1)]], []) is None
+    P = Matrix.of([[F(4), F(1), F(0)], [F(1), F(3), F(1, 2)], [F(0), F(1, 2), F(2)]])
+    inverse = np.linalg.inv(np.array(P.rows, dtype=float) / P.below)
+    found = squared_reaches(P, (0, 2))
+    assert np.allclose([float(value) for value in found], [inverse[0, 0], inverse[2, 2]], 1e-12)

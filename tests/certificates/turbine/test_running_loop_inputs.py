@@ -13,18 +13,17 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.running_loop.equations import FACTORS
 from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     Sides,
     other_than_the_controller,
 )
-from takagi.certificates.checker.turbine.running_loop.quadratic_forms import is_surely_definite
-from takagi.certificates.checker.turbine.running_loop.running_claim import (
-    StatedCell,
-    check_running_loop,
-)
-from takagi.certificates.checker.words.sentences.running_loop import measured
+from takagi.certificates.checker.turbine.running_loop.quadratic_forms import rounded_form
+from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
+from takagi.certificates.checker.words.running_loop import measured
+from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
@@ -172,11 +171,10 @@ def said(document: Data) -> str:
     """Return the verdict of the one cell, or why it is refused, with the claim's words."""
     data = read(document)
     try:
-        found = check_running_loop(data["claims"][0], data, "claim")
+        found = in_words(replay(data["claims"][0], data, None, [], "claim"))
     except CertificateError as error:
         return str(error)
-    failures = found.given.get("failures", [])
-    return found.verdict.name + "".join(f": {reason}" for _, reason in failures)
+    return f"{found.verdict.name}: {found.text.rpartition(' m/s: ')[2]}"
 
 
 def factor_without_multiplier(document: Data) -> None:
@@ -270,4 +268,5 @@ def test_rounding_takes_its_share_from_the_diagonal_alone() -> None:
     for away, definite in ((3, True), (2, False)):
         for sign in (-1, 1):
             other = sign * (big - away)
-            assert is_surely_definite([[big, other], [other, big]]) is definite
+            form = rounded_form([[big, other], [other, big]])
+            assert form.is_positive_definite is definite

@@ -11,14 +11,14 @@ import pytest
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.arithmetic.interval import Interval, point
+from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, factors
 from takagi.certificates.checker.turbine.running_loop.equations import rows
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
-from takagi.certificates.checker.turbine.running_loop.limits import command_rates, limit_failure
-from takagi.certificates.checker.turbine.running_loop.quadratic_forms import squared_reaches
-from takagi.certificates.checker.turbine.running_loop.running_claim import _box_failure
+from takagi.certificates.checker.turbine.running_loop.limits import command_rates, limits
+from takagi.certificates.checker.turbine.running_loop.running_claim import inside_box
 from tests.certificates.recorded.answers import recorded
 
 F = Fraction
@@ -81,7 +81,7 @@ def at(cell: Cell, **parts: Any) -> str:
         owner, _, name = place.partition("__")
         setattr(cell, owner, replace(getattr(cell, owner), **{name: value}))
     try:
-        return limit_failure(cell)
+        return first_failure(limits(cell))
     finally:
         for name, value in kept.items():
             setattr(cell, name, value)
@@ -93,7 +93,7 @@ def test_each_limit_counts_from_its_own_threshold(k: int) -> None:
     cell = cell_of(k)
     law, sides, rho = cell.law, cell.sides, cell.schedule_rate
     _ = cell.pitches, cell.share, cell.shed, cell.lead  # of the honest numbers, once for all
-    assert limit_failure(cell) == ""
+    assert first_failure(limits(cell)) == ""
     torque, pitch = command_rates(cell)
     taken = max(min(abs(law.inertia[j]) * rho, law.inertia_limit[j]) for j in cell.near)
     rated = law.effort_torque * (psi(-cell.efforts[0], law.overlap) + taken)
@@ -173,13 +173,13 @@ def test_the_estimate_stays_off_its_limits() -> None:
         return built(machine=replace(cell.machine, wind_limits=(least, most)))
 
     assert held(low - HAIR, high + HAIR) == ""
-    for limits in (
+    for ends in (
         (low, high + 1),
         (low - 1, high),
         (low + HAIR, high + 1),
         (low - 1, high - HAIR),
     ):
-        assert held(*limits) == "the wind estimate may reach its limit"
+        assert held(*ends) == "the wind estimate may reach its limit"
 
 
 def test_the_schedule_stays_above_zero() -> None:
@@ -283,7 +283,7 @@ def boxed(cell: Cell, **sides: Fraction) -> str:
     span = factors(cell)
     cell.sides = Sides(**whole)
     unit = [[F(int(i == j)) for j in range(10)] for i in range(10)]
-    return _box_failure(cell, span, unit)
+    return first_failure(inside_box(cell, span, unit))
 
 
 @pytest.mark.parametrize("name", ["speed", "measured", "pitch", "schedule", "estimate", "integral"])
@@ -326,7 +326,10 @@ def test_a_shape_that_is_not_definite_has_no_set() -> None:
     cell = cell_of(3)
     unit = [[F(int(i == j)) for j in range(10)] for i in range(10)]
     unit[9][9] = F(0)
-    assert _box_failure(cell, factors(cell), unit) == "P is not symmetric positive definite"
+    assert (
+        first_failure(inside_box(cell, factors(cell), unit))
+        == "P is not symmetric positive definite"
+    )
 
 
 @pytest.mark.parametrize(
@@ -355,7 +358,11 @@ def test_the_observed_stiffness_is_that_of_the_larger_error() -> None:
         assert found[0] < least[0] or least[1] < found[1]
 
 
-def test_a_shape_with_two_triangles_has_no_reach() -> None:
-    """Definite by the lower triangle alone, and by the upper one."""
-    for P in ([[F(2), F(0)], [F(1), F(2)]], [[F(2), F(1)], [F(0), F(2)]]):
-        assert squared_reaches(P, [[F(1), F(0)]]) is None
+def test_a_shape_with_two_triangles_has_no_set() -> None:
+    """Definite by the lower triangle alone, or by the upper one."""
+    cell = cell_of(3)
+    for i, j in ((0, 1), (1, 0)):
+        unit = [[F(int(i == j)) for j in range(10)] for i in range(10)]
+        unit[i][j] = F(1)
+        failure = first_failure(inside_box(cell, factors(cell), unit))
+        assert failure == "P is not symmetric positive definite"

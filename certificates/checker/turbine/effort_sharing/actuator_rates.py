@@ -26,19 +26,36 @@ Not promised: the rate of the pitch *asked for*, which moves with v_s''; anythin
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise, product
-from typing import Any
+from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
-from takagi.certificates.checker.kernel.reader import listed, matrix, member, number
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.obligation import (
+    Obligations,
+    never,
+    nonnegative,
+    positive,
+)
+from takagi.certificates.checker.kernel.reader import listed, member, number
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
-from takagi.certificates.checker.turbine.effort_sharing.corners import Stated, bounds_row
+from takagi.certificates.checker.kernel.result import Outcome
+from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.checker.turbine.effort_sharing.loop_claim import IN_WIND_CLASS
 from takagi.certificates.checker.turbine.effort_sharing.prerequisite import prerequisite_claim
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import read_ranges
+from takagi.certificates.checker.turbine.members import Members, plain
+from takagi.certificates.checker.turbine.turbine_claim import TurbineClaim, row_bound
+from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
+
+NAME = "actuator rates of the effort-sharing loop"
 
 
 class CellRates:
@@ -103,62 +120,166 @@ def largest_bends(wind_rate: Any, law: Law, wind_filter: Fraction, where: str) -
     return [max(one.bend(*ends, wind_filter) for one in ranges) for ends in pairwise(law.wind)]
 
 
-def check_actuator_rates(claim: Any, data: Any, found: list[Outcome], where: str) -> Found:
-    """Return the verdict on one claim; ``found`` are the verdicts on the claims before it.
+@dataclass(frozen=True)
+class ActuatorRates(TurbineClaim):
+    """Bounds of the pitch and torque rates; see the module.
 
-    Raises
-    ------
-    CertificateError : a part is missing or malformed.
+    ``loop``, ``wind_rate`` : the claims that this one names, the second one or None.
     """
-    loop, unproved = prerequisite_claim(claim, data, found, where, "loop", "coherent-loop")
-    if unproved:
-        return Found(Verdict.UNDECIDED, "actuator_rates", {"unproved": unproved})
-    place = f"claims[{claim['loop']}]"
-    subject = Subject.read(loop, data["model"], data.get("gains"), place)
-    bounds, law = cell_rates(subject, loop, place), subject.law
-    cells = listed(claim, "cells", where, len(bounds), len(bounds))
-    P = matrix(loop, "P", place)
-    step = number(claim, "torque_step", where)
-    failures = []
-    for k, (cell, bound) in enumerate(zip(cells, bounds, strict=True)):
-        if reason := _failure(cell, bound, P, f"{where}.cells[{k}]"):
-            failures.append((law.wind[k : k + 2], reason))
-    rates = [number(cell, "wind_rate", place) for cell in loop["cells"]]
-    if torque_step(law, rates) > step:
-        why = "torque may step by more than is stated where v_s passes a node"
-        failures.append(([], why))
-    kept = None
-    if "wind_rate" in claim:
-        rate, unproved = prerequisite_claim(claim, data, found, where, "wind_rate", "wind-rate")
-        if unproved:
-            return Found(Verdict.UNDECIDED, "actuator_rates", {"unproved": unproved})
-        if rate["loop"] != claim["loop"]:
-            raise CertificateError(f"{where}.wind_rate: it is about another loop")
-        filter_ = number(data["gains"], "wind_filter", "gains")
-        bends = largest_bends(rate, law, filter_, f"claims[{claim['wind_rate']}]")
-        fed = {k: bend for k, bend in enumerate(bends) if bounds[k].fed > 0}
-        for k, bend in fed.items():
-            if bend > number(cells[k], "schedule_bend", where):
-                why = "the schedule wind's rate may change faster than is stated"
-                failures.append((law.wind[k : k + 2], why))
-        kept = max(fed.values(), default=None)
-    if failures:
-        return Found(Verdict.UNDECIDED, "actuator_rates", {"failures": failures})
-    proved = {"cells": cells, "data": data, "law": law, "step": step, "where": where, "kept": kept}
-    fed_cells = [bound.fed > 0 for bound in bounds]
-    return Found(Verdict.PROVED, "actuator_rates", proved | {"fed": fed_cells})
+
+    loop: Any
+    wind_rate: Any
+    unproved: str
+
+    assumes: ClassVar[tuple[str, ...]] = IN_WIND_CLASS
+    members: ClassVar[dict[str, Members | None]] = {
+        **plain("loop wind_rate torque_step"),
+        "cells": plain("pitch_rate signal_rate torque_rate schedule_bend"),
+    }
+
+    @classmethod
+    def read(cls, claim: Any, data: Any, earlier: Sequence[Outcome], where: str) -> Self:
+        """Return the claim; ``earlier`` are the verdicts on the claims before it.
+
+        Raises
+        ------
+        CertificateError : a part is missing or malformed.
+        """
+        loop, unproved = prerequisite_claim(claim, data, earlier, where, "loop", "coherent-loop")
+        rate = None
+        if not unproved and "wind_rate" in claim:
+            rate, unproved = prerequisite_claim(
+                claim, data, earlier, where, "wind_rate", "wind-rate"
+            )
+            if not unproved and rate["loop"] != claim["loop"]:
+                raise CertificateError(f"{where}.wind_rate: it is about another loop")
+        return cls(claim, data, where, NAME, loop, rate, unproved)
+
+    @cached_property
+    def subject(self) -> Subject:
+        """Plant and law, as the loop's claim states them."""
+        return Subject.read(self.loop, self.data["model"], self.data.get("gains"), self._place)
+
+    @cached_property
+    def bounds(self) -> list[CellRates]:
+        """The bounds that each cell of the loop's claim gives."""
+        return cell_rates(self.subject, self.loop, self._place)
+
+    @property
+    def cells(self) -> list[Any]:
+        """The cells of the claim, one for each of the loop's."""
+        return listed(self.claim, "cells", self.where, len(self.bounds), len(self.bounds))
+
+    @cached_property
+    def bends(self) -> dict[int, Fraction]:
+        """The largest |v_s''| in the winds of the claim ``wind-rate``, by cell that is fed v_s'."""
+        if self.wind_rate is None:
+            return {}
+        wind_filter = number(self.data["gains"], "wind_filter", "gains")
+        place = f"claims[{self.claim['wind_rate']}]"
+        bends = largest_bends(self.wind_rate, self.subject.law, wind_filter, place)
+        return {k: bend for k, bend in enumerate(bends) if self.bounds[k].fed > 0}
+
+    @property
+    def _place(self) -> str:
+        return f"claims[{self.claim['loop']}]"
+
+    def premises(self) -> Obligations:
+        if self.unproved:
+            yield never(self.unproved)
+
+    def parts(self) -> Iterator[tuple[str, Obligations]]:
+        wind, cells, where = self.subject.law.wind, self.cells, self.where
+        P = read_matrix(self.loop, "P", self._place)
+        for k, (cell, bound) in enumerate(zip(cells, self.bounds, strict=True)):
+            required = _bounded(cell, bound, P, f"{where}.cells[{k}]")
+            yield f"wind {_span(*wind[k : k + 2])} m/s: ", required
+        rates = [number(cell, "wind_rate", self._place) for cell in self.loop["cells"]]
+        step = number(self.claim, "torque_step", where) - torque_step(self.subject.law, rates)
+        failure = "torque may step by more than is stated where v_s passes a node"
+        yield "", iter((nonnegative(step, failure),))
+        failure = "the schedule wind's rate may change faster than is stated"
+        for k, bend in self.bends.items():
+            spare = number(cells[k], "schedule_bend", where) - bend
+            place = f"wind {_span(*wind[k : k + 2])} m/s: "
+            yield place, iter((nonnegative(spare, failure),))
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        step = number(self.claim, "torque_step", self.where)
+        yield Figure("torque step", "N m", step, larger=False)
+        for name, unit in (("pitch_rate", "rad/s"), ("torque_rate", "N m/s")):
+            largest = max(number(cell, name, self.where) for cell in self.cells)
+            yield Figure(f"largest {name.replace('_', ' ')}", unit, largest, larger=False)
+
+    def sentence(self) -> str:
+        cells, where, names = self.cells, self.where, ("pitch", "torque")
+        pitch, torque = ([number(c, f"{name}_rate", where) for c in cells] for name in names)
+        most, of_torque = (
+            number(self.data["model"], f"{name}_rate_limit", "model") for name in names
+        )
+        within = [k for k, rate in enumerate(torque) if rate <= of_torque]
+        # A limit is rounded down; a value stated to be below it is compared after rounding.
+        limit = at_least(most, 6)
+        below = sum(rate < Fraction(limit) for rate in pitch)
+        beyond = "".join(
+            f", NOT for {_span(*ends)} m/s" for ends in _beyond(within, self.subject.law.wind)
+        )
+        step = number(self.claim, "torque_step", where)
+        return (
+            "on the proved set and in its wind class, under what the claim about these assumes, of "
+            f"{len(cells)} wind cells: pitch moves at most "
+            f"at {at_most(max(pitch), 6)} rad/s, and in {below} stays below the drive's limit of "
+            f"{limit} rad/s; the torque asked for moves, between the law's wind nodes, at most at "
+            f"{at_most(max(torque), 4)} N m/s{self._fed_words(cells)}, and in {len(within)} within "
+            f"the turbine's limit of {exactly(of_torque)} N m/s{beyond}; it steps by "
+            f"at most {at_most(step, 4)} N m where the schedule wind passes a node"
+        )
+
+    def _fed_words(self, cells: Sequence[Any]) -> str:
+        """Return the clause on the cells whose torque is fed v_s'; empty if there are none."""
+        fed = [cell for cell, bound in zip(cells, self.bounds, strict=True) if bound.fed > 0]
+        if not fed:
+            return ""
+        held, bends = "NOT for every wind of the wind class", self.bends
+        if bends:
+            held = (
+                "as in every wind of the claim on the wind's rate, which keeps it at most "
+                f"{at_most(max(bends.values()), 3)} m/s^3"
+            )
+        least = min(number(cell, "schedule_bend", self.where) for cell in fed)
+        return (
+            f" (where it is fed the schedule wind's rate, in {len(fed)} of them, while |v_s''| "
+            f"is at most {at_least(least, 3)} m/s^3, {held})"
+        )
 
 
-def _failure(cell: Any, bound: CellRates, P: list[list[Fraction]], where: str) -> str:
-    """Return the first property of one cell that is not proved, or nothing."""
+def _bounded(cell: Any, bound: CellRates, P: Matrix, where: str) -> Obligations:
+    """Yield that the stated rates of one cell are bounds."""
     names = ("pitch_rate", "signal_rate", "schedule_bend", "torque_rate")
     pitch, B, bend, torque = (number(cell, name, where) for name in names)
-    if min(pitch, B, bend) < 0:
-        return "a negative bound"
-    if bound.pitch > pitch:
-        return "pitch may move faster than is stated"
-    if not all(bounds_row(P, h, B) for h in bound.corners):
-        return "the speed signal may move faster than is stated"
-    if bound.torque_rate(B, bend) > torque:
-        return "the torque asked for may move faster than is stated"
-    return ""
+    yield nonnegative(min(pitch, B, bend), "a negative bound")
+    yield nonnegative(pitch - bound.pitch, "pitch may move faster than is stated")
+    for h in bound.corners:
+        yield positive(
+            row_bound(P, Matrix.of([h]), B), "the speed signal may move faster than is stated"
+        )
+    failure = "the torque asked for may move faster than is stated"
+    yield nonnegative(torque - bound.torque_rate(B, bend), failure)
+
+
+def _beyond(within: list[int], wind: list[Fraction]) -> list[list[Fraction]]:
+    """Return the winds of the other cells, with adjacent cells joined."""
+    found: list[list[Fraction]] = []
+    for k, (low, high) in enumerate(pairwise(wind)):
+        if k in within:
+            continue
+        if found and found[-1][1] == low:
+            found[-1][1] = high
+        else:
+            found.append([low, high])
+    return found
+
+
+def _span(low: Fraction, high: Fraction) -> str:
+    """Return a range of winds that is not narrower than the exact one."""
+    return f"{at_least(low, 6)} to {at_most(high, 6)}"

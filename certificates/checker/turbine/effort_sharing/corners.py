@@ -1,4 +1,4 @@
-"""The matrix inequalities of one wind cell, decided over integers.
+"""The matrix inequalities of one wind cell, over integers.
 
 Stated coefficients have seven decimals: they are integers over 10^7, corner matrices over 10^14.
 """
@@ -10,7 +10,8 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from takagi.certificates.checker.kernel import definite
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, positive
 from takagi.certificates.checker.kernel.reader import number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
@@ -47,12 +48,6 @@ class Stated:
         return size["inertia_gain"] * (size["residual"] + size["wind_gain"] * size["wind_error"])
 
 
-def bounds_row(P: list[list[Fraction]], h: tuple[Fraction | int, ...], peak: Fraction) -> bool:
-    """Return whether |h xi| < peak wherever xi'P xi <= 1, for P > 0: peak^2 P > h'h."""
-    inside = [[peak**2 * P[i][j] - h[i] * h[j] for j in range(3)] for i in range(3)]
-    return definite.is_positive_definite(inside)
-
-
 class Corners:
     """The matrices of one cell: every corner of the ranges, in integers.
 
@@ -79,40 +74,34 @@ class Corners:
         turning, lag = _up(sizes["effectiveness_slope"] * rate), self.ends[4]
         self.moving_ends = [*self.ends[:4], sorted({lag[0] - turning, lag[-1] + turning})]
 
-    def failure(self, P: list[list[Fraction]]) -> str:
-        """Return the inequality that fails for P > 0, or nothing."""
-        if not self._equilibrium_inside(P):
-            return "the equilibrium is not inside the set"
-        whole = definite.to_integers(P)
-        scale = int(whole[0][0] / P[0][0])
-        if not self._decays(whole, self.rho):
-            return "the decay inequality fails at a corner"
+    def obligations(self, P: Matrix) -> Obligations:
+        """Yield the inequalities of the cell, for P > 0."""
+        # Where v is constant the rest has e = zeta = 0 and |x| <= kappa r / Gamma.
+        low_gain, outside = self.ends[1][0], "the equilibrium is not inside the set"
+        yield positive(low_gain, outside)
+        yield positive(low_gain**2 - P[2, 2] * self.residual**2, outside)
+        whole, scale = P.rows, P.below
+        yield from self._decay(whole, self.rho, "the decay inequality fails at a corner")
         for corner in product(*self.moving_ends):
             base = _shifted(_matrix(corner, self.nu), whole, self.alpha)
             # d and -d give congruent matrices, so of the four sign pairs of w_e and w_zeta two
             # suffice.
             for sign in (1, -1) if self.z else (1,):
                 d = (self.w * UNIT, corner[3] * self.w + sign * self.z * UNIT)
-                Pd = [row[0] * d[0] + row[1] * d[1] for row in whole]
-                border = [-Pd[0], -Pd[1], -Pd[2], self.alpha * UNIT * scale]
-                if not definite.positive_definite_integers([*base, border]):
-                    return "the invariance inequality fails at a corner"
-        return ""
+                border = [-(row[0] * d[0] + row[1] * d[1]) for row in whole]
+                rows = [[*row, edge] for row, edge in zip(base, border, strict=True)]
+                matrix = Matrix([*rows, [*border, self.alpha * UNIT * scale]])
+                yield positive(matrix, "the invariance inequality fails at a corner")
 
-    def settles(self, R: list[list[Fraction]], decay: Fraction) -> bool:
-        """Return whether -(A'R + RA + 2 decay R) > 0 at every corner, for R > 0."""
-        return self._decays(definite.to_integers(R), _scaled(decay, "settling.decay_rate"))
+    def settling(self, R: Matrix, decay: Fraction) -> Obligations:
+        """Yield -(A'R + RA + 2 decay R) > 0 at every corner, for R > 0."""
+        rate = _scaled(decay, "settling.decay_rate")
+        failure = "the common decay inequality fails at a corner"
+        return self._decay(R.rows, rate, failure)
 
-    def _decays(self, P: Integers, rho: int) -> bool:
-        return all(
-            definite.positive_definite_integers(_shifted(_matrix(corner, self.nu), P, 2 * rho))
-            for corner in product(*self.ends)
-        )
-
-    def _equilibrium_inside(self, P: list[list[Fraction]]) -> bool:
-        """Return whether V < 1 where v is constant: e = zeta = 0 and |x| <= kappa r / Gamma."""
-        low_gain = self.ends[1][0]
-        return low_gain > 0 and P[2][2] * self.residual**2 < low_gain**2
+    def _decay(self, P: Integers, rho: int, failure: str) -> Obligations:
+        for corner in product(*self.ends):
+            yield positive(Matrix(_shifted(_matrix(corner, self.nu), P, 2 * rho)), failure)
 
 
 def _matrix(corner: tuple[int, ...], nu: int) -> tuple[tuple[int, ...], ...]:

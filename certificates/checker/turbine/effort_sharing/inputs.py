@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.spline import Spline
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import (
     matrix,
     member,
@@ -18,11 +19,17 @@ from takagi.certificates.checker.kernel.reader import (
     text,
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.turbine.members import plain
 
 MOST_WINDS = 2000
 NAME = "coherent"  # of the effort-sharing law in a file
 # Numbers that differ by a larger share of their size are two floats.
 FINEST = Fraction(1, 2**50)
+MEMBERS = plain(
+    "name wind rotor_speed trim_effort effectiveness effectiveness_limit overlap proportional "
+    "integral_rate inertia_feedforward feedforward_limit pitch_lead rated_torque effort_torque "
+    "pitch_min pitch_max wind_filter integral_limit"
+)
 
 
 def increasing_in_floats(values: Sequence[Fraction], where: str) -> None:
@@ -207,16 +214,16 @@ class Uncertainty:
 class Settling:
     """A second quadratic function, with its proved decay rate at every wind."""
 
-    P: list[list[Fraction]]
+    P: Matrix
     decay_rate: Fraction
 
     @classmethod
     def read(cls, claim: Any, where: str) -> Settling:
         """Return it; refuses another size than 3 by 3 and a negative rate."""
         stated, place = member(claim, "settling", where), f"{where}.settling"
-        P, rate = matrix(stated, "P", place), number(stated, "decay_rate", place)
-        if len(P) != 3 or len(P[0]) != 3 or rate < 0:
-            raise CertificateError(f"{place}: P of 3 rows of 3 numbers, and a rate >= 0")
+        P, rate = read_matrix(stated, "P", place, (3, 3)), number(stated, "decay_rate", place)
+        if rate < 0:
+            raise CertificateError(f"{place}.decay_rate: a rate >= 0 is needed")
         return cls(P, rate)
 
 

@@ -11,6 +11,8 @@ from itertools import pairwise
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose, hull, point
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
+from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
@@ -28,31 +30,35 @@ class Loop(Moving):
         owed = max(psi(self.low, eps) - lag, Fraction(0))
         self.reached = self.pitch(enclose(owed, psi(self.high, eps) + lag))
 
-    def range_failure(self, stated: dict[str, list[Fraction]]) -> str:
-        """Return the name of a coefficient that leaves its stated range, or nothing."""
-        return next((name for name, found in self.ranges() if not found.within(*stated[name])), "")
+    def enclosed(self, stated: Stated) -> Obligations:
+        """Yield that each coefficient lies in its stated range, or is at most its stated size.
 
-    def size_failure(self, stated: dict[str, Fraction]) -> str:
-        """Return the name of a coefficient that exceeds its stated size, or nothing."""
-        return next((name for name, size in self.sizes() if size > stated[name]), "")
+        Raises
+        ------
+        Refused : an enclosure that is refused.
+        """
+        for name, found in self.ranges():
+            (low, high), failure = stated.ranges[name], f"the loop's {name} leaves the stated range"
+            yield nonnegative(Fraction(found.low, ONE) - low, failure)
+            yield nonnegative(high - Fraction(found.high, ONE), failure)
+        for name, size in self.sizes():
+            failure = f"the loop's {name} exceeds the stated bound"
+            yield nonnegative(stated.sizes[name] - size, failure)
 
-    def limits_failure(self) -> str:
-        """Return why commands in the set may exceed the actuator limits, or nothing."""
-        if self.least_torque() < 0:
-            return "negative torque may be demanded"
-        most = self.law.pitch_max
-        if self.reached.high > most * ONE or self.largest_pitch() > most:
-            return "pitch beyond its limit may be demanded"
-        if self.lag_rates() is None:
-            return "the pitch lead exceeds the pitch rate limit"
-        return ""
+    def limits(self) -> Obligations:
+        """Yield that commands in the set do not exceed the actuator limits."""
+        most, beyond = self.law.pitch_max, "pitch beyond its limit may be demanded"
+        yield nonnegative(self.least_torque(), "negative torque may be demanded")
+        yield nonnegative(most - Fraction(self.reached.high, ONE), beyond)
+        yield nonnegative(most - self.largest_pitch(), beyond)
+        yield positive(self.drive_room(), "the pitch lead exceeds the pitch rate limit")
 
     def ranges(self) -> Iterator[tuple[str, Interval]]:
         """Yield the coefficients that enter with their sign."""
         (least, most), eps = self.ends(self.law.gamma), self.law.overlap
         low, high = share(self.low, eps) * least, share(self.high, eps) * most
         yield "share_gain", enclose(low, high)
-        # A lead beyond the rate limit is refused by limits_failure; here no secant exists then.
+        # A lead beyond the rate limit fails in ``limits``; here no secant exists then.
         yield "lag_rate", enclose(*self.lag_rates() or (-1 / self.plant.lag, 1 / self.plant.lag))
         kappa, power = enclose(*self.uncertainty.kappa), enclose(*self.uncertainty.power)
         ratio = self._tip_speed(self.box.speed_error, Fraction(0))

@@ -1,4 +1,4 @@
-r"""Replays a claim about the effort-sharing loop: embedding, LMIs, bounds, consequences.
+r"""``coherent-loop``: the effort-sharing loop stays in a set at moving winds, and settles.
 
 State (e, zeta, x): speed error, the effort by which pitch lags, the law's integral.  For schedule
 winds v_s in a cell, |v - v_s| <= wind_error and |v_s'| <= wind_rate, the loop's matrix and
@@ -31,96 +31,161 @@ claimed, equal to the surface in the trim); a torque that lags its command; samp
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from functools import cached_property
+from typing import Any, ClassVar, Self
 
-from takagi.certificates.checker.kernel.definite import is_positive_definite
-from takagi.certificates.checker.kernel.reader import listed, matrix, member, number
-from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Found, Verdict
-from takagi.certificates.checker.turbine.effort_sharing.corners import Corners, Stated, bounds_row
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
+from takagi.certificates.checker.kernel.reader import listed, member, number
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Outcome
+from takagi.certificates.checker.turbine.effort_sharing.corners import Corners, Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Settling, Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.checker.turbine.members import Members, plain
+from takagi.certificates.checker.turbine.turbine_claim import (
+    DRIVES,
+    PROGRAM,
+    RIGID,
+    TurbineClaim,
+    profile,
+    row_bound,
+)
+from takagi.certificates.checker.words.effort_sharing import loop_name, loop_sentence
+from takagi.certificates.checker.words.rounded import range_within
 
-Rows = list[list[Fraction]]
-# The wind cell, or None for all, and what is not proved.
-Failure = tuple[int | None, str]
-
-
-def check_effort_sharing(claim: Any, model: Any, gains: Any, where: str) -> Found:
-    """Return the verdict on one claim of kind ``coherent-loop``, with what fails and where.
-
-    Raises
-    ------
-    CertificateError : a part is missing or is not what it has to be.
-    """
-    subject = Subject.read(claim, model, gains, where)
-    law = subject.law
-    P = matrix(claim, "P", where)
-    if len(P) != 3 or len(P[0]) != 3:
-        raise CertificateError(f"{where}.P: 3 rows of 3 numbers are needed")
-    count = len(law.wind) - 1
-    cells = listed(claim, "cells", where, count, count)
-    said = {"claim": claim, "law": law, "uncertainty": subject.uncertainty}
-    if not is_positive_definite(P):
-        why = "P is not symmetric positive definite"
-        return Found(Verdict.UNDECIDED, "effort_sharing", said | {"why": why})
-    failures: list[Failure] = [(None, why) for why in _set_failures(P, claim, subject, where)]
-    settling = Settling.read(claim, where)
-    if not is_positive_definite(settling.P):
-        failures.append((None, "the matrix of the common decay rate is not positive definite"))
-    for k, cell in enumerate(cells):
-        stated = Stated.read(cell, f"{where}.cells[{k}]")
-        if reason := _cell_failure(subject, k, stated, P, settling):
-            failures.append((k, reason))
-    if failures:
-        return Found(Verdict.UNDECIDED, "effort_sharing", said | {"failures": failures})
-    proved = {"plant": subject.plant, "settling": settling, "where": where}
-    return Found(Verdict.PROVED, "effort_sharing", said | proved)
+IN_WIND_CLASS = (
+    "start with V <= 1 and pitch at or above its lower limit",
+    *DRIVES,
+    *RIGID,
+    *PROGRAM,
+    "wind estimate from outside, within the stated class",
+)
 
 
-def _set_failures(P: Rows, claim: Any, subject: Subject, where: str) -> Iterator[str]:
-    """Check that the stated peaks bound h xi on {V <= 1}, and that they lie inside the box."""
-    peaks = member(claim, "peaks", where)
-    for name, limit, h in (
-        ("speed_error", subject.box.speed_error, (1, 0, 0)),
-        ("effort_lag", subject.box.effort_lag, (0, 1, 0)),
-        ("speed_signal", subject.box.speed_signal, (1, 0, -1)),
-        ("integral", subject.law.integral_limit, (0, 0, 1)),
-    ):
-        peak = number(peaks, name, f"{where}.peaks")
-        if not 0 < peak <= limit or not bounds_row(P, h, peak):
-            yield f"the set is not inside its stated bound on {name}"
+@dataclass(frozen=True)
+class EffortSharingLoop(TurbineClaim):
+    """The loop stays in {V <= 1} and settles; see the module."""
 
+    subject: Subject
+    P: Matrix
+    cells: list[Any]
 
-def _cell_failure(subject: Subject, k: int, stated: Stated, P: Rows, settling: Settling) -> str:
-    """Return what is not proved about one cell, or nothing."""
-    law, sizes = subject.law, stated.sizes
-    if stated.ranges["wind"] != law.wind[k : k + 2]:
-        raise CertificateError(f"{stated.where}.wind: must be the law's interval {k}")
-    if sizes["integral_rate"] != law.nu[k]:
-        raise CertificateError(f"{stated.where}.integral_rate: differs from the law's")
-    if stated.ranges["effectiveness_limit"] != sorted(law.limit[k : k + 2]):
-        raise CertificateError(f"{stated.where}.effectiveness_limit: differs from the gains'")
-    if sizes["wind_rate"] < 0:
-        return "a negative wind rate"
-    loop = Loop(subject, k, sizes["wind_rate"])
-    try:
-        if wrong := loop.range_failure(stated.ranges):
-            return f"the loop's {wrong} leaves the stated range"
-        if wrong := loop.size_failure(sizes):
-            return f"the loop's {wrong} exceeds the stated bound"
-    except Refused as reason:
-        return str(reason)
-    if limit := loop.limits_failure():
-        return limit
-    if not 0 <= sizes["wind_error"] <= subject.box.wind_share * law.wind[k]:
-        return "the wind class is outside the enclosed one"
-    if sizes["multiplier"] <= 0 or sizes["decay_rate"] < 0:
-        return "multiplier or decay rate has the wrong sign"
-    corners = Corners(stated)
-    if wrong := corners.failure(P):
-        return wrong
-    fails = "the common decay inequality fails at a corner"
-    return "" if corners.settles(settling.P, settling.decay_rate) else fails
+    assumes: ClassVar[tuple[str, ...]] = IN_WIND_CLASS
+    # ``state`` is words for the reader of the file.
+    members: ClassVar[dict[str, Members | None]] = {
+        **plain("state P"),
+        "uncertainty": plain("inertia frozen_wake power_coefficient"),
+        "box": plain("speed_error effort_lag speed_signal wind_share"),
+        "peaks": plain("speed_error effort_lag speed_signal integral"),
+        "settling": plain("P decay_rate"),
+        "cells": plain(
+            "wind effectiveness_limit stiffness loop_gain lag_gain share_gain lag_rate residual "
+            "wind_gain inertia_gain effectiveness_slope reference_slope lag_disturbance "
+            "integral_rate wind_error wind_rate multiplier decay_rate"
+        ),
+    }
+
+    @classmethod
+    def read(cls, claim: Any, data: Any, earlier: Sequence[Outcome], where: str) -> Self:
+        """Return the claim.
+
+        Raises
+        ------
+        CertificateError : a part is missing or is not what it has to be.
+        """
+        subject = Subject.read(claim, data["model"], data.get("gains"), where)
+        P = read_matrix(claim, "P", where, (3, 3))
+        count = len(subject.law.wind) - 1
+        cells = listed(claim, "cells", where, count, count)
+        name = loop_name(subject.law, subject.uncertainty)
+        return cls(claim, data, where, name, subject, P, cells)
+
+    @cached_property
+    def settling(self) -> Settling:
+        """The quadratic function of the decay rate that all winds share."""
+        return Settling.read(self.claim, self.where)
+
+    def premises(self) -> Obligations:
+        yield positive(self.P, "P is not symmetric positive definite")
+
+    def parts(self) -> Iterator[tuple[str, Obligations]]:
+        box, law = self.subject.box, self.subject.law
+        yield "", self._peak("speed_error", box.speed_error, (1, 0, 0))
+        yield "", self._peak("effort_lag", box.effort_lag, (0, 1, 0))
+        yield "", self._peak("speed_signal", box.speed_signal, (1, 0, -1))
+        yield "", self._peak("integral", law.integral_limit, (0, 0, 1))
+        failure = "the matrix of the common decay rate is not positive definite"
+        yield "", iter((positive(self.settling.P, failure),))
+        for k, cell in enumerate(self.cells):
+            stated = Stated.read(cell, f"{self.where}.cells[{k}]")
+            yield f"wind {range_within(*law.wind[k : k + 2])} m/s: ", self._cell(k, stated)
+
+    def not_proved(self) -> str:
+        return f"not proved, of {len(self.cells)} wind cells: "
+
+    @property
+    def peak(self) -> Fraction:
+        """The bound of the speed error on the set [rad/s]."""
+        where = self.where
+        return number(member(self.claim, "peaks", where), "speed_error", f"{where}.peaks")
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        plant, law, uncertainty = self.subject.plant, self.subject.law, self.subject.uncertainty
+        yield Figure("common decay rate", "1/s", self.settling.decay_rate)
+        yield profile("wind error", "m/s", self.cells, "wind_error")
+        yield profile("wind rate", "m/s^2", self.cells, "wind_rate")
+        yield profile("decay rate", "1/s", self.cells, "decay_rate")
+        overspeed = (max(law.speed) + self.peak) / plant.rated_speed - 1
+        yield Figure("overspeed", "-", overspeed, larger=False)
+        low, high = uncertainty.inertia
+        yield Figure("inertia, lower end", "of nominal", low, larger=False)
+        yield Figure("inertia, upper end", "of nominal", high)
+        yield Figure("frozen wake included", "", Fraction(uncertainty.frozen_wake))
+
+    def sentence(self) -> str:
+        subject, where = self.subject, self.where
+        cells = [Stated.read(cell, where).sizes for cell in self.cells]
+        return loop_sentence(
+            subject.plant,
+            subject.law,
+            subject.uncertainty,
+            cells,
+            self.peak,
+            self.settling.decay_rate,
+        )
+
+    def _peak(self, name: str, limit: Fraction, h: tuple[int, ...]) -> Obligations:
+        """Yield that the stated peak bounds h xi on {V <= 1}, and lies inside the box."""
+        peaks = member(self.claim, "peaks", self.where)
+        peak = number(peaks, name, f"{self.where}.peaks")
+        failure = f"the set is not inside its stated bound on {name}"
+        yield positive(peak, failure)
+        yield nonnegative(limit - peak, failure)
+        yield positive(row_bound(self.P, Matrix([list(h)]), peak), failure)
+
+    def _cell(self, k: int, stated: Stated) -> Obligations:
+        law, sizes = self.subject.law, stated.sizes
+        if stated.ranges["wind"] != law.wind[k : k + 2]:
+            raise CertificateError(f"{stated.where}.wind: must be the law's interval {k}")
+        if sizes["integral_rate"] != law.nu[k]:
+            raise CertificateError(f"{stated.where}.integral_rate: differs from the law's")
+        if stated.ranges["effectiveness_limit"] != sorted(law.limit[k : k + 2]):
+            raise CertificateError(f"{stated.where}.effectiveness_limit: differs from the gains'")
+        yield nonnegative(sizes["wind_rate"], "a negative wind rate")
+        loop = Loop(self.subject, k, sizes["wind_rate"])
+        yield from loop.enclosed(stated)
+        yield from loop.limits()
+        error, failure = sizes["wind_error"], "the wind class is outside the enclosed one"
+        yield nonnegative(error, failure)
+        yield nonnegative(self.subject.box.wind_share * law.wind[k] - error, failure)
+        failure = "multiplier or decay rate has the wrong sign"
+        yield positive(sizes["multiplier"], failure)
+        yield nonnegative(sizes["decay_rate"], failure)
+        corners = Corners(stated)
+        yield from corners.obligations(self.P)
+        yield from corners.settling(self.settling.P, self.settling.decay_rate)

@@ -77,10 +77,14 @@ class Moving:
         """Return a bound of the pitch rate that the lead alone commands."""
         return self.lead * self.rate * self.asked[1]
 
+    def drive_room(self) -> Fraction:
+        """Return the pitch rate that the lead leaves of the drive's limit."""
+        return self.plant.rate_limit - self.led()
+
     def lag_rates(self) -> tuple[Fraction, Fraction] | None:
         """Return the ends of h / tau, or None where the lead alone exceeds the pitch rate limit."""
         demanded = self.box.effort_lag / (self.least_b * self.plant.lag)
-        room = (self.plant.rate_limit - self.led()) / demanded
+        room = self.drive_room() / demanded
         if room <= 0:
             return None
         return min(FULL, room) / self.plant.lag, 1 / self.plant.lag

@@ -2,33 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
 
 
 def prerequisite_claim(
-    claim: Any, data: Any, found: list[Outcome], where: str, name: str, kind: str
-) -> tuple[Any, Outcome | None]:
-    """Return the claim at the place that a member names, and its verdict if it is not PROVED.
+    claim: Any, data: Any, earlier: Sequence[Outcome], where: str, member_name: str, kind: str
+) -> tuple[Any, str]:
+    """Return the claim at the place that a member names, and why it is not PROVED; "" if it is.
 
     Parameters
     ----------
-    found : the verdicts on the claims before this one; a later one has none yet.
-    name : of the member;  kind : that the claim must be of.
+    earlier : the verdicts on the claims before this one; a later one has none yet.
+    kind : that the claim must be of.
 
     Raises
     ------
     CertificateError : there is no such claim before this one, or it is of another kind.
     """
-    place = integer(claim, name, where)
-    if not 0 <= place < len(found):
-        raise CertificateError(f"{where}.{name}: {place}; the place of an earlier claim is needed")
-    other = member(data, "claims", "certificate")[place]
+    place = integer(claim, member_name, where)
+    if not 0 <= place < len(earlier):
+        raise CertificateError(
+            f"{where}.{member_name}: {place}; the place of an earlier claim is needed"
+        )
+    other, outcome = member(data, "claims", "certificate")[place], earlier[place]
     if text(other, "kind", f"claims[{place}]") != kind:
-        raise CertificateError(f"{where}.{name}: claims[{place}] is not of kind {kind}")
-    if found[place].verdict is not Verdict.PROVED:
-        return other, found[place]
-    return other, None
+        raise CertificateError(f"{where}.{member_name}: claims[{place}] is not of kind {kind}")
+    if outcome.verdict is Verdict.PROVED:
+        return other, ""
+    name = outcome.name if isinstance(outcome, Claim) else outcome.claim.name
+    return other, f"the claim that it rests on is not proved: {name}"

@@ -20,22 +20,33 @@ Not promised: that an observer keeps |v - w| <= eta; a law that is sampled.
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections.abc import Iterator
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
-from typing import Any
+from itertools import chain, pairwise
+from typing import Any, ClassVar, Self
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
+from takagi.certificates.checker.kernel.obligation import (
+    Obligations,
+    never,
+    nonnegative,
+    positive,
+)
 from takagi.certificates.checker.kernel.reader import increasing, listed, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
+from takagi.certificates.checker.turbine.effort_sharing.loop_claim import IN_WIND_CLASS
 from takagi.certificates.checker.turbine.effort_sharing.prerequisite import prerequisite_claim
+from takagi.certificates.checker.turbine.members import Members, plain
+from takagi.certificates.checker.turbine.turbine_claim import TurbineClaim
+from takagi.certificates.checker.words.rounded import at_least, at_most, range_within
 
 MOST_RANGES, MOST_NODES = 20, 5000
-# The property that is not proved, with {} for its wind.
-Place = tuple[str, Fraction | None]
+# The rates of which the sentence names the winds [m/s^2].
+NAMED_RATES = tuple(map(Fraction, ("0.02", "0.05", "0.1", "0.2", "0.5", "1", "1.5", "2", "3", "5")))
 
 
 @dataclass(frozen=True)
@@ -59,6 +70,11 @@ class Range:
         if min(error, *estimate, *schedule) < 0:
             raise CertificateError(f"{where}: rates and error must not be negative")
         return cls(wind, estimate, schedule, error)
+
+    @property
+    def words(self) -> str:
+        """The winds, not wider than they are."""
+        return f"{range_within(self.wind[0], self.wind[-1])} m/s"
 
     def at(self, column: list[Fraction], wind: Fraction) -> Fraction:
         """Return a column, linear between the nodes and constant beyond them."""
@@ -95,64 +111,106 @@ def read_ranges(claim: Any, where: str) -> list[Range]:
     return [Range.read(one, f"{where}.ranges[{i}]") for i, one in enumerate(stated)]
 
 
-def check_wind_rate(claim: Any, data: Any, found: list[Outcome], where: str) -> Found:
-    """Return the verdict on one claim; ``found`` are the verdicts on the claims before it.
+@dataclass(frozen=True)
+class WindRate(TurbineClaim):
+    """The law's filter keeps the wind class of the claim ``loop``; see the module."""
 
-    Raises
-    ------
-    CertificateError : a part is missing or is not what it has to be.
-    """
-    loop, unproved = prerequisite_claim(claim, data, found, where, "loop", "coherent-loop")
-    gains = member(data, "gains", "certificate")
-    law, filter_ = Law.read(gains), number(gains, "wind_filter", "gains")
-    ranges = read_ranges(claim, where)
-    said = {"ranges": ranges, "wind_filter": filter_}
-    if unproved or filter_ <= 0:
-        return Found(Verdict.UNDECIDED, "wind_rate", said | {"unproved": unproved})
-    failures = []
-    for one in ranges:
-        if reason := _outside_class(one, law, loop["cells"], filter_) or left_behind(one, filter_):
-            failures.append((one, *reason))
-    if failures:
-        return Found(Verdict.UNDECIDED, "wind_rate", said | {"failures": failures})
-    proved = {"loop": loop, "data": data, "law": law, "where": where}
-    return Found(Verdict.PROVED, "wind_rate", said | proved)
+    loop: Any
+    unproved: str
+    law: Law
+    wind_filter: Fraction
+    ranges: list[Range]
+
+    assumes: ClassVar[tuple[str, ...]] = (
+        *IN_WIND_CLASS,
+        "start of the wind filter at its estimate",
+    )
+    members: ClassVar[dict[str, Members | None]] = {
+        "loop": {},
+        "ranges": plain("wind estimate_rate schedule_rate estimate_error"),
+    }
+
+    @classmethod
+    def read(cls, claim: Any, data: Any, earlier: Sequence[Outcome], where: str) -> Self:
+        """Return the claim; ``earlier`` are the verdicts on the claims before it.
+
+        Raises
+        ------
+        CertificateError : a part is missing or is not what it has to be.
+        """
+        loop, unproved = prerequisite_claim(claim, data, earlier, where, "loop", "coherent-loop")
+        gains = member(data, "gains", "certificate")
+        law, wind_filter = Law.read(gains), number(gains, "wind_filter", "gains")
+        ranges = read_ranges(claim, where)
+        name = f"wind rate, {ranges[0].words}"
+        return cls(claim, data, where, name, loop, unproved, law, wind_filter, ranges)
+
+    def premises(self) -> Obligations:
+        if self.unproved:
+            yield never(self.unproved)
+        yield positive(self.wind_filter, "the law has no wind filter: no rate is bounded")
+
+    def parts(self) -> Iterator[tuple[str, Obligations]]:
+        for one in self.ranges:
+            required = chain(self._in_class(one), filter_keeps_up(one, self.wind_filter))
+            yield f"{one.words}: ", required
+
+    def _in_class(self, one: Range) -> Obligations:
+        """Yield that phi stays in the loop's wind class."""
+        law, outside = self.law, "the range leaves the winds of the law"
+        yield nonnegative(one.wind[0] - law.wind[0], outside)
+        yield nonnegative(law.wind[-1] - one.wind[-1], outside)
+        # The claim about the loop is proved, so it has one cell per interval of the law.
+        for (low, high), cell in zip(pairwise(law.wind), self.loop["cells"], strict=True):
+            if high <= one.wind[0]:  # The cell's upper end belongs to the next one.
+                continue
+            error, rate = (number(cell, f"wind_{name}", "cell") for name in ("error", "rate"))
+            inside = [s for s in one.wind if low < s < high]
+            ends = [s for s in (low, high) if one.wind[0] <= s <= one.wind[-1]]
+            for s in (*inside, *ends):
+                phi = one.at(one.schedule, s)
+                allowed = f"than the loop's claim allows at {at_least(s, 6)}"
+                yield nonnegative(rate - phi, f"the schedule wind may move faster {allowed}")
+                lag = one.error + self.wind_filter * phi
+                yield nonnegative(error - lag, f"the schedule wind may lag further {allowed}")
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        for k, one in enumerate(self.ranges, start=1):
+            slowest = map(min, one.estimate, one.estimate[1:])
+            spans = zip(one.wind, one.wind[1:], slowest, strict=False)
+            yield WindProfile(f"rate of the wind, range {k}", "m/s^2", tuple(spans))
+            yield Figure(f"error of the estimate, range {k}", "m/s", one.error)
+
+    def sentence(self) -> str:
+        where = self.where
+        peaks = member(self.loop, "peaks", where)
+        peak = number(peaks, "speed_error", f"{where}.peaks")
+        rated = number(member(self.data, "model", "certificate"), "rated_rotor_speed", "model")
+        overspeed = 100 * ((max(self.law.speed) + peak) / rated - 1)
+        listed_ranges = "; ".join(map(_range_words, self.ranges))
+        return (
+            f"with the law's wind filter of {at_most(self.wind_filter, 6)} s, from any start with "
+            "V <= 1 and the filter at its estimate, the loop stays in its proved wind class, under "
+            "what the claim of that assumes, so that V <= 1 and overspeed at most "
+            f"{at_most(overspeed, 3)} %, for every wind whose estimate moves no faster than the "
+            f"claim's rate: {listed_ranges}"
+        )
 
 
-def _outside_class(one: Range, law: Law, cells: list[Any], filter_: Fraction) -> Place | None:
-    """Return where phi leaves the loop's wind class, or nothing."""
-    if not law.wind[0] <= one.wind[0] < one.wind[-1] <= law.wind[-1]:
-        return "the range leaves the winds of the law", None
-    # The claim about the loop is proved, so it has one cell per interval of the law.
-    for (low, high), cell in zip(pairwise(law.wind), cells, strict=True):
-        if high <= one.wind[0]:  # The cell's upper end belongs to the next one.
-            continue
-        error, rate = (number(cell, f"wind_{name}", "cell") for name in ("error", "rate"))
-        inside = [s for s in one.wind if low < s < high]
-        ends = [s for s in (low, high) if one.wind[0] <= s <= one.wind[-1]]
-        for s in (*inside, *ends):
-            phi = one.at(one.schedule, s)
-            if phi > rate:
-                return "the schedule wind may move faster than the loop's claim allows at {}", s
-            if one.error + filter_ * phi > error:
-                return "the schedule wind may lag further than the loop's claim allows at {}", s
-    return None
-
-
-def left_behind(one: Range, filter_: Fraction) -> Place | None:
-    """Return where the filter may exceed phi although the estimate keeps to r, or nothing."""
+def filter_keeps_up(one: Range, wind_filter: Fraction) -> Obligations:
+    """Yield that the filter does not exceed phi while the estimate keeps to r."""
     for i, (low, high) in enumerate(pairwise(one.wind)):
         slope = (one.schedule[i + 1] - one.schedule[i]) / (high - low)
-        for sign in (1, -1):
-            ahead = 1 + sign * filter_ * slope
-            for s in _bends(one, i, sign * filter_):
+        for sign, way in ((1, "rising"), (-1, "falling")):
+            ahead = 1 + sign * wind_filter * slope
+            for s in _bends(one, i, sign * wind_filter):
                 phi = one.schedule[i] + slope * (s - low)
-                seen = s + sign * filter_ * phi
+                seen = s + sign * wind_filter * phi
                 # The estimate stays in the range, so its end limits how far it can be ahead.
-                if one.wind[0] <= seen <= one.wind[-1] and one.at(one.estimate, seen) > phi * ahead:
-                    way = "rising" if sign > 0 else "falling"
-                    return f"the rates do not fit at {{}} m/s with wind {way}", s
-    return None
+                if one.wind[0] <= seen <= one.wind[-1]:
+                    spare = phi * ahead - one.at(one.estimate, seen)
+                    failure = f"the rates do not fit at {at_least(s, 6)} m/s with wind {way}"
+                    yield nonnegative(spare, failure)
 
 
 def _bends(one: Range, i: int, ahead: Fraction) -> Iterator[Fraction]:
@@ -160,6 +218,27 @@ def _bends(one: Range, i: int, ahead: Fraction) -> Iterator[Fraction]:
     low, high = one.wind[i : i + 2]
     first, last = low + ahead * one.schedule[i], high + ahead * one.schedule[i + 1]
     yield from (low, high)
-    for node in one.wind:
-        if min(first, last) < node < max(first, last):
-            yield low + (high - low) * (node - first) / (last - first)
+    least, most = sorted((first, last))
+    for node in one.wind[bisect_right(one.wind, least) : bisect_left(one.wind, most)]:
+        yield low + (high - low) * (node - first) / (last - first)
+
+
+def _range_words(one: Range) -> str:
+    known = "known exactly" if one.error == 0 else f"known to {at_least(one.error, 3)} m/s"
+    steps = [f"{at_least(min(one.estimate), 3)} m/s^2 everywhere"]
+    for rate in NAMED_RATES:
+        start = _from(one, rate)
+        if start is not None and rate > min(one.estimate):
+            steps.append(f"{at_most(rate, 3)} m/s^2 from {at_most(start, 6)} m/s on")
+    return f"wind and estimate within {one.words}, {known}: at least {', '.join(steps)}"
+
+
+def _from(one: Range, rate: Fraction) -> Fraction | None:
+    """Return the least wind from which r is at least the rate up to the range's end."""
+    if one.estimate[-1] < rate:
+        return None
+    for i in range(len(one.wind) - 2, -1, -1):
+        low, high = one.estimate[i : i + 2]
+        if low < rate:
+            return one.wind[i] + (one.wind[i + 1] - one.wind[i]) * (rate - low) / (high - low)
+    return one.wind[0]

@@ -17,6 +17,7 @@ from takagi.certificates.checker.kernel.reader import (
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.effort_sharing.inputs import increasing_in_floats
+from takagi.certificates.checker.turbine.members import Members, plain
 
 LAWS = {"paper": 3, "paper-two-integrators": 4}
 SHAPES = ("smooth", "linear")
@@ -31,6 +32,19 @@ POSITIVE = (
     "rated_torque",
 )
 MOST_WINDS = 2000
+REGION = plain("wind rotor_speed pitch rules k_speed k_pitch k_integral")
+MEMBERS: Members = {
+    **plain(
+        "name states speed_setpoint minimum_rotor_speed optimal_tip_speed_ratio "
+        "largest_tip_speed_ratio cut_in cut_out rated_torque pitch_min pitch_max tracking_time"
+    ),
+    "coupling": plain(
+        "variant speed_ramp_start speed_overlap speed_ramp_shape torque_overlap minimum_torque "
+        "top_torque"
+    ),
+    "partial": {**REGION, "premises": plain("a d")},
+    "full": {**REGION, "premises": plain("a b d")},
+}
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,8 @@ from fractions import Fraction
 from itertools import product
 from math import isqrt, lcm
 
-from takagi.certificates.checker.kernel.definite import positive_definite_integers
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 UNIT = 10**7
@@ -28,15 +29,15 @@ Rows = list[list[Fraction]]
 Integers = list[list[int]]
 
 
-def contraction_failure(
+def contraction(
     P: Rows,
     corners: list[tuple[Rows, Rows]],
     disturbance: list[Fraction],
     rate: Fraction,
     multiplier: Fraction,
     where: str,
-) -> str:
-    """Return which inequality fails, or nothing.
+) -> Obligations:
+    """Yield the inequalities.
 
     Parameters
     ----------
@@ -46,13 +47,11 @@ def contraction_failure(
     rate, multiplier : rho and alpha, above 0.
     """
     scale = lcm(*(entry.denominator for row in P for entry in row))
-    whole = [[int(entry * scale) for entry in row] for row in P]
-    n = len(P)
+    whole, n = [[int(entry * scale) for entry in row] for row in P], len(P)
     # {V <= 1} within |y_i| <= 1 says P - e_i e_i' >= 0 for each i.
     for i in range(n):
         inside = [[whole[j][k] - scale * (i == j == k) for k in range(n)] for j in range(n)]
-        if not positive_definite_integers(inside):
-            return "the set is not inside its box"
+        yield positive(Matrix(inside), "the set is not inside its box")
     delta = [_over_unit(d, where) for d in disturbance]
     for low, high in corners:
         least, most = (
@@ -60,11 +59,8 @@ def contraction_failure(
         )
         spare, factor = _spare(whole, scale, least, most)
         decayed = _minus(spare, whole, 2 * rate, factor // scale)
-        if not positive_definite_integers(decayed):
-            return "the decay inequality fails at a corner"
-        if not _invariant(spare, whole, scale, factor, delta, multiplier):
-            return "the invariance inequality fails at a corner"
-    return ""
+        yield positive(Matrix(decayed), "the decay inequality fails at a corner")
+        yield from _invariance(spare, whole, scale, factor, delta, multiplier)
 
 
 def _spare(P: Integers, scale: int, low: Integers, high: Integers) -> tuple[Integers, int]:
@@ -100,9 +96,9 @@ def _minus(spare: Integers, P: Integers, rate: Fraction, factor: int) -> Integer
     ]
 
 
-def _invariant(
+def _invariance(
     spare: Integers, P: Integers, scale: int, factor: int, delta: list[int], alpha: Fraction
-) -> bool:
+) -> Obligations:
     base = _minus(spare, P, alpha, factor // scale)
     whole = factor * alpha.denominator
     # d is over UNIT and P over its scale; both divide the factor, so the result is an integer.
@@ -112,9 +108,8 @@ def _invariant(
         d = [s * x for s, x in zip((1, *signs), delta, strict=True)]
         Pd = [-sum(p * x for p, x in zip(row, d, strict=True)) * border for row in P]
         rows = [[*row, edge] for row, edge in zip(base, Pd, strict=True)]
-        if not positive_definite_integers([*rows, [*Pd, alpha.numerator * factor]]):
-            return False
-    return True
+        matrix = Matrix([*rows, [*Pd, alpha.numerator * factor]])
+        yield positive(matrix, "the invariance inequality fails at a corner")
 
 
 def _over_unit(value: Fraction, where: str) -> int:

@@ -1,4 +1,4 @@
-r"""Replays a claim about the loop with a published law, at constant winds, v_hat = v.
+r"""``paper-loop``: the loop with a published law settles at constant winds, v_hat = v.
 
 Per wind cell a centre z_0(v), linear in v, a box |z_i - z_0i(v)| <= r_i (pitch no less than the
 smallest) and P are stated.  With y = (z - z_0)/r the loop is y' = A y + d, A in the hull of the
@@ -15,19 +15,35 @@ listed.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar, Self
 
-from takagi.certificates.checker.arithmetic.interval import Interval, point
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, point
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
+from takagi.certificates.checker.kernel.obligation import (
+    Decider,
+    Obligations,
+    never,
+    nonnegative,
+)
 from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
-from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Found, Verdict
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
+from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
-from takagi.certificates.checker.turbine.published.interval_matrices import contraction_failure
+from takagi.certificates.checker.turbine.published.interval_matrices import contraction
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
+from takagi.certificates.checker.turbine.turbine_claim import (
+    DRIVES,
+    PROGRAM,
+    RIGID,
+    TurbineClaim,
+)
 from takagi.certificates.checker.turbine.wind_intervals import Span, gaps, merged
+from takagi.certificates.checker.words.published import loop_name, loop_sentence, winds_words
 
 MOST_CELLS = 5000
 MOST_CORNERS = 8
@@ -78,38 +94,122 @@ def _square(owner: Any, key: str, where: str, n: int) -> Rows:
     return rows
 
 
-def check_published(claim: Any, model: Any, gains: Any, where: str) -> Found:
-    """Return the verdict on one claim of kind ``paper-loop``, with the winds for which it holds.
+@dataclass(frozen=True)
+class PublishedLoop(TurbineClaim):
+    """The loop with a published law settles at each of the winds; see the module.
 
-    Raises
-    ------
-    CertificateError : a part is missing or is not what it has to be.
+    ``unproved`` : winds that the file names as not proved and does not claim.
     """
-    plant, law = Plant.read(model), PublishedLaw.read(gains)
-    if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
-        raise CertificateError("gains: pitch limits differ from the model's")
-    overlaps = Overlaps.read(claim, where, law.rated_torque)
-    if law.rated_torque + overlaps.torque / 2 > law.top_torque:
-        # Only then does the filter command rated torque everywhere beyond the rounded corner.
-        raise CertificateError("gains.coupling.top_torque: the rounded corner goes beyond it")
-    winds = _spans(matrix(claim, "winds", where), f"{where}.winds")
-    cells = listed(claim, "cells", where, 0, MOST_CELLS)
-    proved: list[Cell] = []
-    failures: list[tuple[Span, str]] = []
-    for k, stated in enumerate(cells):
-        place = f"{where}.cells[{k}]"
-        cell = Cell.read(stated, law, place)
-        reason = _failure(plant, law, overlaps, cell, place)
-        if reason:
-            failures.append((cell.ends.wind, reason))
-        else:
-            proved.append(cell)
-    covered = merged([cell.ends.wind for cell in proved])
-    missing = [gap for span in winds for gap in gaps(span, covered)]
-    verdict = Verdict.UNDECIDED if missing or failures else Verdict.PROVED
-    said = {"plant": plant, "law": law, "overlaps": overlaps, "winds": winds, "proved": proved}
-    said |= {"covered": covered, "missing": missing, "failures": failures}
-    return Found(verdict, "published", said | {"left": _left_out(claim, winds, where)})
+
+    plant: Plant
+    law: PublishedLaw
+    overlaps: Overlaps
+    winds: list[Span]
+    cells: list[Cell]
+    unproved: list[Span]
+
+    assumes: ClassVar[tuple[str, ...]] = (
+        "start inside the set of the wind's cell",
+        "constant wind that the law knows",
+        *DRIVES,
+        *RIGID,
+        *PROGRAM,
+    )
+    # ``state`` and ``reason`` are words for the reader of the file.
+    members: ClassVar[dict[str, Members | None]] = {
+        **plain("state speed_ramp_start speed_overlap torque_overlap winds"),
+        "unproved": plain("wind reason"),
+        "cells": {
+            **plain("wind rest centre box P disturbance decay_rate multiplier"),
+            "corners": plain("low high"),
+        },
+    }
+
+    @classmethod
+    def read(cls, claim: Any, data: Any, earlier: Sequence[Outcome], where: str) -> Self:
+        """Return the claim.
+
+        Raises
+        ------
+        CertificateError : a part is missing or is not what it has to be.
+        """
+        plant, law = Plant.read(data["model"]), PublishedLaw.read(data.get("gains"))
+        if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
+            raise CertificateError("gains: pitch limits differ from the model's")
+        overlaps = Overlaps.read(claim, where, law.rated_torque)
+        if law.rated_torque + overlaps.torque / 2 > law.top_torque:
+            # Only then does the filter command rated torque everywhere beyond the rounded corner.
+            raise CertificateError("gains.coupling.top_torque: the rounded corner goes beyond it")
+        winds = _spans(matrix(claim, "winds", where), f"{where}.winds")
+        cells = [
+            Cell.read(cell, law, f"{where}.cells[{k}]")
+            for k, cell in enumerate(listed(claim, "cells", where, 0, MOST_CELLS))
+        ]
+        name, unproved = loop_name(law, overlaps, winds), _left_out(claim, winds, where)
+        return cls(claim, data, where, name, plant, law, overlaps, winds, cells, unproved)
+
+    def parts(self) -> Iterator[tuple[str, Obligations]]:
+        for k, cell in enumerate(self.cells):
+            place = f"{winds_words([cell.ends.wind])} m/s: "
+            yield place, self._cell(cell, f"{self.where}.cells[{k}]")
+
+    def obligations(self) -> Obligations:
+        yield from super().obligations()
+        for wind in self.missing(self.cells):
+            yield never(f"not proved: {winds_words([wind])} m/s, where no stated cell holds")
+
+    def parts_failure(self, holds: Decider) -> str:
+        failures = self.failures(holds)
+        proved = [cell for k, cell in enumerate(self.cells) if k not in failures]
+        if failures or self.missing(proved):
+            return self._words(proved, list(failures.values()))
+        return ""
+
+    def missing(self, proved: Sequence[Cell]) -> list[Span]:
+        """Return the claim's winds that no cell covers of those that are proved."""
+        covered = merged([cell.ends.wind for cell in proved])
+        return [gap for wind in self.winds for gap in gaps(wind, covered)]
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        yield Figure("speed overlap", "rad/s", self.overlaps.width)
+        yield Figure("torque overlap", "N m", self.overlaps.torque)
+        rates = sorted((*cell.ends.wind, cell.rate) for cell in self.cells)
+        yield WindProfile("decay rate", "1/s", tuple(rates))
+
+    def sentence(self) -> str:
+        return self._words(self.cells, [])
+
+    def _words(self, proved: Sequence[Cell], reasons: list[str]) -> str:
+        missing, sets = self.missing(proved), [(cell.ends, cell.rate) for cell in proved]
+        text = loop_sentence(self.plant, self.law, self.overlaps, sets, missing, reasons)
+        if self.unproved:
+            text += f"; looked at but not claimed: {winds_words(self.unproved)} m/s"
+        return text
+
+    def _cell(self, cell: Cell, where: str) -> Obligations:
+        """Yield what must hold in one cell.
+
+        Raises
+        ------
+        Refused : an enclosure that is refused.
+        """
+        plant, law, overlaps, widths = self.plant, self.law, self.overlaps, cell.ends.widths
+        loop = Loop(plant, law, overlaps, cell.ends, "states")
+        for torque_end, free in loop.choices():
+            rates = loop.rates(torque_end, free)
+            rows = [
+                [slope * point(1 / r) for slope in rate.slopes]
+                for rate, r in zip(rates, widths, strict=True)
+            ]
+            if not any(_holds(rows, low, high) for low, high in cell.corners):
+                yield never("the loop's matrix leaves the stated ranges")
+        sizes = _disturbance(plant, law, overlaps, cell.ends)
+        for size, r, bound in zip(sizes, widths, cell.disturbance, strict=True):
+            failure = "the field at the centre exceeds the stated bound"
+            yield nonnegative(r * bound - Fraction(size, ONE), failure)
+        yield from contraction(
+            cell.P, cell.corners, cell.disturbance, cell.rate, cell.multiplier, where
+        )
 
 
 def _left_out(claim: Any, winds: list[Span], where: str) -> list[Span]:
@@ -125,29 +225,6 @@ def _spans(rows: Rows, where: str) -> list[Span]:
     if len(rows[0]) != 2 or any(not 0 < low < high for low, high in rows):
         raise CertificateError(f"{where}: pairs of increasing winds are needed")
     return [(low, high) for low, high in rows]
-
-
-def _failure(plant: Plant, law: PublishedLaw, overlaps: Overlaps, cell: Cell, where: str) -> str:
-    """Return what is not proved about one cell, or nothing."""
-    try:
-        loop = Loop(plant, law, overlaps, cell.ends, "states")
-        for torque_end, free in loop.choices():
-            rates = loop.rates(torque_end, free)
-            rows = [
-                [slope * point(1 / r) for slope in rate.slopes]
-                for rate, r in zip(rates, cell.ends.widths, strict=True)
-            ]
-            if not any(_holds(rows, low, high) for low, high in cell.corners):
-                return "the loop's matrix leaves the stated ranges"
-        size = _disturbance(plant, law, overlaps, cell.ends)
-    except Refused as reason:
-        return str(reason)
-    for found, r, bound in zip(size, cell.ends.widths, cell.disturbance, strict=True):
-        if not Interval(0, found).within(Fraction(0), r * bound):
-            return "the field at the centre exceeds the stated bound"
-    return contraction_failure(
-        cell.P, cell.corners, cell.disturbance, cell.rate, cell.multiplier, where
-    )
 
 
 def _holds(rows: list[list[Interval]], low: Rows, high: Rows) -> bool:

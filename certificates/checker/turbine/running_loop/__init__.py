@@ -4,7 +4,6 @@ inputs           observer, filters and box as the claim states them
 cell             one cell of winds: tables, torque surface, equilibrium, and the loop's factors
 equations        the loop as signals with uncertain factors, and its decay inequality
 limits           proof that limits missing in the equations are not reached
-quadratic_forms  whether a form is definite, and the extent of an ellipsoid
-running_claim    the verdict on one claim
-members          the members of the claim
+quadratic_forms  a form with short entries in the place of one with long entries
+running_claim    the claim
 """

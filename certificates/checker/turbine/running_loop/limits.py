@@ -22,28 +22,29 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
-from takagi.certificates.checker.arithmetic.interval import point
+from takagi.certificates.checker.arithmetic.interval import ONE, point
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, size
 
 
-def limit_failure(cell: Cell) -> str:
-    """Return the limit that may be reached, or nothing."""
+def limits(cell: Cell) -> Obligations:
+    """Yield that no limit is reached on the set."""
     law, sides = cell.law, cell.sides
     rate = cell.schedule_rate
     taken = max(min(abs(law.inertia[j]) * rate, law.inertia_limit[j]) for j in cell.near)
-    if law.effort_torque * (psi(-cell.efforts[0], law.overlap) + taken) > law.rated_torque:
-        return "negative torque may be demanded"
+    given_up = law.effort_torque * (psi(-cell.efforts[0], law.overlap) + taken)
+    yield nonnegative(law.rated_torque - given_up, "negative torque may be demanded")
     asked = cell.shed[1] / cell.b_reach[0] + law.pitch_min + size(cell.lead) * rate / cell.b0
-    if asked > law.pitch_max or cell.pitches.high > point(law.pitch_max).low:
-        return "pitch beyond its limit may be demanded"
-    if sides.integral + cell.rest_integral > law.integral_limit:
-        return "the integral may reach its limit"
+    beyond = "pitch beyond its limit may be demanded"
+    yield nonnegative(law.pitch_max - asked, beyond)
+    yield nonnegative(Fraction(point(law.pitch_max).low - cell.pitches.high, ONE), beyond)
+    integral = sides.integral + cell.rest_integral
+    yield nonnegative(law.integral_limit - integral, "the integral may reach its limit")
     torque, pitch = command_rates(cell)
-    if torque > cell.machine.torque_rate:
-        return "torque may reach the gain file's rate limit"
-    if pitch > cell.plant.rate_limit:
-        return "pitch may reach the gain file's rate limit"
-    return ""
+    failure = "torque may reach the gain file's rate limit"
+    yield nonnegative(cell.machine.torque_rate - torque, failure)
+    failure = "pitch may reach the gain file's rate limit"
+    yield nonnegative(cell.plant.rate_limit - pitch, failure)
 
 
 def command_rates(cell: Cell) -> tuple[Fraction, Fraction]:

@@ -23,15 +23,19 @@ Derived in docs/running-loop.md.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar, Self
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
 from takagi.certificates.checker.kernel.reader import listed, matrix, member, number, numbers
-from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Found, Verdict
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
+from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, cut, factors
 from takagi.certificates.checker.turbine.running_loop.equations import (
     FACTORS,
@@ -47,11 +51,17 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
     Span,
     other_than_the_controller,
 )
-from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
-from takagi.certificates.checker.turbine.running_loop.quadratic_forms import (
-    is_surely_definite,
-    squared_reaches,
+from takagi.certificates.checker.turbine.running_loop.limits import limits
+from takagi.certificates.checker.turbine.running_loop.quadratic_forms import rounded_form
+from takagi.certificates.checker.turbine.turbine_claim import (
+    DRIVES,
+    PROGRAM,
+    RIGID,
+    TurbineClaim,
+    row_bound,
 )
+from takagi.certificates.checker.words.rounded import range_within
+from takagi.certificates.checker.words.running_loop import loop_name, loop_sentence
 
 MOST_CELLS, MOST_PIECES = 500, 8
 
@@ -84,55 +94,88 @@ class StatedCell:
         return cls((low, high), Sides.read(stated, where), P, rows)
 
 
-def check_running_loop(claim: Any, data: Any, where: str) -> Found:
-    """Return the verdict on one claim, with what fails and where.
+@dataclass(frozen=True)
+class RunningLoop(TurbineClaim):
+    """The loop as it runs settles at constant winds; see the module."""
 
-    Parameters
-    ----------
-    data : the whole file.
+    plant: Plant
+    law: Law
+    machine: Machine
+    decay_rate: Fraction
+    cells: list[StatedCell]
+    winds: list[Span]
 
-    Raises
-    ------
-    CertificateError : a part is missing or is not what it has to be; also an observer or filters
-        that are not those of the certificate's ``controller``.
-    """
-    plant, law, machine = _stated_loop(claim, data, where)
-    decay = number(claim, "decay_rate", where)
-    cells = [
-        StatedCell.read(cell, states(machine), f"{where}.cells[{i}]")
-        for i, cell in enumerate(listed(claim, "cells", where, 1, MOST_CELLS))
-    ]
-    winds = _stated_winds(claim, cells, where)
-    said = {"law": law, "winds": winds}
-    if decay <= 0:
-        return Found(Verdict.UNDECIDED, "running_loop", said | {"why": "no rate is claimed"})
-    failures = [
-        (cell.winds, reason)
-        for cell in cells
-        if (reason := cell_failure(plant, law, machine, cell, decay))
-    ]
-    if failures:
-        return Found(Verdict.UNDECIDED, "running_loop", said | {"failures": failures})
-    proved = {"machine": machine, "decay": decay, "cells": cells}
-    return Found(Verdict.PROVED, "running_loop", said | proved)
+    assumes: ClassVar[tuple[str, ...]] = (
+        "constant wind",
+        "start with V <= 1 in the set of that wind cell, pitch at or above its lower limit, "
+        "schedule wind within the tables, and what is sent equal to what the law asks for",
+        "c_P of the table",
+        "wake with one state, which answers to pitch alone",
+        "torque without delay, and known to the observer",
+        DRIVES[1],
+        RIGID[0],
+        PROGRAM[0],
+        "speed measured exactly before its filters, pitch exactly",
+    )
+    members: ClassVar[dict[str, Members | None]] = {
+        **plain("winds decay_rate"),
+        "observer": plain("l1 l2 wind_limits"),
+        "measurement": {"speed_filter": {}, "torsion_filter": plain("frequency passed")},
+        "uncertainty": plain("inertia wake_length"),
+        "cells": {
+            **plain("wind P"),
+            "sides": plain(
+                "speed measured pitch signal effort schedule estimate integral measured_rate "
+                "innovation"
+            ),
+            # The reader of ``multipliers`` refuses a name that is not a factor's.
+            "multipliers": None,
+        },
+    }
 
+    @classmethod
+    def read(cls, claim: Any, data: Any, earlier: Sequence[Outcome], where: str) -> Self:
+        """Return the claim.
 
-def _stated_loop(claim: Any, data: Any, where: str) -> tuple[Plant, Law, Machine]:
-    """Return plant, law, and observer and filters of a claim; ``data`` is the whole file.
+        Raises
+        ------
+        CertificateError : a part is missing or is not what it has to be; also an observer or
+            filters that are not those of the certificate's ``controller``.
+        """
+        model, gains = member(data, "model", "certificate"), member(data, "gains", "certificate")
+        plant, law = Plant.read(model), Law.read(gains)
+        if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
+            raise CertificateError("gains: pitch limits differ from the model's")
+        machine = Machine.read(claim, model, gains, where)
+        if other := other_than_the_controller(claim, data, where):
+            raise CertificateError(f"{where}.{other}")
+        decay_rate = number(claim, "decay_rate", where)
+        cells = [
+            StatedCell.read(cell, states(machine), f"{where}.cells[{i}]")
+            for i, cell in enumerate(listed(claim, "cells", where, 1, MOST_CELLS))
+        ]
+        winds = _stated_winds(claim, cells, where)
+        name = loop_name(law, winds)
+        return cls(claim, data, where, name, plant, law, machine, decay_rate, cells, winds)
 
-    Raises
-    ------
-    CertificateError : a part is missing or is not what it has to be; also an observer or filters
-        that are not those of the certificate's ``controller``.
-    """
-    model, gains = member(data, "model", "certificate"), member(data, "gains", "certificate")
-    plant, law = Plant.read(model), Law.read(gains)
-    if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
-        raise CertificateError("gains: pitch limits differ from the model's")
-    machine = Machine.read(claim, model, gains, where)
-    if other := other_than_the_controller(claim, data, where):
-        raise CertificateError(f"{where}.{other}")
-    return plant, law, machine
+    def premises(self) -> Obligations:
+        yield positive(self.decay_rate, "not proved: no rate is claimed")
+
+    def parts(self) -> Iterator[tuple[str, Obligations]]:
+        for cell in self.cells:
+            required = cell_obligations(self.plant, self.law, self.machine, cell, self.decay_rate)
+            yield f"wind {range_within(*cell.winds)} m/s: ", required
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        boxes = sorted((*cell.winds, cell.sides.estimate) for cell in self.cells)
+        yield Figure("decay rate with the observer", "1/s", self.decay_rate)
+        covered = sum((high - low for low, high, _ in boxes), Fraction(0))
+        yield Figure("winds covered with the observer", "m/s", covered)
+        yield WindProfile("box of the wind estimate", "m/s", tuple(boxes))
+
+    def sentence(self) -> str:
+        shapes = [Matrix.of(cell.P) for cell in self.cells]
+        return loop_sentence(self.law, self.winds, self.machine, self.decay_rate, shapes)
 
 
 def _stated_winds(claim: Any, cells: Sequence[StatedCell], where: str) -> list[Span]:
@@ -158,44 +201,36 @@ def _stated_winds(claim: Any, cells: Sequence[StatedCell], where: str) -> list[S
     return ranges
 
 
-def cell_failure(
+def cell_obligations(
     plant: Plant, law: Law, machine: Machine, stated: StatedCell, decay: Fraction
-) -> str:
-    """Return what is not proved about one cell, or nothing."""
-    try:
-        cell = Cell(plant, law, machine, stated.winds, stated.sides)
-        span = factors(cell)
-        return (
-            limit_failure(cell)
-            or _box_failure(cell, span, stated.P)
-            or _decay_failure(cell, span, stated, decay)
-        )
-    except Refused as reason:
-        return str(reason)
+) -> Obligations:
+    """Yield what must hold in one cell.
 
-
-def _box_failure(cell: Cell, span: dict[str, Span], P: Rows) -> str:
-    """Return whether P is not positive definite, or which side of the box {V <= 1} may leave."""
-    wanted = rows(cell, span)
-    reached = squared_reaches(P, [h for h, _ in wanted.values()])
-    if reached is None:
-        return "P is not symmetric positive definite"
-    for (name, (_, bound)), square in zip(wanted.items(), reached, strict=True):
-        if bound <= 0 or square >= bound**2:
-            return f"the set leaves its box in {name.replace('_', ' ')}"
-    return ""
-
-
-def _decay_failure(cell: Cell, span: dict[str, Span], stated: StatedCell, decay: Fraction) -> str:
-    """Return what fails in the decay inequality of a piece of the share of pitch, or nothing."""
+    Raises
+    ------
+    Refused : an enclosure that is refused.
+    """
+    cell = Cell(plant, law, machine, stated.winds, stated.sides)
+    span = factors(cell)
+    yield from limits(cell)
+    yield from inside_box(cell, span, stated.P)
     parts = cut(cell.share, len(stated.multipliers))
     for tau, held in zip(stated.multipliers, parts, strict=True):
         signals, rates = equations(cell, span, held)
-        if missing := [name for name in signals.names if name not in tau]:
-            return f"there is no multiplier of the {missing[0]}"
-        if min(tau.values()) <= 0:
-            return "a multiplier is not positive"
+        for name in signals.names:
+            if name not in tau:
+                yield never(f"there is no multiplier of the {name}")
+        yield positive(min(tau.values()), "a multiplier is not positive")
         weights = [tau[name] for name in signals.names]
-        if not is_surely_definite(decay_form(signals, rates, stated.P, weights, decay)):
-            return "the decay inequality fails"
-    return ""
+        falling = decay_form(signals, rates, stated.P, weights, decay)
+        yield positive(rounded_form(falling), "the decay inequality fails")
+
+
+def inside_box(cell: Cell, span: dict[str, Span], P: Rows) -> Obligations:
+    """Yield P > 0, and that {V <= 1} does not leave any side of the box: side^2 P > h'h."""
+    shape = Matrix.of(P)
+    yield positive(shape, "P is not symmetric positive definite")
+    for name, (h, bound) in rows(cell, span).items():
+        failure = f"the set leaves its box in {name.replace('_', ' ')}"
+        yield positive(bound, failure)
+        yield positive(rounded_form(row_bound(shape, Matrix.of([h]), bound).rows), failure)

@@ -1,4 +1,4 @@
-"""What a claim of kind ``paper-loop`` says, proved or not."""
+"""Name and sentence of a claim about the loop with a published law, proved or not."""
 
 from __future__ import annotations
 
@@ -9,52 +9,34 @@ from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop, interpolated
-from takagi.certificates.checker.turbine.published.loop_claim import Cell
 from takagi.certificates.checker.turbine.wind_intervals import Span, merged
-from takagi.certificates.checker.words.law_words import law_words
-from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
+from takagi.certificates.checker.words.rounded import (
+    at_least,
+    at_most,
+    exactly,
+    range_within,
+)
 
 MOST_LISTED, MOST_NAMED = 12, 4
 FEW_SPANS = 3
 MOST_SPANS = 40
 # Just below 2 degrees.
 NEAR_PITCH = Fraction(349, 10000)
+LAW_WORDS = {
+    "paper": "published law",
+    "paper-two-integrators": "published law with two integrators",
+}
+# A set that is proved, and its decay rate.
+ProvedSet = tuple[Ends, Fraction]
 
 
-def said(
-    plant: Plant,
-    law: PublishedLaw,
-    overlaps: Overlaps,
-    winds: list[Span],
-    proved: Sequence[Cell],
-    covered: list[Span],
-    missing: list[Span],
-    failures: Sequence[tuple[Span, str]],
-    left: list[Span],
-) -> tuple[str, str]:
-    """Return name and sentence.
-
-    Parameters
-    ----------
-    winds : of the claim;  covered, missing : those for which it holds, and the others.
-    failures : the winds of a cell, and the property that is not proved.
-    left : winds that the file names as not proved and does not claim.
-    """
-    reasons = [f"{_shown([wind])} m/s: {why}" for wind, why in failures]
-    text = _statement(plant, law, overlaps, proved, covered, missing, reasons)
-    if left:
-        text += f"; looked at but not claimed: {_shown(left)} m/s"
-    return _name(law, overlaps, winds), text
-
-
-def _name(law: PublishedLaw, overlaps: Overlaps, winds: list[Span]) -> str:
-    spans = merged(winds)
+def loop_name(law: PublishedLaw, overlaps: Overlaps, winds: list[Span]) -> str:
+    """Return the claim's name, from checked numbers."""
+    spans, shown = merged(winds), f"{LAW_WORDS[law.name]}, {_words(overlaps)}, "
     if len(spans) <= MOST_NAMED:
-        return f"{law_words(law.name)}, {_words(overlaps)}, winds {_shown(spans)} m/s"
-    return (
-        f"{law_words(law.name)}, {_words(overlaps)}, {len(spans)} windows within "
-        f"{_shown([(spans[0][0], spans[-1][1])])} m/s"
-    )
+        return f"{shown}winds {winds_words(spans)} m/s"
+    hull = winds_words([(spans[0][0], spans[-1][1])])
+    return f"{shown}{len(spans)} windows within {hull} m/s"
 
 
 def _words(overlaps: Overlaps) -> str:
@@ -64,11 +46,11 @@ def _words(overlaps: Overlaps) -> str:
     )
 
 
-def _shown(spans: list[Span]) -> str:
-    """Return ranges, rounded so that none is wider than the exact one."""
+def winds_words(spans: list[Span]) -> str:
+    """Return ranges of winds, rounded so that none is wider than the exact one."""
     if len(spans) > FEW_SPANS and len({high - low for low, high in spans}) == 1:
         return _windows([low for low, _ in spans], spans[0][1] - spans[0][0])
-    shown = [f"{at_most(low, 8)} to {at_least(high, 8)}" for low, high in spans[:MOST_SPANS]]
+    shown = [range_within(low, high, 8) for low, high in spans[:MOST_SPANS]]
     more = f" (+{len(spans) - MOST_SPANS} more)" if len(spans) > MOST_SPANS else ""
     return ", ".join(shown) + more
 
@@ -94,49 +76,56 @@ def _windows(starts: list[Fraction], width: Fraction) -> str:
     return f"in windows {at_least(width, 3)} m/s wide from {', '.join(shown)}"
 
 
-def _statement(
+def loop_sentence(
     plant: Plant,
     law: PublishedLaw,
     overlaps: Overlaps,
-    proved: Sequence[Cell],
-    covered: list[Span],
+    proved: Sequence[ProvedSet],
     missing: list[Span],
     reasons: list[str],
 ) -> str:
+    """Return for which winds the claim is proved, and why not for others.
+
+    Parameters
+    ----------
+    missing : winds of the claim that no proved set covers.
+    reasons : the winds of each cell that is not proved, and why.
+    """
     changed = (
         "" if overlaps == law.overlaps else " (the law with these overlaps in place of its own)"
     )
     if not proved:
         parts = [f"proved at no wind for {_words(overlaps)}{changed}"]
     else:
-        rates = [cell.rate for cell in proved]
-        widths = [cell.ends.widths[0] for cell in proved]
+        rates = [rate for _, rate in proved]
+        widths = [ends.widths[0] for ends, _ in proved]
+        covered = merged([ends.wind for ends, _ in proved])
         parts = [
-            f"proved for winds {_shown(covered)} m/s with {_words(overlaps)}{changed}: at each "
-            f"constant wind, v_hat = v, one equilibrium in a stated set (speed within "
+            f"proved for winds {winds_words(covered)} m/s with {_words(overlaps)}{changed}: at "
+            f"each constant wind, v_hat = v, one equilibrium in a stated set (speed within "
             f"{at_most(min(widths), 3)} to {at_most(max(widths), 3)} rad/s), reached from all of "
             f"it at no less than {at_least(min(rates), 3)} to {at_least(max(rates), 3)} 1/s (by "
             f"wind, {len(proved)} cells)",
-            _rest(plant, law, overlaps, proved),
+            _rest(plant, law, overlaps, [ends for ends, _ in proved]),
             "assumed: pitch not below its lower limit, no lag of torque, a pitch drive of first "
             "order, no states of wake, shaft, tower and blades, a law in continuous time",
         ]
     if missing:
-        parts.append(f"not proved: {_shown(missing)} m/s, where no stated cell holds")
+        parts.append(f"not proved: {winds_words(missing)} m/s, where no stated cell holds")
     return "; ".join([*parts, *reasons[:MOST_LISTED]])
 
 
-def _rest(plant: Plant, law: PublishedLaw, overlaps: Overlaps, proved: Sequence[Cell]) -> str:
+def _rest(plant: Plant, law: PublishedLaw, overlaps: Overlaps, proved: Sequence[Ends]) -> str:
     """Return a bound of the distance between equilibrium and trim, from the proved sets."""
     error = 0
-    for cell in proved:
-        loop = Loop(plant, law, overlaps, cell.ends, "none")
+    for ends in proved:
+        loop = Loop(plant, law, overlaps, ends, "none")
         error = max(error, loop.error.value.magnitude())
     share = 100 * Fraction(error, ONE) / plant.rated_speed
     words = f"there the speed is within {at_most(share, 3)} % of rated of its reference"
-    far = [cell.ends.wind for cell in proved if not _near_trim_pitch(law, cell.ends)]
+    far = [ends.wind for ends in proved if not _near_trim_pitch(law, ends)]
     near = "pitch within 2 deg of the trim tables' (lines between nodes, held beyond them)"
-    return f"{words}, {near}" + (f" except at {_shown(merged(far))} m/s" if far else "")
+    return f"{words}, {near}" + (f" except at {winds_words(merged(far))} m/s" if far else "")
 
 
 def _near_trim_pitch(law: PublishedLaw, ends: Ends) -> bool:

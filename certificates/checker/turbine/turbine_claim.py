@@ -1,0 +1,113 @@
+"""Claims about a turbine's loop: every part that fails is named, not the first one alone."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any, ClassVar
+
+from takagi.certificates.checker.kernel.claim_kind import ClaimKind
+from takagi.certificates.checker.kernel.figure import WindProfile
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import (
+    Decider,
+    Obligations,
+    decided_exactly,
+    first_failure,
+    never,
+)
+from takagi.certificates.checker.kernel.reader import number, numbers
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.turbine.members import Members, refuse_unread
+
+MOST_REASONS = 12
+# Effects that the model of the machine omits.
+RIGID = ("rigid shaft, tower and blades", "wake without states of its own")
+# A gain file's program limits the rates of torque and pitch; these kinds have the drive's alone.
+DRIVES = (
+    "torque without delay, and commands without a limit of their rates",
+    "first-order pitch drive",
+)
+PROGRAM = ("continuous time", "exact speed")
+
+
+@dataclass(frozen=True)
+class TurbineClaim(ClaimKind):
+    """A claim about a turbine's loop.
+
+    Attributes
+    ----------
+    claim, data, where : the claim, the whole file, and the claim's place for messages.
+    members : what the claim may have; a further member is refused.
+    """
+
+    claim: Any = field(repr=False)
+    data: Any = field(repr=False)
+    where: str
+    name: str
+    members: ClassVar[Mapping[str, Members | None]]
+
+    def premises(self) -> Obligations:
+        """Yield what the parts need; where it fails, no part is looked at."""
+        return iter(())
+
+    @abstractmethod
+    def parts(self) -> Iterator[tuple[str, Obligations]]:
+        """Yield where a part is, in words, and its obligations; most parts are wind cells."""
+
+    def obligations(self) -> Obligations:
+        yield from self.premises()
+        for _, required in self.parts():
+            yield from refusal_fails(required)
+
+    def failure(self, holds: Decider = decided_exactly) -> str:
+        """Return why the claim is not shown, with each part that fails.
+
+        Raises
+        ------
+        CertificateError : also for a member that nothing reads.
+        """
+        reason = first_failure(self.premises(), holds) or self.parts_failure(holds)
+        refuse_unread(self.members, self.claim, self.data, self.where)
+        return reason
+
+    def parts_failure(self, holds: Decider) -> str:
+        """Return why the parts are not shown; empty if all are."""
+        reasons = list(self.failures(holds).values())
+        if not reasons:
+            return ""
+        more = f" (+{len(reasons) - MOST_REASONS} more)" if len(reasons) > MOST_REASONS else ""
+        return self.not_proved() + "; ".join(reasons[:MOST_REASONS]) + more
+
+    def failures(self, holds: Decider) -> dict[int, str]:
+        """Return where and why a part is not shown, by the number of the part."""
+        reasons = {}
+        for k, (place, required) in enumerate(self.parts()):
+            if reason := first_failure(refusal_fails(required), holds):
+                reasons[k] = f"{place}{reason}"
+        return reasons
+
+    def not_proved(self) -> str:
+        """Return the words before the reasons."""
+        return "not proved: "
+
+
+def profile(name: str, unit: str, cells: Sequence[Any], key: str) -> WindProfile:
+    """Return one number of every wind cell over the winds."""
+    rows = ((*numbers(cell, "wind", "cell", 2), number(cell, key, "cell")) for cell in cells)
+    return WindProfile(name, unit, tuple(sorted((low, high, value) for low, high, value in rows)))
+
+
+def row_bound(P: Matrix, h: Matrix, bound: Fraction) -> Matrix:
+    """Return bound^2 P - h'h; where it and P are > 0, |h xi| < bound wherever xi'P xi <= 1."""
+    return bound**2 * P - h.T @ h
+
+
+def refusal_fails(required: Obligations) -> Obligations:
+    """Yield the obligations; an enclosure that is refused becomes one that cannot hold."""
+    try:
+        yield from required
+    except Refused as error:
+        yield never(str(error))
