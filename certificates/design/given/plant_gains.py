@@ -18,6 +18,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.plant.narrower_ranges import with_ranges
 from takagi.certificates.design.plant.tracking_observer import measured_rows
 from takagi.certificates.document.plant_embedding import plant_and_claim
+from takagi.certificates.requests.loop.decimals import floats, stack_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.tracking import observer_data
 from takagi.models.arrays import Floats
@@ -51,8 +52,7 @@ def read_gains(path: Path, model: TSModel, *, any_trim: bool = False) -> Floats:
         another model, gains of the wrong shape.
     """
     source, law = str(path), read_plant_law(path)
-    stack = read_stack(law, "K", f"{source}: law")
-    K = np.array([floats_of(matrix) for matrix in stack])
+    K = stack_of(read_stack(law, "K", f"{source}: law"))
     r, n, m = model.B.shape
     if K.shape[0] not in (1, r) or K.shape[1:] != (m, n):
         raise CertificateError(
@@ -122,12 +122,6 @@ def in_ranges_of(path: Path, plant: Plant) -> Plant:
     return with_ranges(plant, narrower)
 
 
-def floats_of(matrix: Any) -> list[list[float]]:
-    """Return a matrix of the checker as rows of floats."""
-    rows, columns = matrix.shape
-    return [[float(matrix[i, j]) for j in range(columns)] for i in range(rows)]
-
-
 def _exact(value: Any) -> Any:
     """Return the value with its numbers as rationals: 0.10 and 1e-1 are the same number."""
     if isinstance(value, Mapping):
@@ -165,13 +159,8 @@ def read_observer_gains(
             f"{', '.join(work.question.measured)}; design the gains anew, or leave out 'measured'"
         )
     where = f"{source}: law"
-    K, L = (
-        np.array([floats_of(matrix) for matrix in read_stack(owner, key, location)])
-        for owner, key, location in (
-            (law, "K", where),
-            (member(law, "observer", where), "L", f"{where}.observer"),
-        )
-    )
+    K = stack_of(read_stack(law, "K", where))
+    L = stack_of(read_stack(member(law, "observer", where), "L", f"{where}.observer"))
     r, n, m = work.model.B.shape
     p = len(work.question.rows)
     if K.shape[0] not in (1, r) or K.shape[1:] != (m, n):
@@ -209,11 +198,11 @@ def read_reference_gains(
     n, p = len(own_states(plant)), len(rows)
     shapes = {"A": (n, n), "B": (n, m), "C": (p, n), "L": (n, p)}
     matrices = {
-        key: np.array(floats_of(read_matrix(stated_observer, key, f"{where}.observer", shape)))
+        key: floats(read_matrix(stated_observer, key, f"{where}.observer", shape))
         for key, shape in shapes.items()
     }
     observer = ConstantObserver(**matrices, measured=plant.measured or ())
-    K = np.array([floats_of(matrix) for matrix in read_stack(law, "K", where)])
+    K = stack_of(read_stack(law, "K", where))
     if K.shape != (1, m, N) and K.shape != (r, m, N):
         raise CertificateError(f"{where}.K has shape {K.shape}; (1, {m}, {N}) is needed")
     K = np.array(np.broadcast_to(K, (r, m, N)))

@@ -7,7 +7,7 @@ report, simulation) read the ``PlantDesign`` made here.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -104,17 +104,14 @@ def design_plant(
     ModelError : the plant has no Takagi-Sugeno model on its box, or the settings make no sense
         for it.
     """
-    chosen = settings or PlantSettings()
-    clock = StepClock(tell)
-    model = plant_model(plant, chosen, clock)
-    work = _Work(plant, chosen, model, requirements_of(plant, model, chosen), tuple(files), clock)
+    work = _Work.of(plant, settings, files, tell)
+    model, chosen, clock = work.model, work.settings, work.clock
     if plant.references:
         return _design_tracking(work)
     if plant.measured is not None:
         from takagi.certificates.design.plant.observed_design import ObservedWork, design_observed
 
-        members = (plant, chosen, model, work.requirements, work.files, clock)
-        return design_observed(ObservedWork.of(*members), DIGITS)
+        return design_observed(ObservedWork.of(*work.members), DIGITS)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
     require_sensible(plant, model, chosen)
@@ -196,14 +193,13 @@ def _within_narrower_ranges(
             # The rests leave no room in these ranges.
             break
         if narrower.jump > LEAST_INCREASE * jump:
-            requirements = requirements_of(narrow, model, settings)
             narrowed_ranges = ", ".join(map(range_in_words, ranges.values()))
             note = (
                 "states are proved to stay in narrower ranges, where slopes vary less: "
                 f"{narrowed_ranges}"
             )
             gains = replace(narrower.gains, notes=(note, *narrower.gains.notes))
-            narrower_work = replace(work, plant=narrow, model=model, requirements=requirements)
+            narrower_work = replace(work, plant=narrow).with_model(model)
             best, jump = (narrower_work, replace(narrower, gains=gains)), narrower.jump
     return best
 
@@ -233,11 +229,8 @@ def certify_plant(
             f"plant {plant.name!r} measures {', '.join(plant.measured)}: gains of all states are "
             "no law for it; give the gain file of its design"
         )
-    chosen = settings or PlantSettings()
-    clock = StepClock(tell)
-    model = plant_model(plant, chosen, clock)
-    K = gains(model) if callable(gains) else np.asarray(gains, dtype=np.float64)
-    work = _Work(plant, chosen, model, requirements_of(plant, model, chosen), tuple(files), clock)
+    work = _Work.of(plant, settings, files, tell)
+    K = gains(work.model) if callable(gains) else np.asarray(gains, dtype=np.float64)
     return work.certified(K, None, ("gains were given",))
 
 
@@ -261,31 +254,23 @@ def certify_filed(
     """
     from takagi.certificates.design.given.kept_model import law_for
 
-    chosen = settings or PlantSettings()
-    clock = StepClock(tell)
     if claims_alone(plant):
         from takagi.certificates.design.given.plant_gains import in_ranges_of
 
         plant = in_ranges_of(path, plant)
+    work = _Work.of(plant, settings, files, tell)
     if plant.references and plant.measured is not None and not measures_all(plant):
         from takagi.certificates.design.given.plant_gains import read_reference_gains
 
-        model = plant_model(plant, chosen, clock)
-        K, observer = read_reference_gains(path, plant, model)
-        requirements = requirements_of(plant, model, chosen)
-        work = _Work(plant, chosen, model, requirements, tuple(files), clock)
+        K, observer = read_reference_gains(path, plant, work.model)
         return work.certified(K, None, ("gains were given",), observer=observer)
     if plant.measured is not None and not plant.references:
-        return _certify_observed(plant, path, chosen, tuple(files), clock)
-    law = law_for(plant, plant_model(plant, chosen, clock), path, chosen, files=files)
-    requirements = requirements_of(plant, law.model, chosen)
-    work = _Work(plant, chosen, law.model, requirements, tuple(files), clock)
-    return work.certified(law.gains, None, law.notes, law=law.law)
+        return _certify_observed(work, path)
+    law = law_for(plant, work.model, path, work.settings, files=files)
+    return work.with_model(law.model).certified(law.gains, None, law.notes, law=law.law)
 
 
-def _certify_observed(
-    plant: Plant, path: Path, settings: PlantSettings, files: tuple[Path, ...], clock: StepClock
-) -> PlantDesign:
+def _certify_observed(work_of_plant: _Work, path: Path) -> PlantDesign:
     """Return the certificate for the gains K and L of a file, as they stand."""
     from takagi.certificates.design.given.kept_model import (
         is_of,
@@ -295,15 +280,13 @@ def _certify_observed(
     from takagi.certificates.design.given.plant_gains import read_observer_gains, read_plant_law
     from takagi.certificates.design.plant.observed_design import ObservedWork
 
-    model = plant_model(plant, settings, clock)
-    requirements = requirements_of(plant, model, settings)
-    work = ObservedWork.of(plant, settings, model, requirements, files, clock)
+    work = ObservedWork.of(*work_of_plant.members)
     try:
         K, L = read_observer_gains(path, work)
         return work.certified(K, L, None, ("gains were given", work.question.note))
     except CertificateError as error:
         first_error = error
-    if is_of(model, path, files):
+    if is_of(work.model, path, work.files):
         raise first_error
     law = plain(read_plant_law(path))
     notes: tuple[str, ...] = ("gains were given", work.question.note)
@@ -311,9 +294,8 @@ def _certify_observed(
         K, L = read_observer_gains(path, work, any_trim=True)
     except CertificateError:
         try:
-            model = model_in_premises_of(plant, law, settings)
-            requirements = requirements_of(plant, model, settings)
-            work = ObservedWork.of(plant, settings, model, requirements, files, clock)
+            model = model_in_premises_of(work.plant, law, work.settings)
+            work = ObservedWork.of(*work_of_plant.with_model(model).members)
             K, L = read_observer_gains(path, work, any_trim=True)
         except (ModelError, CertificateError) as reason:
             raise CertificateError(
@@ -321,7 +303,7 @@ def _certify_observed(
                 f"premises of its file alone, and there: {reason}"
             ) from reason
         notes = (*notes, "the premises of their file were kept")
-    return work.certified(K, L, None, (*notes, *moved_rest(law, model)))
+    return work.certified(K, L, None, (*notes, *moved_rest(law, work.model)))
 
 
 def _rounded(
@@ -378,6 +360,28 @@ class _Work:
     requirements: ClaimRequirements
     files: tuple[Path, ...]
     clock: StepClock
+
+    @classmethod
+    def of(
+        cls,
+        plant: Plant,
+        settings: PlantSettings | None,
+        files: Sequence[Path],
+        tell: Tell | None,
+    ) -> _Work:
+        chosen, clock = settings or PlantSettings(), StepClock(tell)
+        model = plant_model(plant, chosen, clock)
+        requirements = requirements_of(plant, model, chosen)
+        return cls(plant, chosen, model, requirements, tuple(files), clock)
+
+    def with_model(self, model: TSModel) -> _Work:
+        requirements = requirements_of(self.plant, model, self.settings)
+        return replace(self, model=model, requirements=requirements)
+
+    @property
+    def members(self) -> tuple[Any, ...]:
+        """All members, in the order in which ``ObservedWork.of`` takes them."""
+        return tuple(getattr(self, member.name) for member in fields(self))
 
     def certified(
         self,
