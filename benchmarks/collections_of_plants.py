@@ -101,7 +101,7 @@ def plants_in(folder: Path, most: int) -> Iterator[tuple[str, dict[str, Floats]]
 def certified(folder: Path, most: int) -> None:
     """Print what the checkers say of every default design, then the counts."""
     from takagi.certificates import certify
-    from takagi.certificates.cross_check.opinion import judge_document
+    from takagi.certificates.cross_check.comparison import cross_checked_document
     from takagi.certificates.requests import H2Norm, L2Gain, Peak
     from takagi.lmi import h2_pdc, hinf_pdc, peak_pdc
     from takagi.models import ModelError, TSModel
@@ -124,7 +124,7 @@ def certified(folder: Path, most: int) -> None:
                 continue
             answer = certify(model, found.gains, claims=[request(output=output)])
             above = answer.document["claims"][0][key] / found.gain - 1
-            said = {answer.verdict.name, *(one.verdict for one in judge_document(answer.document))}
+            said = {row.second for row in cross_checked_document(answer.document).rows}
             verdict = "PROVED" if said == {"PROVED"} else "not proved"
             if verdict == "PROVED" and above > NEAR:
                 verdict = "PROVED, but more"

@@ -58,7 +58,7 @@ def coq_file(certificate: Path) -> CoqFile:
         no theorem to be written.
     """
     theorems: dict[int, Theorems] = {}
-    checked = check(certificate, decider_of=lambda place: theorems.setdefault(place, Theorems()))
+    checked = check(certificate, decider_of=lambda index: theorems.setdefault(index, Theorems()))
     for number, claim in enumerate(checked.claims, start=1):
         if claim.verdict is Verdict.UNDECIDED:
             raise CertificateError(f"claim {number} is not proved: {claim.text}")

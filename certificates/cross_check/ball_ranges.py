@@ -24,7 +24,7 @@ from takagi.certificates.checker.plant.plant_claim import Enclosure
 from takagi.certificates.checker.plant.quotient_form import parted
 
 PRECISION, MOST_PIECES, HIGHEST_ORDER = 160, 400, 6
-TOLERANCE = Fraction(1, 10**20)
+TOLERANCE, SLOPE_ROUNDING = Fraction(1, 10**20), arb(1) / 10**6
 Side = tuple[Fraction, Fraction]
 Box = Mapping[str, Side]
 FUNCTIONS: dict[str, Callable[[arb_series], arb_series]] = {
@@ -44,40 +44,59 @@ FUNCTIONS: dict[str, Callable[[arb_series], arb_series]] = {
 
 
 class NotEnclosed(Exception):
-    """A subexpression has no enclosure here."""
+    """A part of the expression has no enclosure on a piece of the box."""
+
+
+class Unknown(Exception):
+    """A part of the expression that has no enclosure here on any box."""
 
 
 def keeps_bounds(required: Obligation) -> bool | None:
     """Return whether an expression keeps its bounds on its box; None where that is not decided."""
     if not isinstance(required, Enclosure):
         return None
+    try:
+        with ctx.workprec(PRECISION):
+            return _keeps_bounds(required)
+    except (NotEnclosed, Unknown):
+        return None
+
+
+def _keeps_bounds(required: Enclosure) -> bool | None:
     ranges, bounds = required.ranges, (required.lower, required.upper)
     slack = [TOLERANCE * max(Fraction(1), abs(bound)) for bound in bounds]
     low, high = fmpq_of(bounds[0] - slack[0]), fmpq_of(bounds[1] + slack[1])
     sides = ranges.evaluator.sides
     vanishing = frozenset(v for v, side in sides.items() if side[0] <= 0 <= side[1])
-    with ctx.workprec(PRECISION):
-        expression = _Expression(ranges.graph, *parted(ranges.graph, required.node, vanishing))
-        if not expression.variables <= sides.keys():
-            return None
-        boxes: list[Box] = [{name: sides[name] for name in expression.variables}]
-        for _ in range(MOST_PIECES):
-            if not boxes:
-                return True
-            box = boxes.pop()
-            try:
-                value = expression.value(box)
-                if low <= value and value <= high:
-                    continue
-                slopes = {name: expression.slope(box, name) for name in box}
-                lowest, largest = expression.ends(box, slopes)
-            except NotEnclosed:
-                return None
+    expression = _Expression(ranges.graph, *parted(ranges.graph, required.node, vanishing))
+    if not expression.variables <= sides.keys():
+        return None
+    whole_box = {name: sides[name] for name in expression.variables}
+    if not expression.has_limits(whole_box):
+        return None
+    boxes: list[Box] = [whole_box]
+    for _ in range(MOST_PIECES):
+        if not boxes:
+            return True
+        box = boxes.pop()
+        slopes: Mapping[str, arb | None] = dict.fromkeys(box)
+        try:
+            value = expression.value(box)
+            if low <= value and value <= high:
+                continue
+            slopes = {name: expression.slope(box, name) for name in box}
+            low_face, high_face, error = _faces(box, slopes)
+            lowest = expression.mean_value(low_face, slopes) - error
+            largest = expression.mean_value(high_face, slopes) + error
             if low <= lowest and largest <= high:
                 continue
-            if largest < low or lowest > high:
-                return False
-            boxes += _halves(box, slopes, expression.powers)
+            for face in (low_face, high_face):
+                inside = expression.value(_middle(face))
+                if inside < low or inside > high:
+                    return False
+        except NotEnclosed:
+            pass
+        boxes += _halves(box, slopes, expression.powers)
     return None if boxes else True
 
 
@@ -92,38 +111,46 @@ class _Expression:
         self.direct = direct
         self.variables = graph.variables(direct)
 
+    def has_limits(self, box: Box) -> bool:
+        """Return whether N and its slopes vanish exactly where N / x^k is a limit."""
+        zero = Fraction(0), Fraction(0)
+        for name, power in self.powers.items():
+            series = _series(self.graph, self.top, {**box, name: zero}, name, power)
+            if not all(series[order].is_zero() for order in range(power)):
+                return False
+        return True
+
     def value(self, box: Box) -> arb:
-        """Return a ball that holds the values over the box, limits included."""
-        return self._coefficient(box, 0)
+        """Return a ball that holds the values over the box, limits included.
+
+        Around a limit it is narrowed by f(0) + f'(0) x + x^2 f''(X) / 2 in the variable x.
+        """
+        value, name = self._coefficient(box, 0), self._singular(box)
+        if not name or box[name][0] == box[name][1] or self.powers[name] + 2 >= HIGHEST_ORDER:
+            return value
+        zero, (low, high) = Fraction(0), box[name]
+        lowest = zero if low <= 0 <= high else min(low * low, high * high)
+        squared = ball((lowest, max(low * low, high * high)))
+        there = {**box, name: (zero, zero)}
+        linear = self._coefficient(there, 0) + self._coefficient(there, 1, name) * ball(box[name])
+        return value.intersection(linear + squared * self._coefficient(box, 2, name))
 
     def slope(self, box: Box, name: str) -> arb | None:
         """Return a ball that holds the slopes in a variable; None where there is none."""
-        singular = self._singular(box)
-        if singular not in ("", name):
-            return None
-        return self._coefficient(box, 1, name)
+        try:
+            if self._singular(box) in ("", name):
+                return self._coefficient(box, 1, name)
+        except NotEnclosed:
+            pass
+        return None
 
-    def ends(self, box: Box, slopes: Mapping[str, arb | None]) -> tuple[arb, arb]:
-        """Return balls: below the first and above the second is no value over the box."""
-        faces: list[dict[str, Side]] = [dict(box), dict(box)]
-        for name, (low, high) in box.items():
-            slope = slopes[name]
-            if slope is not None and (slope >= 0 or slope <= 0):
-                ends = (low, high) if slope >= 0 else (high, low)
-                for face, end in zip(faces, ends, strict=True):
-                    face[name] = (end, end)
-        return self._mean_value(faces[0], slopes).lower(), self._mean_value(
-            faces[1], slopes
-        ).upper()
-
-    def _mean_value(self, box: Box, slopes: Mapping[str, arb | None]) -> arb:
+    def mean_value(self, box: Box, slopes: Mapping[str, arb | None]) -> arb:
+        """Return a ball that holds the values over the box, by its middle and the slopes."""
         value = self.value(box)
         free = [name for name, (low, high) in box.items() if low < high]
         if not free or any(slopes[name] is None for name in free):
             return value
-        middle = dict(box)
-        for name in free:
-            middle[name] = ((box[name][0] + box[name][1]) / 2,) * 2
+        middle = _middle(box)
         mean = self.value(middle)
         for name in free:
             slope = slopes[name]
@@ -132,8 +159,8 @@ class _Expression:
         return mean if mean.rad() < value.rad() else value
 
     def _singular(self, box: Box) -> str:
-        """Return the variable that divides and whose side contains 0; empty for none."""
-        names = [name for name in self.powers if box[name][0] <= 0 <= box[name][1]]
+        """Return the variable that divides and whose side contains or nearly contains 0."""
+        names = [name for name in self.powers if _is_near_zero(box[name])]
         if len(names) > 1:
             raise NotEnclosed("two variables that vanish")
         return names[0] if names else ""
@@ -142,15 +169,15 @@ class _Expression:
         singular = self._singular(box)
         if not singular:
             return _series(self.graph, self.direct, box, along, order + 1)[order]
+        low, high = box[singular]
+        hull = {**box, singular: (min(low, Fraction(0)), max(high, Fraction(0)))}
         order += self.powers[singular]
         if order >= HIGHEST_ORDER:
             raise NotEnclosed("a high power in a denominator")
-        coefficient = _series(self.graph, self.top, box, singular, order + 1)[order]
+        coefficient = _series(self.graph, self.top, hull, singular, order + 1)[order]
         for name, power in self.powers.items():
             if name != singular:
                 coefficient /= ball(box[name]) ** power
-        if not coefficient.is_finite():
-            raise NotEnclosed("no bound")
         return coefficient
 
 
@@ -162,7 +189,11 @@ def _series(graph: Graph, root: int, box: Box, along: str, length: int) -> arb_s
         for number in graph.below([root]):
             node = graph[number]
             children = [values[child] for child in node.parts]
-            values[number] = _node(node, children, box, along)
+            series = _node(node, children, box, along)
+            # Zero times a series without a value would be zero.
+            if not all(series[order].is_finite() for order in range(length)):
+                raise NotEnclosed("a part that has no value somewhere")
+            values[number] = series
     finally:
         ctx.cap = previous_cap
     return values[root]
@@ -187,7 +218,7 @@ def _node(node: Node, children: list[arb_series], box: Box, along: str) -> arb_s
         return _power(children[0], node.value)
     if node.op == "call" and node.name in FUNCTIONS:
         return FUNCTIONS[node.name](children[0])
-    raise NotEnclosed(node.op)
+    raise Unknown(node.op)
 
 
 def _power(base: arb_series, exponent: Fraction) -> arb_series:
@@ -208,14 +239,45 @@ def _nonzero(series: arb_series) -> arb_series:
     return series
 
 
+def _faces(box: Box, slopes: Mapping[str, arb | None]) -> tuple[Box, Box, arb]:
+    """Return where on a piece the expression is least and largest by its slopes, up to an error.
+
+    Where a bound is attained a slope is 0, and its ball reaches beyond 0 by its rounding: with
+    s >= -e the expression is nowhere below its value at the lower end by more than e times the
+    width.
+    """
+    low_face, high_face, error = dict(box), dict(box), arb(0)
+    for name, (low, high) in box.items():
+        slope = slopes[name]
+        if slope is None or not slope.is_finite():
+            continue
+        size = abs(slope).upper() * SLOPE_ROUNDING
+        for against, ends in ((-slope.lower(), (low, high)), (slope.upper(), (high, low))):
+            if against <= size:
+                low_face[name], high_face[name] = ((end, end) for end in ends)
+                error += arb(fmpq_of(high - low)) * max(arb(0), against)
+                break
+    return low_face, high_face, error
+
+
+def _is_near_zero(side: Side) -> bool:
+    """Return whether the distance from 0 is at most the width."""
+    low, high = side
+    return low <= 0 <= high or min(abs(low), abs(high)) <= high - low
+
+
+def _middle(box: Box) -> Box:
+    return {name: ((low + high) / 2,) * 2 for name, (low, high) in box.items()}
+
+
 def _halves(box: Box, slopes: Mapping[str, arb | None], powers: Mapping[str, int]) -> list[Box]:
     """Return both halves, cut across the side along which the expression changes most."""
 
     def change(name: str) -> tuple[bool, float]:
         width, slope = float(box[name][1] - box[name][0]), slopes[name]
-        bounded = slope is not None and slope.is_finite()
-        steepness = float(abs(slope).upper()) if slope is not None and bounded else 1.0
-        return not bounded, width * steepness
+        is_bounded = slope is not None and slope.is_finite()
+        steepness = float(abs(slope).upper()) if slope is not None and is_bounded else 1.0
+        return not is_bounded, width * steepness
 
     name = max((n for n in box if box[n][0] < box[n][1]), key=change, default="")
     if not name:

@@ -117,7 +117,7 @@ def _compared(verdicts: Callable[[DeciderOf], Checked]) -> VerdictComparison:
     deciders: dict[int, FlintDecider] = {}
     try:
         first = verdicts(exact_decider)
-        second = verdicts(lambda place: deciders.setdefault(place, FlintDecider()))
+        second = verdicts(lambda index: deciders.setdefault(index, FlintDecider()))
     except CertificateError as error:
         return VerdictComparison(
             [VerdictRow("the file", REFUSED, REFUSED, 0, str(error), is_claim=False)]

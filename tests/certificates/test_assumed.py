@@ -12,7 +12,7 @@ import pytest
 
 from takagi.certificates import check
 from takagi.certificates.checker import check_document
-from takagi.certificates.checker.replay.claim_kinds import TURBINE_KINDS, _kind
+from takagi.certificates.checker.replay.claim_kinds import TURBINE_KINDS, class_of
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
 from takagi.reports import ci_formats
@@ -80,7 +80,7 @@ def test_each_claim_carries_its_own(resting: dict[str, Any], reseal: Any) -> Non
     assert loop.assumes == actuators.assumes
     assert set(rate.assumes) - set(loop.assumes) == {"start of the wind filter at its estimate"}
     assert "from any start with V <= 1 and the filter at its estimate" in rate.text
-    assert all(_kind(place).assumes for place in TURBINE_KINDS.values())
+    assert all(class_of(kind).assumes for kind in TURBINE_KINDS)
     wrong = deepcopy(resting)
     wrong["claims"][0]["cells"][0]["decay_rate"] = 3.0
     undecided = check_document(reseal(wrong)).claims

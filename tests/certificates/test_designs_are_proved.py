@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay, H2Norm, L2Gain, Peak, Poles
 from takagi.lmi import (
@@ -32,6 +31,7 @@ from takagi.lmi import (
     structured_pdc,
 )
 from takagi.models import TSModel
+from tests.certificates.both_checkers import second
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.fuzzy.test_fuzzy_pdc import guerra_vermeiren, tanaka_ohtake
 from tests.lmi.known_models import three_rules
@@ -207,7 +207,7 @@ def proved(row: Row) -> None:
     found = certify(row.model, gains=row.gains, claims=[row.asked])
 
     assert found.verdict is Verdict.PROVED, found.tried[-3:]
-    assert [said.verdict for said in judge_document(found.document)] == ["PROVED"]
+    assert second(found.document) == ["PROVED"]
 
 
 @pytest.mark.parametrize(
@@ -228,7 +228,7 @@ def test_the_peak_of_a_linear_loop_is_that_of_its_design(name: str) -> None:
 
     assert found.gain is not None
     assert certified.verdict is Verdict.PROVED
-    assert [said.verdict for said in judge_document(certified.document)] == ["PROVED"]
+    assert second(certified.document) == ["PROVED"]
     assert claim["gain"] <= MORE * found.gain
 
 
@@ -249,7 +249,7 @@ def test_the_energy_gain_of_a_stiff_loop_is_that_of_its_design() -> None:
 
     assert found.gain is not None and np.abs(found.require()[0]).max() > 1e3
     assert certified.verdict is Verdict.PROVED
-    assert [said.verdict for said in judge_document(certified.document)] == ["PROVED"]
+    assert second(certified.document) == ["PROVED"]
     assert claim["gain"] <= MORE * found.gain
 
 
@@ -268,7 +268,7 @@ def test_the_pieces_are_what_shows_it(name: str) -> None:
         provenance={},
     )
 
-    assert judge_document(whole)[0].verdict == "UNDECIDED"
+    assert second(whole)[0] == "UNDECIDED"
     assert check_document(whole).verdict is Verdict.UNDECIDED
 
 

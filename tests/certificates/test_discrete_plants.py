@@ -11,7 +11,6 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
@@ -19,6 +18,7 @@ from takagi.models import ModelError
 from takagi.models.files.library import data_folder
 from takagi.models.plant_files.loader import PlantFile
 from takagi.reports.simulation.plant import simulate_plant, simulation_data
+from tests.certificates.both_checkers import second
 
 FILE = data_folder() / "henon.toml"
 
@@ -83,7 +83,7 @@ def test_both_checkers_and_the_file_agree(tmp_path: Path) -> None:
     path.write_text(dumps(found.document), encoding="utf-8")
 
     assert found.proved
-    assert {one.verdict for one in judge_document(found.document)} == {"PROVED"}
+    assert {*second(found.document)} == {"PROVED"}
     assert check(path, model=FILE).verdict.name == "PROVED"
     other = tmp_path / "henon.toml"
     other.write_text(FILE.read_text(encoding="utf-8").replace('"1 s"', '"2 s"'), encoding="utf-8")
@@ -134,7 +134,7 @@ def test_output_feedback_in_discrete_time(tmp_path: Path) -> None:
     found = designed(path)
 
     assert found.proved and found.output_law is not None and not found.output_law.at_estimate
-    assert {one.verdict for one in judge_document(found.document)} == {"PROVED"}
+    assert {*second(found.document)} == {"PROVED"}
     certificate = tmp_path / "certificate.json"
     certificate.write_text(dumps(found.document), encoding="utf-8")
     assert check(certificate, model=path).verdict.name == "PROVED"

@@ -14,7 +14,6 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.design import certify_filed, certify_plant, design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import ModelError
@@ -28,6 +27,7 @@ from takagi.reports.gains_file.plant import plant_gain_file
 from takagi.reports.sections.plant.page import plant_report_files
 from takagi.reports.sections.plant.summary import summary_rows
 from takagi.reports.simulation.plant import simulate_plant, simulation_data
+from tests.certificates.both_checkers import second
 
 FILE = data_folder() / "flexible_link.toml"
 PENDULUM = """
@@ -74,7 +74,7 @@ def test_the_design_is_proved_by_both_checkers() -> None:
     kinds = [claim["kind"] for claim in found.document["claims"]]
     assert kinds == ["sector-embedding", "slope-embedding", "observed-loop"]
     assert found.proved
-    assert [one.verdict for one in judge_document(found.document)] == ["PROVED"] * 3
+    assert second(found.document) == ["PROVED"] * 3
     assert found.output_law is not None and found.output_law.at_estimate and found.law is None
 
 
@@ -254,7 +254,7 @@ def test_a_forged_observer_in_the_certificate_is_noticed() -> None:
         provenance={},
     )
     assert check_document(again).claims[-1].verdict.name == "UNDECIDED"
-    assert judge_document(again)[-1].verdict == "UNDECIDED"
+    assert second(again)[-1] == "UNDECIDED"
 
 
 def test_what_no_output_shows_is_refused_at_once(tmp_path: Path) -> None:
@@ -297,5 +297,5 @@ def test_the_report_is_about_the_law_with_outputs() -> None:
     rows = {row.name: row for row in summary_rows(link())}
     assert rows["input"].proved and rows["settles"].claim == "loop with the observer"
     assert "The law has tm exactly, without noise" in page
-    assert "Gains L of the observer" in page and "whose shadow on the states" in page
+    assert "Gains L of the observer" in page and "whose projection onto the states" in page
     assert "The law knows the whole state exactly" not in page and "LQR" not in page

@@ -15,8 +15,6 @@ from takagi.certificates import CertificateError, check
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.replay import claim_kinds
 from takagi.certificates.checker.replay.removed_kinds import LAST_READER, NO_LONGER_READ
-from takagi.certificates.cross_check import opinion
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.cli.main import main
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.turbine.running_documents import sealed
@@ -71,12 +69,5 @@ def test_the_command_refuses_it(
 
 
 @pytest.mark.parametrize("kind", REMOVED)
-def test_the_second_checker_does_not_replay_it(kind: str) -> None:
-    (answer,) = judge_document(document(kind))
-    assert (answer.kind, answer.verdict) == (kind, opinion.NOT_REPLAYED)
-
-
-@pytest.mark.parametrize("kind", REMOVED)
 def test_no_reader_is_left(kind: str) -> None:
     assert kind not in claim_kinds.READ
-    assert kind not in {*opinion.LOOPS, *opinion.OF_TURBINES}

@@ -15,7 +15,7 @@ import pytest
 
 from takagi.certificates.audit.trusted_lines import FOLDER, Trusted, check_counted, code_lines
 from takagi.certificates.checker import CertificateError, Verdict, check
-from takagi.certificates.checker.words.sentences import decay as decay_words
+from takagi.certificates.checker.kinds.decay import Decay
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
 
@@ -167,7 +167,7 @@ def test_words_cannot_change_a_verdict(
     document["claims"][0]["decay_rate"] = 1000
     wrong = decay.with_name("fast.json")
     wrong.write_text(json.dumps(_resealed(document)))
-    monkeypatch.setattr(decay_words, "said", lambda **_: ("a name", words))
+    monkeypatch.setattr(Decay, "sentence", lambda _: words)
 
     assert check(decay).verdict is Verdict.PROVED
     assert check(decay).claims[0].text == words

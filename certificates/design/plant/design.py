@@ -422,8 +422,8 @@ class _Work:
                 if claim["kind"] == "sampled-loop" and checked.verdict.name == "PROVED"
             ]
             controller = plant_members(*members, proved_sample=max(times, default=None))
-            whole = bound(document, controller)
-            certificate = replace(certificate, document=whole)
+            with_controller = bound(document, controller)
+            certificate = replace(certificate, document=with_controller)
         output_law = None
         if observer is not None and run is not None:
             from takagi.models.laws.reference_feedback import ReferenceFeedback

@@ -14,7 +14,6 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.lmi import pdc
 from takagi.models import Premise, TSModel
 from tests.certificates.both_checkers import second, verdicts
@@ -74,7 +73,7 @@ def judged(model: TSModel, K: Floats, rate: float) -> Verdict:
     """Return the verdict; the blends that a no names are replayed by the second checker."""
     found = certify(model, K, decay_rate=rate)
     if found.verdict is Verdict.DISPROVED:
-        assert judge_document(dict(found.document))[-1].verdict == "DISPROVED"
+        assert second(dict(found.document))[-1] == "DISPROVED"
     return found.verdict
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.audit.two_checkers import cross_checked
+from takagi.certificates.cross_check.comparison import cross_checked
 from takagi.certificates.cross_check.kernel.reading import load
 from takagi.certificates.cross_check.opinion import claims_of, judge
 from takagi.cli.main import main

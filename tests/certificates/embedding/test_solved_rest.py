@@ -12,13 +12,10 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Verdict, check
-from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.kernel.reading import loads as read_numbers
-from takagi.certificates.cross_check.plant.plant import read_plant as read_trees
+from takagi.certificates.cross_check.comparison import cross_checked_document
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
@@ -314,43 +311,13 @@ def test_a_parameter_does_not_stand_in_for_a_rest(tmp_path: Path) -> None:
         compare_plant(model, filed(tmp_path, other))
 
 
-@pytest.mark.parametrize(
-    "ball",
-    [
-        {"within": -1},
-        {"within": 10**9},
-        {"equals": "((("},
-        {"equals": "foo(2)"},
-        {"equals": "w"},
-    ],
-)
-def test_the_second_checker_refuses_a_ball_that_is_none(
-    documents: dict[str, dict[str, Any]], ball: dict[str, Any]
-) -> None:
-    for place in (("parameters", "c", None), ("states", 0, "rest")):
-        forged = copy.deepcopy(documents["fan"]["model"])
-        given = forged[place[0]][place[1]]
-        (given if place[2] is None else given[place[2]]).update(ball)
-        with pytest.raises(Refusal):
-            read_trees(read_numbers(json.dumps(forged)))
-
-
-def test_the_second_checker_reads_a_number_with_pi_twice(
-    documents: dict[str, dict[str, Any]],
-) -> None:
-    model = copy.deepcopy(documents["fan"]["model"])
-    model["parameters"]["c"]["equals"] = "pi + exp(pi)"
-    assert "c" in read_trees(read_numbers(json.dumps(model))).balls
-
-
-def test_the_second_checker_replays_all_but_the_embedding(tmp_path: Path) -> None:
+def test_both_deciders_agree(tmp_path: Path) -> None:
     design = design_plant(load_plant(filed(tmp_path, FAN)))
     assert isinstance(design, PlantDesign)
     found = cross_checked_document(design.document)
 
     assert found.agrees
-    assert [row.second for row in found.rows[1:]] == ["PROVED"] * (len(found.rows) - 1)
-    assert found.left_open == ("Fan at 1500 rpm is its Takagi-Sugeno model",)
+    assert {row.second for row in found.rows} == {"PROVED"}
 
 
 def test_a_rest_where_an_equation_is_a_limit_is_refused(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import sympy as sp
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
@@ -21,6 +20,7 @@ from takagi.certificates.document.plant_embedding import (
     slopes_data,
 )
 from takagi.models import Interval, Output, Plant, Variable, sector_model
+from tests.certificates.both_checkers import second
 from tests.certificates.kinds.claims import law_data, model_data
 
 Data = dict[str, Any]
@@ -35,8 +35,8 @@ SEEN = {"weights": "measured", "measured": ["y"]}
 def both(model: Data, gains: Data, *claims: Data) -> tuple[str, str, str]:
     """Return the verdicts of both checkers on the last claim, and the first one's words."""
     document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
-    one, other = check_document(document).claims[-1], judge_document(document)[-1]
-    return one.verdict.name, other.verdict, one.text
+    checked = check_document(document).claims[-1]
+    return checked.verdict.name, second(document)[-1], checked.text
 
 
 def line(**changed: Any) -> tuple[Data, Data, Data]:

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.kinds.claims import model_data, said_of
+from tests.certificates.oracle.reading import Refusal
+from tests.certificates.oracle.verdicts import judge_document
 
 Data = dict[str, Any]
 A = [[[-2]], [[-4]]]

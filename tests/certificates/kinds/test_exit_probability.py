@@ -15,14 +15,13 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.kinds.exit_probability import exit_bound
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.certificates.requests import ExitProbability
 from takagi.certificates.requests.attempts import attempted
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
+from tests.certificates.both_checkers import second
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]
@@ -46,20 +45,16 @@ def lag_bound() -> float:
 
 
 def verdicts(model: Data, claim: Data, gains: Data | None = None) -> tuple[str, str]:
-    """Return the verdicts of both checkers; "refused" where one refuses the file."""
+    """Return the verdicts of both checkers; REFUSED where one refuses the file."""
     document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
     try:
         first = said_of(model, gains, claim).verdict.name
     except CertificateError:
-        first = "refused"
-    try:
-        second = judge_document(document)[0].verdict
-    except Refusal:
-        second = "refused"
-    return first, second
+        first = "REFUSED"
+    return first, second(document)[0]
 
 
-BOTH, NEITHER, REFUSED = ("PROVED",) * 2, ("UNDECIDED",) * 2, ("refused",) * 2
+BOTH, NEITHER, REFUSED = ("PROVED",) * 2, ("UNDECIDED",) * 2, ("REFUSED",) * 2
 
 
 def test_probability_from_both_sides_of_its_exact_value() -> None:
@@ -315,7 +310,7 @@ def test_both_checkers_agree_about_random_rules(entries: list[float]) -> None:
     document = certificate_document(
         model=loop.model_data, gains=None, claims=[attempt.claim], provenance={}
     )
-    assert judge_document(document)[0].verdict == attempt.checked.verdict.name
+    assert second(document)[0] == attempt.checked.verdict.name
 
 
 def test_gains_by_rule_are_proved_on_blends() -> None:

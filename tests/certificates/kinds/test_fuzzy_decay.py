@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay
 from takagi.models import Premise, TSModel
+from tests.certificates.both_checkers import second
 from tests.certificates.kinds.claims import law_data, model_data, said_of
+from tests.certificates.oracle.reading import Refusal
+from tests.certificates.oracle.verdicts import judge_document
 
 Data = dict[str, Any]
 
@@ -168,7 +169,7 @@ def both(model: Data, gains: Data | None, claim: Data) -> str:
     """Return the verdict of both checkers, which is one."""
     document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
     first = said_of(model, gains, claim).verdict.name
-    assert judge_document(document)[0].verdict == first
+    assert second(document)[0] == first
     return first
 
 
@@ -246,7 +247,7 @@ def test_a_function_that_needs_pieces_is_found() -> None:
     assert found.verdict is Verdict.PROVED
     assert (claim["kind"], claim["degrees"], claim["rates"]) == ("fuzzy-decay", [1], [[1, 1]])
     assert claim["halvings"].count([]) > 1
-    assert judge_document(found.document)[0].verdict == "PROVED"
+    assert second(found.document)[0] == "PROVED"
     assert certify(model, K, claims=[FuzzyDecay(rate_bounds=50.0)]).verdict is Verdict.UNDECIDED
 
 
@@ -268,4 +269,4 @@ def test_premises_have_their_own_pieces() -> None:
     assert found.verdict is Verdict.PROVED
     assert claim["kind"] == "fuzzy-decay"
     assert {entry[0] for entry in claim["halvings"] if entry} == {0, 1}
-    assert judge_document(found.document)[0].verdict == "PROVED"
+    assert second(found.document)[0] == "PROVED"

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import TSModel
+from tests.certificates.both_checkers import second
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]
@@ -40,9 +40,9 @@ def corner_model(s: float) -> tuple[Data, Data]:
 def both(model: Data, gains: Data | None, claim: Data) -> str:
     """Return the verdict of both checkers, which is one."""
     document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
-    first, second = said_of(model, gains, claim).verdict.name, judge_document(document)[0].verdict
-    assert first == second
-    return first
+    verdict = said_of(model, gains, claim).verdict.name
+    assert second(document) == [verdict]
+    return verdict
 
 
 @pytest.mark.parametrize("s", [2.1, 3.0, 3.999])
@@ -61,7 +61,7 @@ def test_a_blend_that_grows_is_named() -> None:
 
     assert found.verdict is Verdict.DISPROVED
     assert "none does along 1/2 rule 1 + 1/2 rule 2" in found.checked.claims[0].text
-    assert judge_document(found.document)[0].verdict == "DISPROVED"
+    assert second(found.document)[0] == "DISPROVED"
 
 
 def test_a_blend_is_decided_at_its_threshold() -> None:

@@ -15,8 +15,6 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kinds.observer import hidden_premises
 from takagi.certificates.checker.loop.observer_law import states_at_start
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import ObservedLoop
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -32,6 +30,8 @@ from tests.certificates.kinds.observed_documents import (
     u,
     x,
 )
+from tests.certificates.oracle.reading import Refusal
+from tests.certificates.oracle.verdicts import judge_document
 
 
 @pytest.mark.parametrize(

@@ -14,13 +14,13 @@ from scipy.linalg import expm
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import embedding_claim, law_members, plant_data
 from takagi.certificates.requests import SampledLoop
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Floats, ModelError, TSModel
+from tests.certificates.both_checkers import second
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 from tests.certificates.weights.cells import cubic
 from tests.reports.plant_designs import design_of
@@ -51,7 +51,7 @@ def integrator(T: Any, rate: Any = 0) -> tuple[Data, Data, Data]:
 def both(model: Data, gains: Data | None, claim: Data) -> tuple[Verdict, str]:
     """Return the verdicts of both checkers."""
     document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
-    return check_document(document).claims[0].verdict, judge_document(document)[0].verdict
+    return check_document(document).claims[0].verdict, second(document)[0]
 
 
 def frozen(A: Floats, B: Floats, K: Floats, T: float) -> float:
@@ -145,7 +145,7 @@ def test_embeddings(form: str) -> None:
 
     assert found.verdict is Verdict.PROVED
     assert "between samples too the plant stays in the model's box" in found.checked.claims[1].text
-    assert {one.verdict for one in judge_document(found.document)} == {"PROVED"}
+    assert {*second(found.document)} == {"PROVED"}
 
 
 def test_state_must_stay_in_the_box_between_samples() -> None:
@@ -352,7 +352,7 @@ def test_plants_are_proved_by_both_checkers(name: str, T: float) -> None:
     document, _ = proved(name, T)
 
     assert check_document(document).verdict is Verdict.PROVED
-    assert {one.verdict for one in judge_document(document)} == {"PROVED"}
+    assert {*second(document)} == {"PROVED"}
 
 
 @pytest.mark.slow
@@ -361,7 +361,7 @@ def test_slower_plants_are_proved_every_twenty_milliseconds(name: str) -> None:
     document, _ = proved(name, 0.02)
 
     assert check_document(document).verdict is Verdict.PROVED
-    assert {one.verdict for one in judge_document(document)} == {"PROVED"}
+    assert {*second(document)} == {"PROVED"}
 
 
 @pytest.mark.slow
@@ -440,6 +440,6 @@ def test_damaged_certificate_of_a_plant() -> None:
             provenance={},
         )
         first = check_document(json.loads(json.dumps(again))).claims[-1].verdict.name
-        assert first == judge_document(again)[-1].verdict
+        assert first == second(again)[-1]
         still += first == "PROVED"
     assert still < 30

@@ -13,7 +13,6 @@ import pytest
 import sympy as sp
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
@@ -24,6 +23,7 @@ from takagi.certificates.document.plant_embedding import (
     slopes_data,
 )
 from takagi.models import Interval, Output, Plant, Variable, sector_model
+from tests.certificates.both_checkers import second
 
 Data = dict[str, Any]
 x, u, w = sp.symbols("x u w", real=True)
@@ -55,7 +55,7 @@ def last(plant: Plant, gains: list[float], *claims: Data, **law: Any) -> tuple[s
         model=data, gains=own, claims=[EMBEDDED, *claims], provenance={}
     )
     found = check_document(document).claims[-1].verdict.name
-    return found, judge_document(document)[-1].verdict
+    return found, second(document)[-1]
 
 
 @pytest.mark.parametrize(

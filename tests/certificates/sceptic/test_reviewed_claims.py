@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Claim
-from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import check_document
 from takagi.certificates.document.certificate_file import certificate_document
+from tests.certificates.both_checkers import second
 from tests.certificates.kinds.claims import law_data, model_data
 
 Data = dict[str, Any]
@@ -18,8 +18,7 @@ Data = dict[str, Any]
 def both(model: Data, gains: Data | None, *claims: Data) -> list[tuple[Claim, str]]:
     """Return what the first checker says of each claim, and the second one's verdict."""
     document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
-    second = [row.second for row in cross_checked_document(document).rows]
-    return list(zip(check_document(document).claims, second, strict=True))
+    return list(zip(check_document(document).claims, second(document), strict=True))
 
 
 def halved(depth: int) -> list[list[int]]:

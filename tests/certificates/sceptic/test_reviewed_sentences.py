@@ -10,11 +10,11 @@ import pytest
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
 from takagi.certificates.requests.request import Request
 from takagi.models import Plant, TSModel, load_model, sector_model
+from tests.certificates.both_checkers import second
 from tests.certificates.embedding.plants import as_read
 from tests.certificates.kinds.claims import model_data, said_of
 
@@ -28,8 +28,8 @@ ITO = "in Ito's sense"
 def both(model: Data, gains: Data | None, claims: list[Data]) -> tuple[list[str], str]:
     """Return the sentences, and the verdict on the last claim, which both checkers give."""
     document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
-    found, second = check_document(document).claims, judge_document(document)
-    assert [one.verdict.name for one in found] == [one.verdict for one in second]
+    found = check_document(document).claims
+    assert [claim.verdict.name for claim in found] == second(document)
     return [one.text for one in found], found[-1].verdict.name
 
 

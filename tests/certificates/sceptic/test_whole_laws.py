@@ -11,7 +11,6 @@ import pytest
 import sympy as sp
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
@@ -205,4 +204,4 @@ def test_observer_does_not_know_a_premise_of_the_command(
     document = certificate_document(model=data, gains=gains, claims=claims, provenance={})
 
     assert check_document(document).claims[-1].verdict.name == verdict
-    assert judge_document(document)[-1].verdict == verdict
+    assert second(document)[-1] == verdict

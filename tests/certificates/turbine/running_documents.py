@@ -33,10 +33,9 @@ def sealed(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def verdicts(document: dict[str, Any]) -> tuple[str, str]:
-    """Return what both deciders say; "refused" where the file is not read to its end."""
+    """Return what both deciders say; REFUSED where the file is not read to its end."""
     row = cross_checked_document(sealed(document)).rows[0]
-    first, second = (one.replace("REFUSED", "refused") for one in (row.first, row.second))
-    return first, second
+    return row.first, row.second
 
 
 def everywhere(*path: Any, value: Any) -> Change:

@@ -36,7 +36,7 @@ OPTIONAL: dict[str, set[Way]] = {
 
 def listed(kind: str) -> first.Members:
     """Return the members of a kind's claims."""
-    found: first.Members = claim_kinds._kind(claim_kinds.TURBINE_KINDS[kind]).members
+    found: first.Members = claim_kinds.class_of(kind).members
     return found
 
 
@@ -143,7 +143,7 @@ def test_a_file_with_it_is_refused(name: str, controller: bool) -> None:
             put(document["controller"], *FURTHER[name])
     if not controller and BESIDE.get(name, ("",))[0] != "controller":
         del document["controller"]
-    assert verdicts(document) == ("refused", "refused")
+    assert verdicts(document) == ("REFUSED", "REFUSED")
 
 
 # The parts that the claims are about.
@@ -153,7 +153,7 @@ def test_a_file_with_it_is_refused(name: str, controller: bool) -> None:
 def test_other_units_are_refused(units: Any) -> None:
     document = json.loads(next(recorded("running-loop"))[1])
     document["model"]["units"] = units
-    assert verdicts(document) == ("refused", "refused")
+    assert verdicts(document) == ("REFUSED", "REFUSED")
     del document["model"]["units"]
     assert verdicts(document) == ("PROVED", "PROVED")
 

@@ -109,7 +109,7 @@ def test_an_estimate_held_at_one_wind_is_refused_by_both() -> None:
     """It can follow no wind; one checker found that, and the other refused its limits."""
     document = changed(entry(*SEEN, "wind_limits", value=[8, 8]))
     document["controller"]["observer"]["wind_limits"] = [8, 8]
-    assert answers(document) == ("refused", "refused")
+    assert answers(document) == ("REFUSED", "REFUSED")
 
 
 def test_ends_that_a_machine_may_have() -> None:

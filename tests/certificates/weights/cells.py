@@ -10,8 +10,6 @@ import sympy as sp
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
@@ -32,6 +30,7 @@ from takagi.models import (
     sector_model,
     table_function,
 )
+from tests.certificates.both_checkers import second
 
 Data = dict[str, Any]
 x, u, w = sp.symbols("x u w", real=True)
@@ -180,8 +179,4 @@ def verdicts(document: Data) -> tuple[list[str], list[str]]:
         first = [claim.verdict.name for claim in check_document(document).claims]
     except CertificateError as error:
         first = ["REFUSED", str(error)]
-    try:
-        second = [found.verdict for found in judge_document(document)]
-    except Refusal as error:
-        second = ["REFUSED", str(error)]
-    return first, second
+    return first, second(document)

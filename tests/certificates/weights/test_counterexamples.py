@@ -12,13 +12,13 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.requests import FuzzyDecay, H2Norm, L2Gain, ObservedFeedback, ObserverError
 from takagi.certificates.requests.request import Request
 from takagi.models import Interval, ModelError, Output, Plant, TSModel, Variable, sector_model
 from takagi.models.blending.substitution import blended_model
 from takagi.models.laws.pdc import PdcLaw
+from tests.certificates.both_checkers import second
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.weights.cells import EVIDENCE, cubic, plant_document, sampled, verdicts
 from tests.models.blending.plants import ROOM, plant_of
@@ -134,15 +134,14 @@ def test_a_blend_beside_a_table_is_proved_and_beside_secants_refused(tmp_path: P
     place = kinds.index("effort-blend")
 
     assert whole.checked.claims[place].verdict is Verdict.PROVED
-    assert judge_document(whole.document)[place].verdict in ("PROVED", "NOT REPLAYED")
+    assert second(whole.document)[place] in ("PROVED", "NOT REPLAYED")
     stated = deepcopy(dict(whole.document))
     stated["model"]["embedding"]["form"] = "secant"
     stated["claims"] = [
         {"name": "s", "kind": "secant-embedding"},
         stated["claims"][place],
     ]
-    first, second = verdicts(resealed(stated))
-    assert first[0] == second[0] == "REFUSED"
+    assert [answers[0] for answers in verdicts(resealed(stated))] == ["REFUSED"] * 2
 
 
 @pytest.mark.parametrize("kind", sorted(kind for kind in EVIDENCE if "," not in kind))

@@ -123,7 +123,7 @@ class EffortSharingLoop(TurbineClaim):
         yield "", iter((positive(self.settling.P, failure),))
         for k, cell in enumerate(self.cells):
             stated = Stated.read(cell, f"{self.where}.cells[{k}]")
-            yield f"wind {range_within(*law.wind[k : k + 2])} m/s: ", self._cell(k, stated)
+            yield f"wind {range_within(law.wind[k], law.wind[k + 1])} m/s: ", self._cell(k, stated)
 
     def not_proved(self) -> str:
         return f"not proved, of {len(self.cells)} wind cells: "

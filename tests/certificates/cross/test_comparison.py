@@ -1,0 +1,158 @@
+"""`takagi check --cross`: both deciders' verdicts beside each other, and what is left open."""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates import Certificate, certify
+from takagi.certificates.cross_check import comparison, flint_decider
+from takagi.certificates.cross_check.comparison import (
+    VerdictComparison,
+    VerdictRow,
+    cross_checked,
+    cross_checked_document,
+)
+from takagi.certificates.design.plant.secant_model import secant_model
+from takagi.cli.main import main
+from takagi.models.plant_files.loader import load_plant
+from tests.certificates.cross.documents import plant_certificate
+from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.weights.cells import cubic
+
+Data = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def lorenz() -> Data:
+    return plant_certificate("lorenz")
+
+
+def saved(folder: Path, document: object) -> str:
+    path = folder / "certificate.json"
+    path.write_text(json.dumps(document), encoding="utf-8")
+    return str(path)
+
+
+def verdicts_of(document: Data) -> list[tuple[str, str]]:
+    return [(row.first, row.second) for row in cross_checked_document(document).rows]
+
+
+def test_agreement_as_text_and_as_json(lorenz: Data, tmp_path: Path, capsys: Any) -> None:
+    path = saved(tmp_path, lorenz)
+
+    assert main(["check", path, "--cross"]) == 0
+    assert "6 of 6 claims decided twice: they agree" in capsys.readouterr().out
+    assert main(["check", path, "--cross", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)["cross"]
+    assert (data["agree"], data["replayed"], data["not_replayed"]) == (True, 6, [])
+    assert [claim["name"] for claim in data["claims"]] == [c["name"] for c in lorenz["claims"]]
+
+
+@pytest.mark.parametrize("blind", ["is_definite", "keeps_bounds"])
+def test_a_difference_is_shown_and_fails(
+    blind: str, lorenz: Data, tmp_path: Path, monkeypatch: Any, capsys: Any
+) -> None:
+    """A decider to which no matrix is definite, or that no range keeps, ends the verb with 1."""
+    path = saved(tmp_path, lorenz)
+    monkeypatch.setattr(flint_decider, blind, lambda *_, **__: False)
+
+    compared = cross_checked(path)
+    assert not compared.agrees and not compared.data["agree"]
+    assert any(row.reason for row in compared.rows if row.second == "UNDECIDED")
+    assert main(["check", path, "--cross"]) == 1
+    assert "THEY DIFFER" in capsys.readouterr().out
+    assert main(["check", path, "--cross", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["cross"]["agree"] is False
+
+
+def test_a_claim_is_undecided_by_both(lorenz: Data) -> None:
+    changed = deepcopy(lorenz)
+    changed["claims"][1]["decay_rate"] = 50
+    assert verdicts_of(resealed(changed))[:2] == [("PROVED", "PROVED"), ("UNDECIDED", "UNDECIDED")]
+
+
+def test_a_refused_file_is_one_row(lorenz: Data, tmp_path: Path) -> None:
+    """Changed after it was hashed, or without claims: the row is no claim."""
+    for part, value in (("model", {}), ("claims", []), ("claims", "decay"), ("claims", None)):
+        changed = {**lorenz, part: value}
+        for document in (changed, resealed(changed)):
+            (row,) = cross_checked(saved(tmp_path, document)).rows
+            assert (row.first, row.second, row.is_claim) == ("REFUSED", "REFUSED", False)
+            assert row.reason
+
+
+def test_a_range_of_a_table_is_left_open_and_named(tmp_path: Path, capsys: Any) -> None:
+    """The status is the checker's; text and JSON name the claim."""
+    certificate = certify(cubic("tables"), [[1.0]])
+    assert isinstance(certificate, Certificate)
+    path = str(certificate.save(tmp_path / "c.json"))
+    name = "cubic is its Takagi-Sugeno model"
+
+    assert main(["check", path, "--cross"]) == 0
+    summed = capsys.readouterr().out.splitlines()[-1]
+    assert summed.startswith("1 of 2 claims decided twice: they agree") and f'"{name}"' in summed
+    assert main(["check", path, "--cross", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)["cross"]
+    assert (data["agree"], data["replayed"], data["not_replayed"]) == (True, 1, [name])
+    assert [claim["second"] for claim in data["claims"]] == [comparison.NOT_REPLAYED, "PROVED"]
+
+
+@pytest.mark.parametrize("name", ["cubic", "duffing", "flexible_joint"])
+def test_an_honest_secant_certificate_is_decided_twice(name: str) -> None:
+    model = cubic("secants") if name == "cubic" else secant_model(load_plant(name))
+    compared = cross_checked_document(certify(model, [[3.0] * model.A.shape[1]]).document)
+
+    assert compared.left_open == ()
+    assert [row.second for row in compared.rows] == [row.first for row in compared.rows]
+    assert compared.rows[0].second == "PROVED"
+
+
+@pytest.mark.parametrize("change", ["entry", "bound", "equation", "kink"])
+def test_false_secants_are_undecided(change: str) -> None:
+    wrong = deepcopy(dict(certify(cubic("secants"), [[1.0]]).document))
+    if change == "entry":
+        wrong["model"]["embedding"]["A"] = [["3*s1 - 1.001"]]
+    elif change == "bound":
+        wrong["model"]["embedding"]["premises"][0]["lower"] = -0.99
+        wrong["gains"]["premises"][0]["lower"] = -0.99
+    elif change == "equation":
+        wrong["model"]["equations"] = ["-x - x^3 + u + w + x^2/1000"]
+    else:
+        wrong["model"]["equations"] = ["-x - x^3 + u + w + abs(x) - abs(x)"]
+    assert verdicts_of(resealed(wrong))[0] == ("UNDECIDED", "UNDECIDED")
+
+
+def test_a_name_of_the_file_is_quoted() -> None:
+    row = VerdictRow('any"\n', "PROVED", "PROVED", 1)
+    assert row.shown == '"any\\"\\n"'
+    assert row.shown in VerdictComparison([row]).text
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "agree"),
+    [
+        ("PROVED", "PROVED", True),
+        ("PROVED", "NOT REPLAYED", True),
+        ("PROVED", "UNDECIDED", False),
+        ("UNDECIDED", "PROVED", False),
+        ("DISPROVED", "UNDECIDED", False),
+        ("DISPROVED", "PROVED", False),
+    ],
+)
+def test_what_counts_as_agreement(first: str, second: str, agree: bool) -> None:
+    assert VerdictComparison([VerdictRow("any", first, second, 1)]).agrees is agree
+
+
+def test_turbine_is_decided_twice(short: Data) -> None:
+    """The matrices of the effort-sharing loop; and they can fail."""
+    (row,) = cross_checked_document(short).rows
+    assert (row.first, row.second) == ("PROVED", "PROVED")
+    assert row.matrices > 300
+
+    short["claims"][0]["cells"][2]["decay_rate"] = 1.0
+    assert verdicts_of(resealed(short)) == [("UNDECIDED", "UNDECIDED")]
