@@ -81,30 +81,16 @@ def longest_of_turbine(
     stop = document.get("measurement", {}).get("torsion_filter")
     if "speed filter" in programs and stop:
         frequency = float(stop["frequency"])
-        limits.append(
-            (
-                2 * pi / (SAMPLES_A_PERIOD * frequency),
-                f"the band-stop at {frequency:g} rad/s needs {SAMPLES_A_PERIOD} samples a period",
-            )
-        )
+        reason = f"the band-stop at {frequency:g} rad/s needs {SAMPLES_A_PERIOD} samples a period"
+        limits.append((2 * pi / (SAMPLES_A_PERIOD * frequency), reason))
+    step = "takes steps of at most half its time constant"
     if "observer" in programs:
         gain = float(document["observer"]["l1"])
-        limits.append(
-            (
-                EULER_SHARE / gain,
-                f"the observer, with l1 = {gain:g} 1/s, takes steps of at most half its time "
-                "constant",
-            )
-        )
+        limits.append((EULER_SHARE / gain, f"the observer, with l1 = {gain:g} 1/s, {step}"))
     law = document["law"]
     if law["name"] == "baseline" and "law" in programs:
         corner = float(law["speed_filter"])
-        limits.append(
-            (
-                EULER_SHARE / corner,
-                f"its low-pass at {corner:g} rad/s takes steps of at most half its time constant",
-            )
-        )
+        limits.append((EULER_SHARE / corner, f"its low-pass at {corner:g} rad/s {step}"))
     return LongestSample(_two_digits(min(limits)[0]), min(limits)[1]) if limits else None
 
 

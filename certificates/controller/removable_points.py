@@ -6,9 +6,8 @@ vanishes in the box a polynomial in that factor is written, and the distance wit
 nearer to the premise than floating point is.  Both are tried against ball arithmetic at points
 near that distance; the error is at most ``RELATIVE_ACCURACY`` of the premise's size there.
 
-A cubic spline has two continuous derivatives; its third jumps at knots.  Where a premise such as
-friction(omega)/omega is 0/0, the spline is one cubic below the point and one above it, so the
-premise is one quadratic on each side.
+Where a premise with a table is 0/0, as friction(omega)/omega, its spline is one cubic below the
+point and another above it, so that a polynomial is written for each side.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """A plant's numbers, expressions and tables as a certificate writes them: in plain decimals.
 
-A plant with a blend of two actuators, in a certificate: the blend, and the claim about it.
-
-The model of the certificate is the blended plant, with the share of the high actuator and the
-errors of both as signals; the claim ``effort-blend`` ties it to the plant with its two actuators.
+For a plant with two actuators the model of the certificate is the blended plant, with the share of
+the high actuator and the errors of both as signals; the claim ``effort-blend`` ties it to the plant
+with its two actuators.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from takagi.certificates.requests.loop.decimals import (
 from takagi.certificates.requests.loop.disturbance_channel import entrance_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import box_rows
-from takagi.certificates.requests.request import Attempt, first_proved, or_else, require_positive
+from takagi.certificates.requests.request import Attempt, first_proved, require_positive
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -94,7 +94,7 @@ class ExitProbability:
             f"the bound is not below 1 (exponent {function.exponent:.3g} at rate "
             f"{function.rate:.3g} 1/s); a smaller horizon, less noise or a larger set may be proved"
         )
-        return first_proved(loop, or_else(claims, (words, self._idle(loop, evidence))))
+        return first_proved(loop, claims, idle=(words, self._idle(loop, evidence)))
 
     def _given(self, system: NoisyVertices) -> ExitFunction | None:
         """Return the function of the given shape, with the largest set, at about the best rate."""

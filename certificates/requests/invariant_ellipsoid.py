@@ -29,7 +29,7 @@ from takagi.certificates.requests.loop.set_level import (
     largest_level,
     state_halves,
 )
-from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -124,7 +124,7 @@ def _best_set(
     claims = ((words, kind | completed(evidence)) for words, evidence in sets)
     identity_set = {"P": np.eye(loop.exact.order).tolist(), "level": 1.0, "multiplier": 1.0}
     unproved = (diagnosis or reason, kind | identity_set | idle)
-    return first_proved(loop, or_else(claims, unproved), solver)
+    return first_proved(loop, claims, solver, idle=unproved)
 
 
 def claimed_sets(

@@ -21,7 +21,7 @@ from takagi.certificates.requests.loop.disturbance_channel import (
 )
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import best_multiplier, input_bounds, largest_level
-from takagi.certificates.requests.request import Attempt, first_proved, or_else, require_positive
+from takagi.certificates.requests.request import Attempt, first_proved, require_positive
 from takagi.lmi.analysis.disturbance.peak_to_peak import largest_eigenvalue
 from takagi.models.arrays import Floats
 
@@ -98,7 +98,8 @@ class Peak:
         rate, step = answer.decay_rate or 0.0, loop.sample_time
         multiplier = 2.0 * rate if step is None else -float(np.expm1(-2.0 * rate * step))
         claims = self._claims(loop, evidence, path, answer.P, multiplier, BACK_OFF)
-        return first_proved(loop, or_else(claims, ("no set fits the model's box", idle)), solver)
+        unproved = ("no set fits the model's box", idle)
+        return first_proved(loop, claims, solver, idle=unproved)
 
     def _claims(
         self,

@@ -1,10 +1,7 @@
 """The claim about the effort-sharing loop: its enclosure, one P for all cells, its wind class.
 
-Nothing is proved here.  The result is a candidate claim; ``takagi.certificates.checker`` decides.
-
-Why a joint analysis fails, in words: at which winds, and which smaller uncertainty it covers.
-
-In floating point: hints for the user on what to relax, never a claim.
+The result is a candidate, which the checker decides.  Where there is none, texts say at which winds
+the analysis fails and for which smaller uncertainty it would succeed, in floating point.
 """
 
 from __future__ import annotations

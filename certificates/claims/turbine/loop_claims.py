@@ -5,12 +5,8 @@ consequence that a design does not have cannot make the file UNDECIDED. The reas
 left out is recorded in the file's provenance.  The claim about the loop with its observer is by
 itself: of it those winds are claimed at which a function was found.
 
-How fast the actuators move on a certified set: the candidate of a claim ``actuator-rates``.
-
-The bounds themselves are those of the checker
-(``certificates/checker/turbine/effort_sharing/actuator_rates.py``),
-rounded up; computed here, in floating point, are B and the largest |v_s''| that the torque's rate
-limit allows. Nothing is proved here.
+The bounds of a claim ``actuator-rates`` are the checker's, rounded up.  Computed here, in floating
+point, are B and the largest |v_s''| that the torque's rate limit allows.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Gains for a model with many rules, within a budget of time: which kind, and what is said of it.
+"""Gains for a model with many rules, within a budget of time.
 
 A gain for every rule is the default.  Where it is estimated to take longer than the budget, one
 gain for all rules is sought: its inequalities are linear in the vertices, so those at the vertices
@@ -7,16 +7,16 @@ is none, gains that depend on the premises of most effect alone are sought, with
 in the middle of their ranges.  That model is not the plant; these gains are valid only if the
 certificate, which is always about all rules, is proved.
 
-What a search for gains takes, by numbers that were measured, before it is begun.
-
-With g gains the double sum has N inequalities of n (n + 1) / 2 numbers each, over n (n + 1) / 2 +
-g m n unknowns v.  A premise that both vertices and gains depend on triples N, because the pairs
-(low, high) and (high, low) of its corners are one; with one gain for all rules it doubles N.
+The time is estimated before the search. With g gains the double sum has N inequalities of n (n + 1)
+/ 2 numbers each, over n (n + 1) / 2 + g m n unknowns v. A premise that both vertices and gains
+depend on triples N, because the pairs (low, high) and (high, low) of its corners are one; with one
+gain for all rules it doubles N.
 
 Measured on a plant with 8 premises, 4 states, 3 inputs, 4 to 128 rules (two 2 GHz cores, one
 of them in use, Clarabel): one largest ellipsoid takes 0.3 s + 4 ms N + 5 us N n (n + 1) / 2 v; the
 process takes 150 MB + 16 bytes N n (n + 1) / 2 v.  The proof takes some 50 ms for each inequality.
-Other machines differ, by a factor of three say: these numbers choose a way, they decide nothing.
+On other machines it may differ by a factor of three: the estimate chooses between searches, and
+no claim depends on it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-r"""Quadratic functions of a single matrix, from its eigenvectors and from its Lyapunov equation.
-
-A fast floating-point test that rejects candidates which exact arithmetic would refuse.
+r"""Quadratic functions of a single matrix, and a test in floats that rejects hopeless candidates.
 
 Cholesky's factorisation of S + c I in floats breaks down only where S is not positive semidefinite,
 for c = (gamma / (1 - gamma)) tr |S| with gamma = (n + 1) u and the unit roundoff u; c is increased

@@ -1,10 +1,8 @@
-r"""Weights of single blends: one rule alone, or shares in whole numbers.
+r"""Weights of single blends, and pieces of the weights on each of which a claim is proved.
 
-If the weights are products over the premises, a point has one row of shares for each premise;
-otherwise it has one row for all rules.  A row divided by its sum gives the weights.  The claim
+A point has shares in whole numbers: a row for each premise if the weights are products over the
+premises, else one row for all rules.  A row divided by its sum gives the weights.  The claim
 ``no-common-decay`` names its blends in this way.
-
-Searches pieces of the weights such that a claim can be proved on each of them.
 
 The checker's functions show which mean of pairs fails on a piece.  The corners are tested first: if
 one fails, the claim is wrong for a blend of the loop, and no pieces help.  The pairs come next,
