@@ -37,7 +37,7 @@ TORQUE_DIGITS, PITCH_DIGITS = 1, 6
 
 def claimed_law(
     turbine: Turbine,
-    asked: DesignSettings,
+    settings: DesignSettings,
     models: tuple[TSModel, TSModel, RegionalGains],
     files: Sequence[Path],
     clock: StepClock,
@@ -51,7 +51,7 @@ def claimed_law(
     ModelError : a region without gains (the diagnosis says why), or overlaps that do not fit.
     """
     with clock("Schulte's law"):
-        law = designed_law(turbine, asked, models)
+        law = designed_law(turbine, settings, models)
     with clock("joint analysis, wind by wind"):
         candidate = published_candidate(law)
     with clock("joint analysis for other overlaps"):
@@ -61,8 +61,8 @@ def claimed_law(
         return certificate_document(
             model=turbine_data(turbine, files),
             gains=published_law_data(law),
-            claims=[published_claim(one) for one in candidates],
-            provenance=provenance(asked, {"joint analysis": "Lyapunov equations, no solver"}),
+            claims=[published_claim(claimed) for claimed in candidates],
+            provenance=provenance(settings, {"joint analysis": "Lyapunov equations, no solver"}),
             files=files,
         )
 
@@ -70,7 +70,7 @@ def claimed_law(
 
 
 def designed_law(
-    turbine: Turbine, asked: DesignSettings, models: tuple[TSModel, TSModel, RegionalGains]
+    turbine: Turbine, settings: DesignSettings, models: tuple[TSModel, TSModel, RegionalGains]
 ) -> PublishedLaw:
     """Return the law with emitted decimals as gains, equal at the two corners of the premise d.
 
@@ -93,7 +93,7 @@ def designed_law(
                 model,
                 k_x=_emitted(k_x, model, digits),
                 k_I=_emitted(k_I[:, None], model, digits)[:, 0],
-                speed_setpoint=asked.speed_setpoint,
+                speed_setpoint=settings.speed_setpoint,
             )
         )
     return published_law(
@@ -102,15 +102,15 @@ def designed_law(
         full=schedules[1],
         coupling=coupling_filter(
             turbine,
-            speed_overlap=asked.speed_overlap,
-            torque_overlap=asked.torque_overlap,
-            placement=asked.ramp_placement,
-            shape=asked.ramp_shape,
-            speed_setpoint=asked.speed_setpoint,
+            speed_overlap=settings.speed_overlap,
+            torque_overlap=settings.torque_overlap,
+            placement=settings.ramp_placement,
+            shape=settings.ramp_shape,
+            speed_setpoint=settings.speed_setpoint,
         ),
-        tracking_time=asked.tracking_time,
-        name="paper" if asked.law == "paper" else "paper-two-integrators",
-        speed_setpoint=asked.speed_setpoint,
+        tracking_time=settings.tracking_time,
+        name="paper" if settings.law == "paper" else "paper-two-integrators",
+        speed_setpoint=settings.speed_setpoint,
     )
 
 
@@ -119,10 +119,10 @@ def _emitted(gains: Floats, model: TSModel, digits: int) -> Floats:
     groups: dict[tuple[int, ...], list[int]] = {}
     for i, rule in enumerate(model.rules):
         groups.setdefault(tuple(rule[:-1]), []).append(i)
-    found = np.array(gains, dtype=np.float64)
+    rounded = np.array(gains, dtype=np.float64)
     for rows in groups.values():
-        found[rows] = np.round(found[rows].mean(axis=0), digits)
-    return found
+        rounded[rows] = np.round(rounded[rows].mean(axis=0), digits)
+    return rounded
 
 
 def regional_design(
