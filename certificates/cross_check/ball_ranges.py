@@ -161,7 +161,7 @@ def _series(graph: Graph, root: int, box: Box, along: str, length: int) -> arb_s
     try:
         for number in graph.below([root]):
             node = graph[number]
-            parts = [values[part] for part in node.parts]
+            parts = [values[part] for part in node.operands]
             values[number] = _node(node, parts, box, along)
     finally:
         ctx.cap = before

@@ -95,7 +95,7 @@ def replay(
     return Decided(claims[0])
 
 
-def _kind(place: str) -> Any:
-    """Return the class at this place, e.g. ``kinds.decay.Decay``."""
-    module, _, name = place.rpartition(".")
+def _kind(class_path: str) -> Any:
+    """Return the class of this dotted name, e.g. ``kinds.decay.Decay``."""
+    module, _, name = class_path.rpartition(".")
     return getattr(import_module(f"takagi.certificates.checker.{module}"), name)

@@ -10,5 +10,5 @@ _WORDS = {
 
 
 def law_words(name: str) -> str:
-    """Return what a law is called in sentences, given its name in files; of others, the name."""
+    """Return the words for a law, given its name in files; an unknown name is returned as it is."""
     return _WORDS.get(name, f"law {name}")

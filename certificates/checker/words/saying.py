@@ -12,11 +12,11 @@ from __future__ import annotations
 from takagi.certificates.checker.kernel.result import Claim, Outcome
 
 
-def in_words(found: Outcome) -> Claim:
-    """Return the claim with the verdict that was found, and its sentence."""
-    if isinstance(found, Claim):
-        return found
-    return Claim(found.claim.name, found.verdict, found.claim.sentence())
+def in_words(outcome: Outcome) -> Claim:
+    """Return the claim with its verdict and its sentence."""
+    if isinstance(outcome, Claim):
+        return outcome
+    return Claim(outcome.claim.name, outcome.verdict, outcome.claim.sentence())
 
 
 RIGID = ("rigid shaft, tower and blades", "wake without states of its own")
