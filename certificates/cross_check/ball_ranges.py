@@ -188,8 +188,8 @@ def _series(graph: Graph, root: int, box: Box, along: str, length: int) -> arb_s
     try:
         for number in graph.below([root]):
             node = graph[number]
-            children = [values[child] for child in node.parts]
-            series = _node(node, children, box, along)
+            operands = [values[operand] for operand in node.operands]
+            series = _node(node, operands, box, along)
             # Zero times a series without a value would be zero.
             if not all(series[order].is_finite() for order in range(length)):
                 raise NotEnclosed("a part that has no value somewhere")

@@ -22,8 +22,8 @@ def at_most(value: Fraction, digits: int) -> str:
 def exactly(value: Fraction) -> str:
     """Return a number that may not be rounded to either side: its decimals, or a fraction."""
     context = Context(prec=MANY)
-    shown = _shown(value, context)
-    return f"({value.numerator}/{value.denominator})" if context.flags[Inexact] else shown
+    decimals = _shown(value, context)
+    return f"({value.numerator}/{value.denominator})" if context.flags[Inexact] else decimals
 
 
 def _shown(value: Fraction, context: Context) -> str:
