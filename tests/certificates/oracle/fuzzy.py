@@ -53,11 +53,11 @@ from tests.certificates.oracle.loop import Ends, Stack, VertexLoop, leaves
 from tests.certificates.oracle.reading import (
     Refusal,
     entry,
+    integer,
     rational,
     rational_row,
     rationals,
     table,
-    whole,
 )
 
 Exponent: TypeAlias = tuple[int, ...]
@@ -108,21 +108,21 @@ class Simplexes:
         """Return the polynomial in higher degrees, multiplied by (sum_c w_kc) = 1."""
         for k, (now, wanted) in enumerate(zip(self.degrees(terms), degrees, strict=True)):
             for _ in range(wanted - now):
-                found: Terms = {}
+                sum_terms: Terms = {}
                 for a, X in terms.items():
                     for i in self.blocks[k]:
-                        _put(found, (*a[:i], a[i] + 1, *a[i + 1 :]), X)
-                terms = found
+                        _add(sum_terms, (*a[:i], a[i] + 1, *a[i + 1 :]), X)
+                terms = sum_terms
         return terms
 
     def total(self, *parts: Terms) -> Terms:
         """Return the sum, in the highest of the degrees."""
         degrees = [max(d) for d in zip(*map(self.degrees, parts), strict=True)]
-        found: Terms = {}
+        sum_terms: Terms = {}
         for part in parts:
             for a, X in self.raised(part, degrees).items():
-                _put(found, a, X)
-        return found
+                _add(sum_terms, a, X)
+        return sum_terms
 
     def exponents(self, degrees: list[int]) -> Iterator[Exponent]:
         """Yield every exponent of these degrees."""
@@ -135,17 +135,17 @@ class Simplexes:
 
     def over(self, terms: Terms, ends: Ends) -> Terms:
         """Return the polynomial in the variables t of a piece, by multiplying out linear forms."""
-        found: Terms = {}
+        piece_terms: Terms = {}
         for a, X in terms.items():
-            whole = {self.none: fmpq(1)}
+            integer = {self.none: fmpq(1)}
             for block, rows in zip(self.blocks, ends, strict=True):
                 for c, i in enumerate(block):
                     form = [(block[j], row[c]) for j, row in enumerate(rows) if row[c] != 0]
                     for _ in range(a[i]):
-                        whole = _multiplied(whole, form)
-            for b, share in whole.items():
-                _put(found, b, scaled(share, X))
-        return found
+                        integer = _multiplied(integer, form)
+            for b, share in integer.items():
+                _add(piece_terms, b, scaled(share, X))
+        return piece_terms
 
     def positive(self, terms: Terms, label: str, size: int) -> Obligations:
         """Yield that every coefficient is definite; one that is missing counts as 0 and fails."""
@@ -157,28 +157,30 @@ class Simplexes:
             yield Definite(f"{label}, coefficient {k + 1}", terms.get(a, nothing))
 
 
-def _put(found: Terms, a: Exponent, X: fmpq_mat) -> None:
-    found[a] = found[a] + X if a in found else X
-    if len(found) > MOST_TERMS:
+def _add(terms: Terms, a: Exponent, X: fmpq_mat) -> None:
+    terms[a] = terms[a] + X if a in terms else X
+    if len(terms) > MOST_TERMS:
         raise Refusal(f"more than {MOST_TERMS} coefficients")
 
 
-def _multiplied(whole: dict[Exponent, fmpq], form: list[tuple[int, fmpq]]) -> dict[Exponent, fmpq]:
+def _multiplied(
+    integer: dict[Exponent, fmpq], form: list[tuple[int, fmpq]]
+) -> dict[Exponent, fmpq]:
     """Return a polynomial of numbers times a linear form, a share for each variable."""
-    found: dict[Exponent, fmpq] = {}
-    for b, share in whole.items():
+    product_terms: dict[Exponent, fmpq] = {}
+    for b, share in integer.items():
         for i, slope in form:
             place = (*b[:i], b[i] + 1, *b[i + 1 :])
-            found[place] = found.get(place, fmpq(0)) + share * slope
-    return found
+            product_terms[place] = product_terms.get(place, fmpq(0)) + share * slope
+    return product_terms
 
 
 def times(left: Terms, right: Terms) -> Terms:
     """Return the product of two polynomials."""
-    found: Terms = {}
+    product_terms: Terms = {}
     for (a, X), (b, Y) in product(left.items(), right.items()):
-        _put(found, tuple(map(sum, zip(a, b, strict=True))), X * Y)
-    return found
+        _add(product_terms, tuple(map(sum, zip(a, b, strict=True))), X * Y)
+    return product_terms
 
 
 def each(terms: Terms, factor: fmpq | int) -> Terms:
@@ -187,105 +189,105 @@ def each(terms: Terms, factor: fmpq | int) -> Terms:
 
 
 def positive_on_pieces(
-    where: Simplexes, cut: Sequence[Ends | None], polya: int, terms: Terms, label: str, size: int
+    weights: Simplexes, cut: Sequence[Ends | None], polya: int, terms: Terms, label: str, size: int
 ) -> Obligations:
     """Yield that a polynomial is positive on every piece of the weights, by its coefficients."""
     for k, ends in enumerate(cut, 1):
-        own = terms if ends is None else where.over(terms, ends)
-        said = label if ends is None else f"piece {k}, {label}"
-        yield from where.positive(with_polya(where, own, polya), said, size)
+        piece_terms = terms if ends is None else weights.over(terms, ends)
+        piece_label = label if ends is None else f"piece {k}, {label}"
+        yield from weights.positive(with_polya(weights, piece_terms, polya), piece_label, size)
 
 
 def fuzzy_decay(claim: Any, loop: VertexLoop) -> Obligations:
     """Yield the conditions of the module's text."""
-    where = Simplexes(loop)
-    a, polya = rational(claim, "decay_rate"), whole(claim, "polya")
+    weights = Simplexes(loop)
+    a, polya = rational(claim, "decay_rate"), integer(claim, "polya")
     if not 0 <= polya <= HIGHEST:
         raise Refusal(f"polya: 0 to {HIGHEST} is needed")
     yield Fact("the rate is not negative", a >= 0)
-    P, coefficients = function_of(claim, loop, where)
-    if loop.averages and loop.rules > 1 and any(where.degrees(P)):
+    P, coefficients = function_of(claim, loop, weights)
+    if loop.averages and loop.rules > 1 and any(weights.degrees(P)):
         raise Refusal("P depends on weights that are averages over a segment")
     if len(loop.K) > 1 and not loop.together:
         raise Refusal("a law with weights of its own")
-    cut = pieces_of(claim, loop, where)
+    cut = pieces_of(claim, loop, weights)
 
-    positive = partial(positive_on_pieces, where, cut, polya)
+    positive = partial(positive_on_pieces, weights, cut, polya)
     yield from positive(P, "P", loop.n)
-    G = where.stack(loop.A)
+    G = weights.stack(loop.A)
     if loop.K:
-        G = where.total(G, each(times(where.stack(loop.B), where.stack(loop.K)), -1))
+        G = weights.total(G, each(times(weights.stack(loop.B), weights.stack(loop.K)), -1))
     rate = rate_of(loop, a)
     if loop.step is not None:
         for k, Pb in enumerate(coefficients):
-            yield from positive(_jump(where, P, G, Pb, rate), f"next sample {k + 1}", 2 * loop.n)
+            yield from positive(_jump(weights, P, G, Pb, rate), f"next sample {k + 1}", 2 * loop.n)
         return
     PG = times(P, G)
-    still = where.total(PG, {b: transposed(X) for b, X in PG.items()}, each(P, rate))
-    for k, speeds in enumerate(speeds_of(claim, where, P)):
-        moved = along(where, P, speeds)
-        left = each(where.total(still, moved) if moved else still, -1)
-        yield from positive(left, f"corner {k + 1}", loop.n)
+    constant_part = weights.total(PG, {b: transposed(X) for b, X in PG.items()}, each(P, rate))
+    for k, speeds in enumerate(speeds_of(claim, weights, P)):
+        motion = along(weights, P, speeds)
+        decrease_terms = each(weights.total(constant_part, motion) if motion else constant_part, -1)
+        yield from positive(decrease_terms, f"corner {k + 1}", loop.n)
 
 
-def pieces_of(claim: Any, loop: VertexLoop, where: Simplexes) -> list[Ends | None]:
+def pieces_of(claim: Any, loop: VertexLoop, weights: Simplexes) -> list[Ends | None]:
     """Return the corners of each piece; None for the whole."""
     if "halvings" not in claim:
         return [None]
-    if loop.corners is not None and set(where.sizes) != {2}:
+    if loop.corners is not None and set(weights.sizes) != {2}:
         raise Refusal("halvings: the rules leave out a combination of corners")
-    return list(leaves(claim, where.sizes))
+    return list(leaves(claim, weights.sizes))
 
 
-def with_polya(where: Simplexes, terms: Terms, polya: int) -> Terms:
+def with_polya(weights: Simplexes, terms: Terms, polya: int) -> Terms:
     """Return the polynomial in degrees that are higher by polya."""
-    return where.raised(terms, [d + polya for d in where.degrees(terms)])
+    return weights.raised(terms, [d + polya for d in weights.degrees(terms)])
 
 
-def function_of(claim: Any, loop: VertexLoop, where: Simplexes) -> tuple[Terms, list[fmpq_mat]]:
+def function_of(claim: Any, loop: VertexLoop, weights: Simplexes) -> tuple[Terms, list[fmpq_mat]]:
     """Return P(w), and the list of its P_b."""
-    given = rationals(claim, "degrees", len(where.sizes))
+    given = rationals(claim, "degrees", len(weights.sizes))
     if any(d.q != 1 or not 0 <= d <= HIGHEST for d in given):
         raise Refusal(f"degrees: whole numbers from 0 to {HIGHEST}")
     degrees = [int(d.p) for d in given]
-    listed, wanted = entry(claim, "P"), set(where.exponents(degrees))
+    listed, wanted = entry(claim, "P"), set(weights.exponents(degrees))
     if not isinstance(listed, list) or len(listed) != len(wanted):
         raise Refusal(f"P: {len(wanted)} coefficients are needed")
     terms: Terms = {}
-    found = []
-    for one in listed:
-        rows = entry(one, "powers")
-        if not isinstance(rows, list) or len(rows) != len(where.sizes):
+    matrices = []
+    for coefficient in listed:
+        rows = entry(coefficient, "powers")
+        if not isinstance(rows, list) or len(rows) != len(weights.sizes):
             raise Refusal("powers: a row for each simplex is needed")
-        flat = [v for row, n in zip(rows, where.sizes, strict=True)
+        flat = [v for row, n in zip(rows, weights.sizes, strict=True)
                 for v in rational_row(row, "powers", n)]  # fmt: skip
         a = tuple(int(v.p) if v.q == 1 else -1 for v in flat)
         if a not in wanted or a in terms:
             raise Refusal("powers: each exponent of the degrees once")
-        found.append(table(one, "matrix", (loop.n, loop.n)))
+        matrices.append(table(coefficient, "matrix", (loop.n, loop.n)))
         count = prod(factorial(d) for d in degrees) // prod(factorial(v) for v in a)
-        terms[a] = scaled(count, found[-1])
-    return terms, found
+        terms[a] = scaled(count, matrices[-1])
+    return terms, matrices
 
 
-def _jump(where: Simplexes, P: Terms, G: Terms, Pb: fmpq_mat, rate: fmpq) -> Terms:
+def _jump(weights: Simplexes, P: Terms, G: Terms, Pb: fmpq_mat, rate: fmpq) -> Terms:
     """Return the discrete condition's matrix for one P_b, which stands for P at the next sample."""
     zero = scaled(0, Pb)
     moved = {a: Pb * X for a, X in G.items()}
-    return where.total(
+    return weights.total(
         {a: blocks([[scaled(rate, X), zero], [zero, zero]]) for a, X in P.items()},
         {a: blocks([[zero, transposed(X)], [X, zero]]) for a, X in moved.items()},
-        {where.none: blocks([[zero, zero], [zero, Pb]])},
+        {weights.none: blocks([[zero, zero], [zero, Pb]])},
     )
 
 
-def speeds_of(claim: Any, where: Simplexes, P: Terms) -> Iterator[list[fmpq]]:
+def speeds_of(claim: Any, weights: Simplexes, P: Terms) -> Iterator[list[fmpq]]:
     """Yield the corners of all rates as one flat list; 0 where P does not depend on a simplex."""
     listed = entry(claim, "rates")
-    if not isinstance(listed, list) or len(listed) != len(where.sizes):
+    if not isinstance(listed, list) or len(listed) != len(weights.sizes):
         raise Refusal("rates: a row for each simplex is needed")
     parts = []
-    for row, n, degree in zip(listed, where.sizes, where.degrees(P), strict=True):
+    for row, n, degree in zip(listed, weights.sizes, weights.degrees(P), strict=True):
         if row is None:
             if degree:
                 raise Refusal("rates: P depends on weights that have no bound")
@@ -306,16 +308,16 @@ def _corners(bounds: list[fmpq]) -> Iterator[list[fmpq]]:
     for free in range(len(bounds)):
         for signs in product((-1, 1), repeat=len(bounds) - 1):
             rest = iter(signs)
-            found = [fmpq(0) if c == free else next(rest) * b for c, b in enumerate(bounds)]
-            found[free] = -sum(found, fmpq(0))
-            if abs(found[free]) <= bounds[free]:
-                yield found
+            speeds = [fmpq(0) if c == free else next(rest) * b for c, b in enumerate(bounds)]
+            speeds[free] = -sum(speeds, fmpq(0))
+            if abs(speeds[free]) <= bounds[free]:
+                yield speeds
 
 
-def along(where: Simplexes, P: Terms, speeds: list[fmpq]) -> Terms:
+def along(weights: Simplexes, P: Terms, speeds: list[fmpq]) -> Terms:
     """Return sum v_kc dP/dw_kc, in the degrees of P; empty where it is zero."""
-    found: Terms = {}
-    degrees = where.degrees(P)
+    derivative: Terms = {}
+    degrees = weights.degrees(P)
     for i, v in enumerate(speeds):
         if v == 0:
             continue
@@ -323,79 +325,81 @@ def along(where: Simplexes, P: Terms, speeds: list[fmpq]) -> Terms:
             (*a[:i], a[i] - 1, *a[i + 1 :]): scaled(v * a[i], X) for a, X in P.items() if a[i]
         }
         if part:
-            for a, X in where.raised(part, degrees).items():
-                _put(found, a, X)
-    return found
+            for a, X in weights.raised(part, degrees).items():
+                _add(derivative, a, X)
+    return derivative
 
 
 def fuzzy_l2_gain(claim: Any, loop: VertexLoop) -> Obligations:
     """Yield the conditions of the module's text."""
-    where = Simplexes(loop)
-    g, polya = rational(claim, "gain"), whole(claim, "polya")
+    weights = Simplexes(loop)
+    g, polya = rational(claim, "gain"), integer(claim, "polya")
     if g <= 0 or not 0 <= polya <= HIGHEST:
         raise Refusal(f"gain: a positive number; polya: 0 to {HIGHEST}")
     if loop.averages and loop.rules > 1:
         raise Refusal("P depends on weights that are averages over a segment")
     if len(loop.K) > 1 and not loop.together:
         raise Refusal("a law with weights of its own")
-    seen, entering, direct = channel_of(claim, loop)
-    P, coefficients = function_of(claim, loop, where)
-    G, C = (_closed(where, loop, X, Y) for X, Y in ((loop.A, loop.B), (seen.C, seen.D)))
-    E = where.stack(entering)
-    n, q, p = loop.n, entering[0].ncols(), seen.C[0].nrows()
-    D: Terms = {where.none: zeros(p, q)}
-    for one in direct:
-        D = where.total(D, where.stack(one))
-    cut = pieces_of(claim, loop, where)
-    positive = partial(positive_on_pieces, where, cut, polya)
+    output_loop, entering, direct = channel_of(claim, loop)
+    P, coefficients = function_of(claim, loop, weights)
+    G, C = (
+        _closed(weights, loop, X, Y) for X, Y in ((loop.A, loop.B), (output_loop.C, output_loop.D))
+    )
+    E = weights.stack(entering)
+    n, q, p = loop.n, entering[0].ncols(), output_loop.C[0].nrows()
+    D: Terms = {weights.none: zeros(p, q)}
+    for matrices in direct:
+        D = weights.total(D, weights.stack(matrices))
+    cut = pieces_of(claim, loop, weights)
+    positive = partial(positive_on_pieces, weights, cut, polya)
     yield from positive(P, "P", n)
     if loop.step is not None:
-        room = _Room(where, (n, q, p, n))
+        grid_of = _Blocks(weights, (n, q, p, n))
         for k, Pb in enumerate(coefficients):
-            left = room.total(
+            dissipation = grid_of.total(
                 (0, 0, P),
-                (1, 1, {where.none: scaled(g, identity(q))}),
-                (2, 2, {where.none: scaled(g, identity(p))}),
-                (3, 3, {where.none: Pb}),
+                (1, 1, {weights.none: scaled(g, identity(q))}),
+                (2, 2, {weights.none: scaled(g, identity(p))}),
+                (3, 3, {weights.none: Pb}),
                 (2, 0, C),
                 (2, 1, D),
                 (3, 0, {a: Pb * X for a, X in G.items()}),
                 (3, 1, {a: Pb * X for a, X in E.items()}),
             )
-            yield from positive(left, f"gain at the next sample {k + 1}", 2 * n + q + p)
+            yield from positive(dissipation, f"gain at the next sample {k + 1}", 2 * n + q + p)
         return
-    room = _Room(where, (n, q, p))
+    grid_of = _Blocks(weights, (n, q, p))
     PG = times(P, G)
-    still = where.total(PG, {a: transposed(X) for a, X in PG.items()})
-    for k, speeds in enumerate(speeds_of(claim, where, P)):
-        moved = along(where, P, speeds)
-        left = room.total(
-            (0, 0, each(where.total(still, moved) if moved else still, -1)),
-            (1, 1, {where.none: scaled(g, identity(q))}),
-            (2, 2, {where.none: scaled(g, identity(p))}),
+    constant_part = weights.total(PG, {a: transposed(X) for a, X in PG.items()})
+    for k, speeds in enumerate(speeds_of(claim, weights, P)):
+        motion = along(weights, P, speeds)
+        dissipation = grid_of.total(
+            (0, 0, each(weights.total(constant_part, motion) if motion else constant_part, -1)),
+            (1, 1, {weights.none: scaled(g, identity(q))}),
+            (2, 2, {weights.none: scaled(g, identity(p))}),
             (0, 1, each(times(P, E), -1)),
             (2, 0, C),
             (2, 1, D),
         )
-        yield from positive(left, f"gain at corner {k + 1}", n + q + p)
+        yield from positive(dissipation, f"gain at corner {k + 1}", n + q + p)
 
 
-def _closed(where: Simplexes, loop: VertexLoop, X: Stack, Y: Stack) -> Terms:
+def _closed(weights: Simplexes, loop: VertexLoop, X: Stack, Y: Stack) -> Terms:
     """Return X(w) - Y(w) K(w)."""
     if not loop.K or not Y:
-        return where.stack(X)
-    return where.total(where.stack(X), each(times(where.stack(Y), where.stack(loop.K)), -1))
+        return weights.stack(X)
+    return weights.total(weights.stack(X), each(times(weights.stack(Y), weights.stack(loop.K)), -1))
 
 
-class _Room:
+class _Blocks:
     """Symmetric matrices of blocks of some sizes."""
 
-    def __init__(self, where: Simplexes, sizes: tuple[int, ...]) -> None:
-        self.where, self.sizes = where, sizes
+    def __init__(self, weights: Simplexes, sizes: tuple[int, ...]) -> None:
+        self.weights, self.sizes = weights, sizes
 
     def total(self, *parts: tuple[int, int, Terms]) -> Terms:
         """Return the sum of polynomials (i, j, X), each at block (i, j) and mirrored."""
-        return self.where.total(*self._placed(parts))
+        return self.weights.total(*self._placed(parts))
 
     def _placed(self, parts: tuple[tuple[int, int, Terms], ...]) -> Iterator[Terms]:
         for i, j, terms in parts:

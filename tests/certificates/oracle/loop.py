@@ -96,7 +96,7 @@ class VertexLoop:
     @property
     def rules(self) -> int:
         stacks = (self.A, self.B, self.C, self.D, self.E)
-        return max(self.stated, *(len(one) for one in stacks))
+        return max(self.stated, *(len(matrices) for matrices in stacks))
 
     def mixtures(self) -> list[Mixture]:
         """Return the mixtures whose convex hull contains the loop."""
@@ -173,7 +173,7 @@ def pick(matrices: Stack, i: int) -> fmpq_mat:
 def single(matrices: Stack) -> Stack:
     """Return a stack of one matrix where all matrices are equal, else all of them."""
     first = matrices[0]
-    return [first] if all(one == first for one in matrices) else list(matrices)
+    return [first] if all(matrix == first for matrix in matrices) else list(matrices)
 
 
 def read_loop(model: Any, gains: Any) -> VertexLoop:
@@ -260,7 +260,7 @@ def pieces(claim: Any, loop: VertexLoop) -> Iterator[VertexLoop]:
             D=combined(loop.D, h),
             E=combined(loop.E, h),
             K=combined(loop.K, h),
-            beside=tuple(combined(one, h) for one in loop.beside),
+            beside=tuple(combined(matrices, h) for matrices in loop.beside),
         )
 
 
@@ -278,14 +278,14 @@ def combined(matrices: Stack, h: list[list[fmpq]]) -> Stack:
     """Return X(v^k) for every corner; a stack of one matrix is returned as it is."""
     if len(matrices) <= 1:
         return matrices
-    found = []
+    combinations = []
     for row in h:
         total = scaled(row[0], matrices[0])
-        for share, one in zip(row[1:], matrices[1:], strict=True):
+        for share, matrix in zip(row[1:], matrices[1:], strict=True):
             if share != 0:
-                total = total + scaled(share, one)
-        found.append(total)
-    return found
+                total = total + scaled(share, matrix)
+        combinations.append(total)
+    return combinations
 
 
 def leaves(claim: Any, sizes: list[int]) -> Iterator[Ends]:
@@ -320,4 +320,4 @@ def _with_middle(ends: Ends, premise: int, other: int, place: int) -> Ends:
     rows = ends[premise]
     middle = tuple((a + b) / 2 for a, b in zip(rows[place], rows[other], strict=True))
     changed = tuple(middle if k == place else row for k, row in enumerate(rows))
-    return tuple(changed if p == premise else own for p, own in enumerate(ends))
+    return tuple(changed if p == premise else corner_rows for p, corner_rows in enumerate(ends))
