@@ -73,9 +73,9 @@ with its defaults. This page and its pictures are written by `python benchmarks/
 COLUMNS = """
 - **time**: of the whole command with proof and report, wall clock and processor, on {cores} cores
   {shared}.
-- **set**: how far each state alone may start off rest, in the units of the file, and the share of
-  its range to the nearer side. From anywhere in the set, an ellipsoid, it is proved that the motion
-  stays in it, that no input passes its range, and that it comes to rest.
+- **set**: how far from rest a state may start, one state at a time, in the units of the file, and
+  the share of its range to the nearer side. From anywhere in the set, an ellipsoid, it is proved
+  that the motion stays in it, that no input passes its range, and that it comes to rest.
 - **gains**: the largest command, over all rules, to a state with every variable at the end of its
   range, in multiples of the input's limit; of the law and of LQR. LQR is that of python-control at
   the rest, with Bryson's weights: 1/range² for each state and input. Where a state has no range the

@@ -30,6 +30,38 @@ _SECTIONS: Mapping[str, tuple[str, ...]] = {
 }
 
 
+class SummaryNumber(Protocol):
+    """A number of a row: ``share`` is of what the model's file states, 0 to 1."""
+
+    @property
+    def quantity(self) -> str: ...
+    @property
+    def value(self) -> float: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def share(self) -> float | None: ...
+
+
+class SummaryLine(Protocol):
+    """A row of a design's summary; ``basis`` is what rests on no proof, "" for a proved row."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def numbers(self) -> Sequence[SummaryNumber]: ...
+    @property
+    def basis(self) -> str: ...
+    @property
+    def partial(self) -> bool: ...
+    @property
+    def shortfall(self) -> str: ...
+    @property
+    def claim(self) -> str: ...
+
+
 class CheckedClaim(Protocol):
     """A claim, and what the checker found."""
 
@@ -110,10 +142,15 @@ def with_failures(
     )
 
 
-def junit(checked: CheckedFile, *, source: str) -> str:
+def junit(checked: CheckedFile, *, source: str, summary: Sequence[SummaryLine] = ()) -> str:
     """Return JUnit XML: one test case a claim; what is not PROVED is a failure.
 
-    ``source`` is the certificate's path.  The figures of a claim become properties of its case.
+    The figures of a claim become properties of its case.
+
+    Parameters
+    ----------
+    source : the certificate's path.
+    summary : of the design, if there is one; its numbers become properties of the suite.
     """
     cases = [_junit_case(name, claim, source) for name, claim in _named(checked)]
     failures = sum(not _proved(claim) for claim in checked.claims)
@@ -123,6 +160,7 @@ def junit(checked: CheckedFile, *, source: str) -> str:
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<testsuites name="takagi check" {counts}>',
         f"  <testsuite name={_attribute(source)} {counts}>",
+        *_properties([item for row in summary for item in _row_properties(row)]),
         *cases,
         f"    <system-out>{_text(told)}</system-out>",
         "  </testsuite>",
@@ -190,14 +228,24 @@ def _line(lines: Sequence[str], rule: str) -> int:
     return 1
 
 
-def markdown(checked: CheckedFile, *, source: str) -> str:
-    """Return a Markdown summary: the verdict, a table of the claims, the checker's messages.
+def markdown(checked: CheckedFile, *, source: str, summary: Sequence[SummaryLine] = ()) -> str:
+    """Return the verdict, a table of the claims, and the checker's messages as Markdown.
 
     The figures of a claim stand in a column of their own.
+
+    Parameters
+    ----------
+    source : the certificate's path.
+    summary : of the design, if there is one; it stands in a table before the claims.
     """
-    lines = [
-        f"## {markdown_cell(source)}: {checked.verdict.name}",
-        "",
+    lines = [f"## {markdown_cell(source)}: {checked.verdict.name}", ""]
+    if summary:
+        lines += ["| | Figures | Rests on | Less than stated |", "|---|---|---|---|"]
+        for row in summary:
+            cells = (row.name, row.text, _rests_on(row), row.shortfall if row.partial else "")
+            lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
+        lines.append("")
+    lines += [
         "| Verdict | Claim | | Numbers |",
         "|---|---|---|---|",
     ]
@@ -271,6 +319,29 @@ def _junit_case(name: str, claim: CheckedClaim, source: str) -> str:
         f"{head}>\n      <failure type={verdict} message={verdict}>{_text(claim.text)}</failure>\n"
         "    </testcase>"
     )
+
+
+def _properties(items: Sequence[tuple[str, str]]) -> list[str]:
+    """Return the properties of a suite; nothing without one."""
+    if not items:
+        return []
+    lines = [f"      <property name={_attribute(k)} value={_attribute(v)}/>" for k, v in items]
+    return ["    <properties>", *lines, "    </properties>"]
+
+
+def _row_properties(row: SummaryLine) -> list[tuple[str, str]]:
+    """Return (name, value) of each number of a row, of its share, and what they rest on."""
+    items = []
+    for number in row.numbers:
+        name = f"{row.name}: {number.quantity}"
+        items.append((f"{name} [{number.unit}]" if number.unit else name, f"{number.value}"))
+        if number.share is not None:
+            items.append((f"{name}, share of what is stated", f"{number.share}"))
+    return [*items, (f"{row.name}: rests on", _rests_on(row))] if items else []
+
+
+def _rests_on(row: SummaryLine) -> str:
+    return row.basis or f"proved{f': {row.claim}' if row.claim else ''}"
 
 
 def _location(source: str, line: int) -> dict[str, object]:

@@ -6,7 +6,7 @@ Imports the standard library and the checker's errors alone, since `takagi check
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,22 +16,25 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 if TYPE_CHECKING:
     from takagi.certificates.design.design import Design
     from takagi.models.loading import ModelFile
+    from takagi.reports.sections.plant.summary import SummaryRow
 
 GAINS, CERTIFICATE, REPORT, RECORD = "gains.json", "certificate.json", "report.html", "design.json"
 FIGURES, MODEL = "figures", "model"
 
 Files = dict[str, bytes | str]
 Tell = Callable[[str], None]
-# Kind of model -> what makes its gain file, report and appendix: module and function.
+# Kind of model -> what makes its gain file, report, summary and appendix: module and function.
 _MADE_BY: Mapping[str, Mapping[str, str]] = {
     "turbine": {
         "gains": "gains_file.turbine:gain_file",
         "report": "sections.turbine.page:report_html",
+        "summary": "sections.turbine.summary:summary_rows",
         "appendix": "appendix.design_files:appendix_files",
     },
     "plant": {
         "gains": "gains_file.plant:plant_gain_file",
         "report": "sections.plant.page:plant_report_files",
+        "summary": "sections.plant.summary:summary_rows",
         "appendix": "appendix.design_files:plant_appendix",
     },
 }
@@ -80,6 +83,12 @@ def report_files(design: Design, *, tell: Tell | None = None) -> Files:
     """
     report = _made("report", design, tell=tell)
     return {REPORT: report.html} | {f"{FIGURES}/{n}": text for n, text in report.figures.items()}
+
+
+def summary_of(design: Design) -> Sequence[SummaryRow]:
+    """Return the rows that terminal, report and formats of continuous integration show."""
+    rows: Sequence[SummaryRow] = _made("summary", design)
+    return rows
 
 
 class DesignFolder(NamedTuple):

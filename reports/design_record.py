@@ -24,6 +24,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.replay.certificate import WITHOUT, check
 from takagi.certificates.design.design import StepClock, Tell
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.loading import read_model
@@ -46,6 +47,10 @@ def design_record(design: Design, source: ModelFile, model: str) -> str:
     source : the model's file.
     model : the place of its copy, relative to the design's folder.
     """
+    if isinstance(design, TurbineDesign):
+        from takagi.reports.simulation.measured_loop import measured_loop
+
+        design = replace(design, measured=measured_loop(design))
     data = {
         "given": str(source.name),
         "model": model,
@@ -92,6 +97,8 @@ def design_of_record(
             _require_derived(design, derived)
             if isinstance(design, PlantDesign):
                 _require_proved_law(design, document)
+            elif design.measured is not None:
+                _require_readable(design)
         except (ModelError, CertificateError):
             raise
         except UNREADABLE as error:
@@ -144,6 +151,24 @@ def _require_derived(design: Any, derived: Mapping[str, Any]) -> None:
     for name, part in _derived_of(design).items():
         if part is not derived[name]:
             raise ValueError(f"it states {name!r} of its own")
+
+
+def _require_readable(design: TurbineDesign) -> None:
+    """Refuse margins and runs that the pages cannot show."""
+    from takagi.reports.figures.response import QUANTITIES
+    from takagi.reports.sections.turbine.summary import summary_rows
+    from takagi.reports.simulation.measured_loop import MeasuredLoop
+
+    if not isinstance(design.measured, MeasuredLoop):
+        raise ValueError("its margins and runs are of another kind")
+    for run in design.measured.runs:
+        for line in (each.line for each in (run.law, run.reference) if each and each.line):
+            series = (run.time, run.schedule, *(getattr(line, name) for name in QUANTITIES))
+            if {(np.shape(values), np.asarray(values).dtype.kind) for values in series} != {
+                (run.time.shape, "f")
+            }:
+                raise ValueError(f"the series of the {run.words} do not fit each other")
+    summary_rows(design)
 
 
 def _require_proved_law(design: PlantDesign, document: Mapping[str, Any]) -> None:

@@ -175,7 +175,7 @@ SENTENCES: list[tuple[str, str, Callable[[Any], Fraction], bool]] = [
     ("docs/cli.md", r"v_s\| up to ([\d.]+) to", lambda s: min(column(s, "wind_error")), False),
     ("docs/cli.md", r"v_s\| up to [\d.]+ to ([\d.]+) m/s", lambda s: max(column(s, "wind_error")), False),
     ("docs/cli.md", r"rpm, ([\d.]+) % above the rated", overspeed, True),
-    ("docs/cli.md", r"settling decay rate at least ([\d.]+) 1/s", lambda s: number(s["claims"][0]["settling"], "decay_rate", ""), False),
+    ("docs/cli.md", r"settling [^;]*? decay rate >= ([\d.]+) 1/s", lambda s: number(s["claims"][0]["settling"], "decay_rate", ""), False),
 ]  # fmt: skip
 
 

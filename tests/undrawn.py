@@ -10,14 +10,16 @@ import pytest
 from takagi.certificates import TurbineDesign
 from takagi.reports.margins.running_over_wind import NOMINAL, running_margins
 from takagi.reports.margins.running_search import SearchedMargins
+from takagi.reports.simulation import measured_loop
+from takagi.reports.simulation.measured_loop import MeasuredLoop
 
 WIND = 8.0
 
 
 def few_margins(patch: pytest.MonkeyPatch) -> None:
-    """Let a turbine's appendix have the margins at one wind: a search over all takes a minute."""
+    """Let a turbine's pages have the margins at one wind alone, and no runs: all take a minute."""
 
-    def at_one_wind(design: TurbineDesign) -> SearchedMargins:
+    def at_one_wind(design: TurbineDesign) -> MeasuredLoop:
         rows = running_margins(
             design.turbine,
             design.law,
@@ -28,9 +30,9 @@ def few_margins(patch: pytest.MonkeyPatch) -> None:
             computation_time=0.0,
             plants=[NOMINAL],
         )
-        return SearchedMargins(tuple(rows), (WIND,), (), ())
+        return MeasuredLoop(SearchedMargins(tuple(rows), (WIND,), (), ()), ())
 
-    patch.setattr("takagi.reports.appendix.turbine.design_margins", at_one_wind)
+    patch.setattr(measured_loop, "_measured_now", at_one_wind)
 
 
 @contextmanager
@@ -49,10 +51,5 @@ def undrawn() -> Iterator[None]:
 
 def unmeasured(patch: pytest.MonkeyPatch) -> None:
     """Let the summary of a turbine have neither margins nor simulated runs."""
-    from takagi.reports.margins.running_search import SearchedMargins
-    from takagi.reports.sections.turbine import summary, verdict
-
-    patch.setattr(summary, "design_margins", lambda _: SearchedMargins((), (), (), ()))
-    patch.setattr(verdict, "step_and_gust_runs", lambda _: {})
-    for runs in ("every_run", "step_and_gust_runs", "turbulent_runs"):
-        patch.setattr(summary, runs, lambda _: {})
+    nothing = MeasuredLoop(SearchedMargins((), (), (), ()), ())
+    patch.setattr(measured_loop, "_measured_now", lambda _: nothing)

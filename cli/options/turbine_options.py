@@ -88,7 +88,7 @@ def turbine_law(
         float | None,
         typer.Option(
             help="Turbines: overlap of the coupling filter in torque [N m]; 2000 unless given. "
-            "Published laws."
+            "Schulte's laws."
         ),
     ] = None,
     speed_setpoint: Annotated[
@@ -232,7 +232,7 @@ def turbine_claims(
         typer.Option(
             "--equilibrium-wake",
             help="Turbines: leave the frozen wake out of the pitch effectiveness that the "
-            "certificate covers: a larger wind class, for a smaller family of plants.",
+            "certificate covers: wider wind limits, for a smaller family of plants.",
         ),
     ] = False,
 ) -> None:
@@ -254,7 +254,7 @@ def turbine_synthesis(
         typer.Option(
             "--one-step",
             help="Turbines: change gains and proof together, starting from the two-step gains. "
-            "This takes about two minutes more and gives a larger wind class and faster decay; "
+            "This takes about two minutes more and gives wider wind limits and faster decay; "
             "pitch then travels more. Effort-sharing law.",
         ),
     ] = False,
@@ -263,11 +263,11 @@ def turbine_synthesis(
         typer.Option(
             "--objective",
             metavar="NAME",
-            help="Turbines: what the one-step search improves: balanced (wind class, and some "
-            "decay), wind-class, decay, calm-pitch or calm-tower; --one-step alone means "
-            "balanced. With the first three the wind class is no smaller than that of the "
-            "two-step gains, on average and at the weakest wind; with the calm ones by up to 15 "
-            "%. Effort-sharing law.",
+            help="Turbines: what the one-step search improves: balanced (wind limits, and some "
+            "decay), wind-class (the limits alone), decay, calm-pitch or calm-tower; --one-step "
+            "alone means balanced. With the first three the wind limits are no narrower than those "
+            "of the two-step gains, on average and at the weakest wind; with the calm ones by up "
+            "to 15 %. Effort-sharing law.",
         ),
     ] = None,
 ) -> None:

@@ -50,7 +50,7 @@ def row_as_data(row: SummaryRow) -> dict[str, Any]:
     """Return a row of the summary as plain data."""
     return {
         "name": row.name,
-        "text": ", ".join(row.parts).replace("+, ", "+ "),
+        "text": row.text,
         "regulator": row.regulator or None,
         "proved": row.proved,
         "basis": row.basis or None,

@@ -67,7 +67,7 @@ def certify(
     such as the range of an input that has changed. --gains-out writes the file again.
 
     With --baseline every figure of an older certificate is compared: decay rates, gains, sets,
-    wind classes, margins. Nothing that it proves may be lost or get worse by more than --tolerance.
+    wind limits, margins. Nothing that it proves may be lost or get worse by more than --tolerance.
 
     Exit status: 0 PROVED; 1 not proved, or worse than the baseline; 2 misuse.
     """

@@ -129,7 +129,8 @@ def _take_folder(options: argparse.Namespace) -> None:
     # Imported here: most checks are given a file.
     from takagi.reports.design_folder import design_folder
 
-    parts = design_folder(options.certificate)
+    options.folder = options.certificate
+    parts = design_folder(options.folder)
     options.certificate = parts.certificate
     options.plant_file = options.model or Path(str(parts.record.get("given")))
     options.gains, options.model = options.gains or parts.gains, options.model or parts.model
@@ -163,6 +164,8 @@ def _further(
             missed.append(("the C file is the gain file's", "; ".join(found)))
         else:
             lines.append(f"{options.c_source}: it is the export of {options.gains}, byte by byte")
+    if options.folder and (options.junit or options.summary) and (why := _take_summary(options)):
+        missed.append(("the folder holds the design of the certificate", why))
     if asked is not None:
         from takagi.reports.simulation.filed_margins import filed_margins
 
@@ -242,14 +245,32 @@ def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
 
     source = str(options.certificate)
     if options.junit:
-        write_file(options.junit, ci_formats.junit(checked, source=source))
+        report = ci_formats.junit(checked, source=source, summary=options.rows)
+        write_file(options.junit, report)
     if options.sarif:
         kinds = _kinds(options.certificate) if checked.verdict.name != "REFUSED" else []
         plant = _plant_file(options)
         report = ci_formats.sarif(checked, source=source, kinds=kinds, plant=plant)
         write_file(options.sarif, report)
     if options.summary:
-        write_file(options.summary, ci_formats.markdown(checked, source=source))
+        report = ci_formats.markdown(checked, source=source, summary=options.rows)
+        write_file(options.summary, report)
+
+
+def _take_summary(options: argparse.Namespace) -> str:
+    """Take the summary of a folder's design, made anew from its claims; return why there is none.
+
+    It needs all that takagi needs; a certificate alone needs none of it, and has no summary.
+    """
+    from takagi.models.errors import ModelError
+    from takagi.reports.design_folder import CertificateError, read_design, summary_of
+
+    with progress(f"takagi check {options.folder}: summary") as tell:
+        try:
+            options.rows = summary_of(read_design(options.folder, tell=tell))
+        except (ModelError, CertificateError) as error:
+            return str(error)
+    return ""
 
 
 def _kinds(certificate: Path) -> list[str]:
@@ -367,7 +388,7 @@ def _parser() -> _Parser:
     add("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
     add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")
     add("--summary", metavar="FILE", type=Path, help="write the results as a Markdown table")
-    parser.set_defaults(plant_file=None)
+    parser.set_defaults(plant_file=None, folder=None, rows=())
     add("--json", action="store_true", help="print JSON, for machines")
     add("--trusted", action="store_true", help="list the code that the verdict ran through")
     add("--cross", action="store_true", help="ask the second checker too; 1 where they differ")

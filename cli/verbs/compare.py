@@ -1,4 +1,4 @@
-"""`takagi compare`: two designs of one plant, side by side."""
+"""`takagi compare`: designs of one plant, side by side."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ def compare(
     old: Annotated[
         Path, typer.Argument(metavar="OLD", help="A design's folder, or its certificate.")
     ],
-    new: Annotated[Path, typer.Argument(metavar="NEW", help="Another one of the same plant.")],
+    new: Annotated[
+        list[Path], typer.Argument(metavar="NEW...", help="Other ones of the same plant.")
+    ],
     tolerance: Annotated[str, typer.Option(metavar="SHARE", help=TOLERANCE_HELP)] = TOLERANCE,
     summary: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the comparison as Markdown.")
@@ -37,35 +39,44 @@ def compare(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
 ) -> int:
-    """Compare two designs of one plant by their certificates.
+    """Compare designs of one plant by their certificates: each NEW with OLD.
 
-    Both certificates are replayed first. Exit status: 0 nothing got worse; 1 something got worse;
+    All certificates are replayed first. Exit status: 0 nothing got worse; 1 something got worse;
     2 misuse, or a file that is refused.
     """
     share = tolerance_of(tolerance)
-    old, new = _file(old), _file(new)
+    old, places = _file(old), [_file(place) for place in new]
     from takagi.reports.baseline.comparison import compare_certificates, plant_name
     from takagi.reports.baseline.words import as_data, as_html, as_markdown, as_text
     from takagi.reports.output import write_file
 
-    first, second = read_baseline(old), read_baseline(new)
-    found = compare_certificates(
-        first.document,
-        second.document,
-        checked_old=first.checked,
-        checked_new=second.checked,
-        tolerance=share,
-    )
+    before, source = read_baseline(old), str(old)
+    compared = {}
+    for place in places:
+        after = read_baseline(place)
+        compared[str(place)] = compare_certificates(
+            before.document,
+            after.document,
+            checked_old=before.checked,
+            checked_new=after.checked,
+            tolerance=share,
+        )
+    # A heading says which of several it is.
+    several = len(compared) > 1
+    heads = {place: f"{place}\n" if several else "" for place in compared}
     if summary is not None:
-        write_file(summary, as_markdown(found, source=str(old)))
+        texts = (f"{heads[k]}\n" * several + as_markdown(c, source=source)
+                 for k, c in compared.items())  # fmt: skip
+        write_file(summary, "\n".join(texts))
     if html is not None:
-        name = plant_name(second.document["model"])
-        write_file(html, as_html(found, name=name, old=str(old), new=str(new)))
+        name = plant_name(before.document["model"])
+        write_file(html, as_html(compared, name=name, old=source))
     if as_json:
-        print(json.dumps({"old": str(old), "new": str(new), **as_data(found)}, indent=2))
+        data = [{"old": source, "new": place, **as_data(c)} for place, c in compared.items()]
+        print(json.dumps(data if several else data[0], indent=2))
     else:
-        print(as_text(found, source=str(old)))
-    return PROVED if found.passes else UNPROVED
+        print("\n\n".join(heads[k] + as_text(c, source=source) for k, c in compared.items()))
+    return PROVED if all(c.passes for c in compared.values()) else UNPROVED
 
 
 def _file(path: Path) -> Path:

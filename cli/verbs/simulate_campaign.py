@@ -42,8 +42,8 @@ def campaign_options(
         typer.Option(
             metavar="WHAT",
             help="With --certificate: runs outside of the claim, to see which bound fails first: "
-            "3 or wind=3 (the wind class times 3), wind-error=3, wind-rate=3, start=4 (starts with "
-            "V up to 4), inertia=0.8:1.2, wake=1.5, or all. May be repeated.",
+            "3 or wind=3 (the wind limits times 3), wind-error=3, wind-rate=3, start=4 (starts "
+            "with V up to 4), inertia=0.8:1.2, wake=1.5, or all. May be repeated.",
         ),
     ] = None,
     workers: Annotated[

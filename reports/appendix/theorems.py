@@ -33,7 +33,7 @@ TITLES = {
     "wind-rate": "Admissible winds",
     "actuator-rates": "Rates of the actuators",
     "running-loop": "The loop with its observer",
-    "paper-loop": "The loop of the published law",
+    "paper-loop": "The loop of Schulte's law",
 }
 
 

@@ -24,7 +24,7 @@ from takagi.reports.appendix.tex import (
     with_decimals,
 )
 from takagi.reports.margins.margins import Margins
-from takagi.reports.margins.running_search import SearchedMargins, design_margins, wind_ranges
+from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
 from takagi.reports.sections.turbine.cells import cells_drawing, filter_of, memberships_drawing
 from takagi.reports.sections.turbine.model import (
     power_surface,
@@ -34,7 +34,7 @@ from takagi.reports.sections.turbine.model import (
 )
 from takagi.reports.sections.turbine.responses import response_drawing, response_words
 from takagi.reports.sections.turbine.running import margins_drawing
-from takagi.reports.simulation.design_runs import step_and_gust_runs
+from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -206,7 +206,7 @@ def _gain_row(design: TurbineDesign, law: EffortSharingLaw, k: int) -> list[Tex]
 
 def margins_context(design: TurbineDesign) -> dict[str, Any]:
     """Return the margins of the loop that runs: at whole winds, and where one is least."""
-    found = design_margins(design)
+    found = measured_loop(design).margins
     every = sorted({row.wind for row in found.rows})
     unstable = sorted({row.wind for row in found.rows if row.decay_rate <= 0})
     winds = sorted((*found.whole, *found.least))
@@ -242,7 +242,7 @@ RESPONSES = ("gust", "step-up", "ramp")
 
 def responses_context(design: TurbineDesign) -> dict[str, object]:
     """Return (name, caption) of each simulated response."""
-    runs = step_and_gust_runs(design)
+    runs = measured_loop(design).drawn
     return {"responses": [(name, response_words(runs[name])) for name in RESPONSES if name in runs]}
 
 
@@ -260,8 +260,9 @@ def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
     summary = claim_summary(design)
     if summary is not None and design.checked.verdict is Verdict.PROVED:
         found["cells"] = cells_drawing(design, summary)
-    margins, runs = design_margins(design), step_and_gust_runs(design)
-    if margins.rows:
-        found["running-margins"] = margins_drawing(margins)
+    measured = measured_loop(design)
+    runs = measured.drawn
+    if measured.margins.rows:
+        found["running-margins"] = margins_drawing(measured.margins)
     shown = [name for name in RESPONSES if name in runs]
     return found | {f"response-{name}": response_drawing(design, runs[name]) for name in shown}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -145,40 +145,44 @@ def as_markdown(found: CertificateComparison, *, source: str) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def as_html(found: CertificateComparison, *, name: str, old: str, new: str) -> str:
-    """Return the comparison as one page: what changed, in words and in colour.
+def as_html(compared: Mapping[str, CertificateComparison], *, name: str, old: str) -> str:
+    """Return comparisons with one certificate as one page: what changed, in words and in colour.
 
     Parameters
     ----------
-    name : of the plant;  old, new : where the certificates are.
+    compared : where a new certificate is -> its comparison;  old : where the old one is.
+    name : of the plant.
     """
     # Imported here: only a page needs the templates.
     from takagi.reports.page.assembly import report_files
     from takagi.reports.page.text import Section
 
-    rows = list(_rows(found))
-    content = {
-        "head": _head(found, old),
-        "passes": found.passes,
-        "old": old,
-        "new": new,
-        "rows": rows,
-        "same": len(found.moved) - len(rows),
-        "lists": (
-            ("Lost", [f"{claim}: {why}" for claim, why in found.lost.items()]),
-            ("New claims", found.added),
-            ("Gains", list(_gains(found))),
-            ("Parameters, gains and options that differ", listed_changes(found.changed)),
-        ),
-    }
+    content = {"old": old, "designs": [_of_page(new, c, old) for new, c in compared.items()]}
     return report_files(
         "plant",
         [Section("comparison", "What changed", content)],
         title=name,
-        verdict="comparison of two designs",
-        subtitle="Comparison of two designs",
+        verdict="comparison of designs",
+        subtitle="Comparison of designs",
         units="Numbers carry the units of the certificates.",
     ).html
+
+
+def _of_page(new: str, compared: CertificateComparison, old: str) -> dict[str, Any]:
+    rows = list(_rows(compared))
+    return {
+        "new": new,
+        "head": _head(compared, old),
+        "passes": compared.passes,
+        "rows": rows,
+        "same": len(compared.moved) - len(rows),
+        "lists": (
+            ("Lost", [f"{claim}: {why}" for claim, why in compared.lost.items()]),
+            ("New claims", compared.added),
+            ("Gains", list(_gains(compared))),
+            ("Parameters, gains and options that differ", listed_changes(compared.changed)),
+        ),
+    }
 
 
 def as_data(found: CertificateComparison) -> dict[str, Any]:

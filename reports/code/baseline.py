@@ -1,4 +1,4 @@
-"""The turbine's published baseline controller as a program, in the language of gain files.
+"""The turbine's reference controller as a program, in the language of gain files.
 
 Its equations are those of ``takagi.models.simulation.baseline``, one Euler step per sample, then
 the rate limits of the actuators.  It starts from the measurements of the first sample: if the
@@ -27,7 +27,7 @@ from takagi.models.turbine.trim import trim
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
 
-NOT_PROVED = "not proved (the published baseline controller, to compare with)"
+NOT_PROVED = "not proved (the reference controller, to compare with)"
 _UNITS = {
     "gear_ratio": "-",
     "rated_speed": "rad/s",

@@ -26,14 +26,14 @@ def cells_figure(
     wind_rate: ArrayLike,
     overspeed: ArrayLike,
 ) -> Figure:
-    """Return decay rate, wind class and overspeed bound per wind cell.
+    """Return decay rate, wind limits and overspeed bound per wind cell.
 
     Parameters
     ----------
     edges : (n + 1,) of the cells [m/s], increasing.
     proved : (n,) of bool; a cell that is not proved is hatched and shows no figure.
     decay_rate : (n,) [1/s].
-    wind_error, wind_rate : (n,) largest |v - v_s| [m/s] and |v_s'| [m/s^2] of the class.
+    wind_error, wind_rate : (n,) largest |v - v_s| [m/s] and |v_s'| [m/s^2] of the wind limits.
     overspeed : (n,) bound on omega above its reference, as a share of rated [-]; shown in percent.
     """
     v = np.asarray(edges, dtype=np.float64)

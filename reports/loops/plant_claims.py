@@ -35,20 +35,25 @@ def half_widths(loop: PlantLoop) -> Floats | None:
     return np.asarray(np.sqrt(level * np.diag(np.linalg.inv(P))), dtype=np.float64)
 
 
+def norm_settling_time(rate: float) -> float:
+    """Return the time [s] in which exp(-rate t) falls to 2 %, a bound on sqrt(V(t) / V(0))."""
+    return float(_ROUNDED * -np.log(SETTLED) / rate)
+
+
 def settling_time(loop: PlantLoop) -> float | None:
     """Return T [s] after which every state stays below 2 % of its half-width of the set.
 
     From anywhere in {x' P x <= c}, W = x' D x of the proved decay is at first lambda c at most,
     with D <= lambda P; then |x_k| <= (W (D^-1)_kk)^(1/2), and W falls at least as exp(-2 alpha t).
-    The claims are proved, this conclusion from them is computed in floating point.  None without
-    proved set or decay, and for a plant with disturbances, which need not come to rest.
+    The claims are proved, this conclusion from them is computed in floating point.  Disturbances
+    and references are at rest.  None without proved set or decay.
     """
     reach = half_widths(loop)
     if loop.observed is not None:
         # V is the function of the set itself: |x_k| is at most its half-width times sqrt(V / c).
-        undisturbed = reach is not None and loop.decay_rate and not loop.plant.disturbances
-        return float(_ROUNDED * -np.log(SETTLED) / loop.decay_rate) if undisturbed else None
-    if reach is None or not loop.decay_rate or loop.decay_P is None or loop.plant.disturbances:
+        known = reach is not None and loop.decay_rate
+        return norm_settling_time(loop.decay_rate) if known and loop.decay_rate else None
+    if reach is None or not loop.decay_rate or loop.decay_P is None:
         return None
     P, level = loop.ellipsoid
     D = loop.decay_P

@@ -1,8 +1,8 @@
 """The loop of a plant and its design as numbers, read by all sections and figures.
 
 For a law with outputs, plant and estimate are one loop.  Its certificate's function is
-V = z'Pz, with z = (x, e) or (xhat, e) and e = x - xhat.  The state alone never leaves the shadow of
-{V <= c}; it may start where V <= c for the estimate as the law starts it.
+V = z'Pz, with z = (x, e) or (xhat, e) and e = x - xhat.  The state alone never leaves the
+projection of {V <= c}; it may start where V <= c for the estimate as the law starts it.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class ObservedMotion:
         return [state for state, (_, factor) in seen.items() if factor == 1.0]
 
     def shapes(self) -> tuple[Floats, Floats] | None:
-        """Return the (n, n) matrices of the shadow of the set and of its starts; None without one.
+        """Return the (n, n) matrices of the set, projected, and of its starts; None without one.
 
         {x'Sx <= c} is where x may start, {x'Rx <= c} what x never leaves.
         """
@@ -91,11 +91,11 @@ class ObservedMotion:
         n = len(self.P) // 2
         one = np.eye(n)
         state = np.hstack([one, one if self.law.at_estimate else np.zeros((n, n))])
-        shadow = np.linalg.inv(state @ np.linalg.inv(self.P) @ state.T)
+        projection = np.linalg.inv(state @ np.linalg.inv(self.P) @ state.T)
         known = np.zeros((n, n))
         known[self.measured_states(), self.measured_states()] = 1.0
         N = np.vstack([known if self.law.at_estimate else one, one - known])
-        return np.asarray((shadow + shadow.T) / 2), np.asarray(N.T @ self.P @ N)
+        return np.asarray((projection + projection.T) / 2), np.asarray(N.T @ self.P @ N)
 
     def largest_commands(self) -> Floats | None:
         """Return (m,): the largest |u - u*| of any gain on the set; None without one."""
@@ -218,7 +218,7 @@ class PlantLoop:
     level_proved : whether the certificate proves that the set lies in the box and is invariant.
     decay_rate, decay_P : alpha [1/s] and the P of the proved decay, V' <= -2 alpha V; None if none.
     observed : of a law with outputs: its observer, and the proved function of plant and estimate.
-        P then is that of the shadow of the set on the states, and decay_P is None.
+        P then is that of the projection of the set on the states, and decay_P is None.
     starting_P : of a law with outputs: {x'Sx <= level} is where the state may start.
     """
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,9 +21,6 @@ from takagi.reports.margins.running_over_wind import (
     RunningMargins,
     running_margins,
 )
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
 
 # Step of wind for the nominal plant [m/s]; all plants are measured at every whole wind.
 FINE = 0.2
@@ -109,14 +104,6 @@ def searched_margins(
     least.sort()
     rows = tuple(row for wind in sorted(found) for row in found[wind])
     return SearchedMargins(rows, tuple(whole), tuple(least), tuple(none))
-
-
-@lru_cache(maxsize=2)
-def design_margins(design: TurbineDesign) -> SearchedMargins:
-    """Return the margins of a design's loop; report and summary share one search."""
-    return searched_margins(
-        design.turbine, design.law, design.observer.observer, speed_filter=design.speed_filter
-    )
 
 
 def _gain(one: Margins) -> float:

@@ -1,25 +1,23 @@
 """A turbine's design in steps, gusts and turbulence, beside the reference controller.
 
 Simulated on the validation plant with the wind observer in the loop: nothing here is proved.  Each
-run says when it is inside the proved wind class, since its bounds hold there alone.
+run says how long it is inside the proved wind limits, since its bounds hold there alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.arrays import Floats
-from takagi.models.laws.protocol import Law
+from takagi.models.laws.protocol import Law, law_words
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History
-from takagi.models.simulation.scenario import Case, Result, run_case
+from takagi.models.simulation.scenario import Case, Metrics, Result, run_case
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
 from takagi.models.simulation.wind import (
     REFERENCE_INTENSITY,
@@ -30,6 +28,8 @@ from takagi.models.simulation.wind import (
     step_wind,
 )
 from takagi.models.turbine.trim import rated_wind
+from takagi.reports.figures.response import QUANTITIES, ResponseLine
+from takagi.reports.page.text import powers
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -42,6 +42,17 @@ GUST_DURATION, GUST_BEGIN = 40.0, 5.0
 # Means of class-B turbulence [m/s], simulated for this long [s], with one seed.
 TURBULENT = (5.0, 8.0, 11.0, 14.0, 19.0)
 TURBULENT_DURATION, SEED = 200.0, 1
+# Of a run that is drawn every third sample is kept, in so many digits.
+THINNED, DIGITS = 3, 7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LawRun:
+    """One law in one wind: its name, its metrics, and its line where it is drawn."""
+
+    label: str
+    metrics: Metrics
+    line: ResponseLine | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,113 +61,120 @@ class DesignRun:
 
     Attributes
     ----------
-    wind : the wind over time.
-    law, reference : the simulated loops.
-    schedule : of the design's law, its schedule wind v_s (n,) [m/s]; else the wind estimate.
-    inside : whether the law's loop is in the proved wind class, (n,); None without such a class.
+    name : "step-up", "step-down", "ramp", "gust" (at rated wind); of others "" or "turbulence".
+    wind : mean wind [m/s].
+    words : the wind in words, e.g. ``"gust at 11.45 m/s"``.
+    share_inside : share of time inside the proved wind limits [-]; nan without them.
+    time [s], schedule : of a run that is drawn, (n,); schedule is the schedule wind v_s of the
+        effort-sharing law [m/s], else the wind estimate.
     """
 
-    wind: WindSeries
-    law: Result
-    reference: Result | None
+    name: str
+    wind: float
+    words: str
+    law: LawRun
+    reference: LawRun | None
+    share_inside: float
+    time: Floats
     schedule: Floats
-    inside: NDArray[np.bool_] | None
-
-    @property
-    def words(self) -> str:
-        """The wind in words, e.g. ``"gust at 11.45 m/s"``."""
-        return self.wind.name.partition(",")[0].replace("turbulent", "turbulence of")
-
-    @property
-    def share_inside(self) -> float:
-        """Share of time inside the proved wind class [-]; nan without such a class."""
-        return float("nan") if self.inside is None else float(self.inside.mean())
 
 
-@lru_cache(maxsize=2)
-def step_and_gust_runs(design: TurbineDesign) -> dict[str, DesignRun]:
-    """Return step-up, step-down, gust and ramp across rated wind."""
-    rated, radius = _rated(design), design.turbine.rotor_radius
-    low, high = round(rated - STEP, 2), round(rated + STEP, 2)
-    winds = {
-        "step-up": step_wind(low, high, DURATION, begin=BEGIN),
-        "step-down": step_wind(high, low, DURATION, begin=BEGIN),
-        "gust": gust_wind(rated, DURATION, rotor_radius=radius, begin=BEGIN),
-        "ramp": ramp_wind(low - 2, high + 2, DURATION, rate=0.2, begin=BEGIN),
-    }
-    return dict(zip(winds, _runs(design, winds.values()), strict=True))
+def design_runs(design: TurbineDesign) -> tuple[DesignRun, ...]:
+    """Return a design's law in steps, a ramp, gusts and turbulence of class B, simulated now.
 
-
-@lru_cache(maxsize=2)
-def gust_runs(design: TurbineDesign) -> dict[float, DesignRun]:
-    """Return mean wind [m/s] -> the extreme operating gust there, rated wind among them."""
-    turbine, rated = design.turbine, _rated(design)
-    means = [round(rated + distance, 2) for distance in GUSTS]
-    means = [mean for mean in means if turbine.cut_in < mean < turbine.cut_out]
-    radius = turbine.rotor_radius
-    winds = [gust_wind(v, GUST_DURATION, rotor_radius=radius, begin=GUST_BEGIN) for v in means]
-    found = dict(zip(means, _runs(design, winds), strict=True))
-    return dict(sorted({rated: step_and_gust_runs(design)["gust"], **found}.items()))
-
-
-@lru_cache(maxsize=2)
-def turbulent_runs(design: TurbineDesign) -> dict[float, DesignRun]:
-    """Return mean wind [m/s] -> turbulence of class B, sigma_1 = 0.14 (0.75 V + 5.6 m/s)."""
+    Class B has sigma_1 = 0.14 (0.75 V + 5.6 m/s).
+    """
     turbine = design.turbine
-    means = [mean for mean in TURBULENT if turbine.cut_in < mean < turbine.cut_out]
+    rated = round(rated_wind(turbine, speed_setpoint=design.settings.speed_setpoint), 2)
+    low, high = round(rated - STEP, 2), round(rated + STEP, 2)
+    radius = turbine.rotor_radius
     winds = [
-        same_turbulence(
-            [mean],
-            REFERENCE_INTENSITY * (0.75 + 5.6 / mean),
-            TURBULENT_DURATION,
-            SEED,
-            rotor_radius=turbine.rotor_radius,
-            hub_height=turbine.hub_height,
-            period=600.0,
-        )[0]
-        for mean in means
+        ("step-up", rated, step_wind(low, high, DURATION, begin=BEGIN)),
+        ("step-down", rated, step_wind(high, low, DURATION, begin=BEGIN)),
+        ("gust", rated, gust_wind(rated, DURATION, rotor_radius=radius, begin=BEGIN)),
+        ("ramp", rated, ramp_wind(low - 2, high + 2, DURATION, rate=0.2, begin=BEGIN)),
     ]
-    return dict(zip(means, _runs(design, winds), strict=True))
+    for mean in (round(rated + distance, 2) for distance in GUSTS):
+        if turbine.cut_in < mean < turbine.cut_out:
+            gust = gust_wind(mean, GUST_DURATION, rotor_radius=radius, begin=GUST_BEGIN)
+            winds.append(("", mean, gust))
+    for mean in TURBULENT:
+        if turbine.cut_in < mean < turbine.cut_out:
+            winds.append(("turbulence", mean, _turbulence(design, mean)))
+    return tuple(_run(design, *each) for each in winds)
 
 
-def every_run(design: TurbineDesign) -> list[DesignRun]:
-    """Return all runs of a design, each wind once."""
-    parts = (step_and_gust_runs(design), gust_runs(design), turbulent_runs(design))
-    return list(dict.fromkeys(run for part in parts for run in part.values()))
+def _turbulence(design: TurbineDesign, mean: float) -> WindSeries:
+    return same_turbulence(
+        [mean],
+        REFERENCE_INTENSITY * (0.75 + 5.6 / mean),
+        TURBULENT_DURATION,
+        SEED,
+        rotor_radius=design.turbine.rotor_radius,
+        hub_height=design.turbine.hub_height,
+        period=600.0,
+    )[0]
 
 
-def _rated(design: TurbineDesign) -> float:
-    return round(rated_wind(design.turbine, speed_setpoint=design.settings.speed_setpoint), 2)
-
-
-def _runs(design: TurbineDesign, winds: Iterable[WindSeries]) -> list[DesignRun]:
+def _run(design: TurbineDesign, name: str, mean: float, wind: WindSeries) -> DesignRun:
     plant = validation_plant(design.turbine)
     filtered = replace(plant, speed_filter=design.speed_filter)
-    found = []
-    for wind in winds:
-        law = _run(design, filtered, design.law, wind)
-        reference = None
-        if design.turbine.baseline is not None:
-            reference = _run(design, plant, BaselineLaw(design.turbine), wind)
-        found.append(DesignRun(wind, law, reference, *_class_use(design, law.history)))
-    return found
+    law, reference = _result(design, filtered, design.law, wind), None
+    if design.turbine.baseline is not None:
+        reference = _result(design, plant, BaselineLaw(design.turbine), wind)
+    time, schedule = law.history.time, _schedule(design, law.history)
+    inside = in_wind_class(design, time, law.history.wind, schedule)
+    drawn = name not in ("", "turbulence")
+    return DesignRun(
+        name,
+        mean,
+        wind.name.partition(",")[0].replace("turbulent", "turbulence of"),
+        _law_run(law, drawn=drawn),
+        None if reference is None else _law_run(reference, drawn=drawn),
+        float("nan") if inside is None else float(inside.mean()),
+        *((_thinned(time), _thinned(schedule)) if drawn else (np.empty(0), np.empty(0))),
+    )
 
 
-def _run(design: TurbineDesign, plant: SimulatedTurbine, law: Law, wind: WindSeries) -> Result:
+def _result(design: TurbineDesign, plant: SimulatedTurbine, law: Law, wind: WindSeries) -> Result:
     return run_case(Case(law.name, plant, law, wind, design.observer.observer))
 
 
-def _class_use(design: TurbineDesign, history: History) -> tuple[Floats, NDArray[np.bool_] | None]:
-    """Return v_s, and whether |v - v_s| and |v_s'| are within the bounds of the wind cell."""
-    law, summary = design.effort_sharing_law, claim_summary(design)
-    schedule = history.wind_estimate
+def _law_run(result: Result, *, drawn: bool) -> LawRun:
+    line = None
+    if drawn:
+        full = ResponseLine.of(powers(law_words(result.label)), result.history)
+        line = replace(full, **{name: _thinned(getattr(full, name)) for name in QUANTITIES})
+    return LawRun(result.label, result.metrics, line)
+
+
+def _thinned(values: Floats) -> Floats:
+    return np.array([float(f"{value:.{DIGITS}g}") for value in values[::THINNED]])
+
+
+def _schedule(design: TurbineDesign, history: History) -> Floats:
+    law = design.effort_sharing_law
     if law is not None and law.wind_filter > 0:
-        schedule = history.law_states[:, 1]
-    if summary is None or law is None:
-        return schedule, None
+        return history.law_states[:, 1]
+    return history.wind_estimate
+
+
+def in_wind_class(
+    design: TurbineDesign, time: Floats, wind: Floats, schedule: Floats
+) -> NDArray[np.bool_] | None:
+    """Return whether |v - v_s| and |v_s'| are within the proved bounds of the wind cell, (n,).
+
+    None of a design without such a claim.
+    """
+    summary = claim_summary(design)
+    if summary is None or design.effort_sharing_law is None:
+        return None
     cell = np.clip(np.searchsorted(summary.edges, schedule) - 1, 0, len(summary.winds) - 1)
+
+    def of_cell(values: ArrayLike) -> NDArray[np.float64]:
+        return np.asarray(values, dtype=np.float64)[cell]
+
     inside = np.array(summary.proved)[cell]
-    rate = np.abs(np.gradient(schedule, history.time))
-    inside &= np.abs(history.wind - schedule) <= np.array(summary.wind_error)[cell]
-    inside &= rate <= np.array(summary.wind_rate)[cell]
-    return schedule, inside
+    inside &= np.abs(wind - schedule) <= of_cell(summary.wind_error)
+    inside &= np.abs(np.gradient(schedule, time)) <= of_cell(summary.wind_rate)
+    return inside

@@ -32,7 +32,7 @@ LAW_NAMES: Mapping[str, str] = MappingProxyType(
             "one integrator for both regions: near rated wind it can "
             "rest only with too much pitch and too little torque, and the blending adds pitch gain "
             "that its regional gains do not know of, so that pitch oscillates on this plant "
-            "(docs/laws.md, how the published law was read)"
+            "(docs/laws.md, how Schulte's law was read)"
         ),
         "paper-two-integrators": (
             "an integrator for each region: above rated wind it rests at a "

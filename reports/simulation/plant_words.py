@@ -46,7 +46,7 @@ def columns(found: PlantSimulation) -> tuple[list[str], list[list[str]]]:
         (k, v) for k, v in enumerate(loop.plant.states) if len(loop.plant.states) <= MOST_STATES
     ]
     actuators = commanded(loop)
-    heads = ["start", *(f"largest\noff rest\n{v.name} {_bracket(v)}" for _, v in states)]
+    heads = ["start", *(f"largest\ndeviation\n{v.name} {_bracket(v)}" for _, v in states)]
     heads += [f"largest\n{v.name} {_bracket(v)}" for v in actuators]
     heads += [f"{v.name}\ncut for\n[s]" for v in actuators if v.range is not None]
     heads += ["settled\nafter\n[s]", "starts\nin the\nset", "ended as"]
@@ -269,10 +269,10 @@ def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[
     if variable.schedules:
         return []
     if not proved:
-        return [f"{name} off rest (no invariant set is proved for it)"]
+        return [f"{name} away from rest (no invariant set is proved for it)"]
     if off > proved * (1 + 1e-9):
         return [
-            f"{name} up to {off / size:.4g}{behind(unit)} off rest (an invariant set is proved "
+            f"{name} up to {off / size:.4g}{behind(unit)} from rest (an invariant set is proved "
             f"for {proved / size:.4g}{behind(unit)})"
         ]
     return []

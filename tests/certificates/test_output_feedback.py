@@ -297,5 +297,5 @@ def test_the_report_is_about_the_law_with_outputs() -> None:
     rows = {row.name: row for row in summary_rows(link())}
     assert rows["input"].proved and rows["settles"].claim == "loop with the observer"
     assert "The law has tm exactly, without noise" in page
-    assert "Gains L of the observer" in page and "whose shadow on the states" in page
+    assert "Gains L of the observer" in page and "whose projection onto the states" in page
     assert "The law knows the whole state exactly" not in page and "LQR" not in page

@@ -130,6 +130,9 @@ def test_compare_two_certificates(cubic: Path, tmp_path: Path, capsys: Capture) 
     assert main(["compare", new, new]) == 0
     assert main(["compare", old, new, "--summary", str(summary)]) == 1
     assert main(["compare", old, new, "--tolerance", "100%"]) == 0
+    page = tmp_path / "page.html"
+    assert main(["compare", old, new, old, "--html", str(page), "--summary", str(summary)]) == 1
+    assert page.read_text().count("badge DISPROVED") == page.read_text().count("badge PROVED") == 1
 
     assert (
         "| WORSE | slower | common quadratic decay of cubic | decay rate [1/s] |"

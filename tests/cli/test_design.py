@@ -69,9 +69,9 @@ def test_the_summary_quotes_the_certificate(
 
     assert printed["verdict"] == "PROVED"
     rows = {row["name"]: row for row in printed["summary"]}
-    for name in ("rotor speed", "wind class", "settling"):
+    for name in ("rotor speed", "wind limits", "settling"):
         assert rows[name]["claim"] == finished.checked.claims[0].name and rows[name]["proved"]
-    numbers = [n for name in ("wind class", "settling") for n in rows[name]["numbers"]]
+    numbers = [n for name in ("wind limits", "settling") for n in rows[name]["numbers"]]
     for number in [*numbers, rows["rotor speed"]["numbers"][0]]:
         assert any(number["value"] == pytest.approx(text, rel=1e-2) for text in shown)
     assert sorted(printed["files"]) == [str(tmp_path / name) for name in FILES]

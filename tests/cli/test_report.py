@@ -6,6 +6,7 @@ import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -59,6 +60,12 @@ def test_the_other_verbs_read_the_folder_too(
     capsys.readouterr()
     assert main(["check", str(folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["messages"] == []
+    junit, markdown = tmp_path / "junit.xml", tmp_path / "summary.md"
+    assert main(["check", str(folder), "--junit", str(junit), "--summary", str(markdown)]) == 0
+    rests = {p.get("name"): p.get("value") for p in ElementTree.parse(junit).iter("property")}
+    assert str(rests["input: rests on"]).startswith("proved: ")
+    assert "not proved" in str(rests["margins: rests on"])
+    assert "| gains | " in markdown.read_text() and "| in gains.json |" in markdown.read_text()
     assert main(["simulate", str(folder), "--duration", "0.1"]) == 0
     for target in ("c", "st", "mat"):
         assert main(["export", str(folder), "--to", target, "--out", str(tmp_path / target)]) == 0

@@ -61,7 +61,6 @@ def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
 def undrawn(patch: pytest.MonkeyPatch) -> None:
     """Let a figure be one word, without responses, and with margins at one wind."""
     patch.setattr("takagi.reports.figures.style.figure_to_pdf", lambda _: b"%PDF")
-    patch.setattr("takagi.reports.appendix.turbine.step_and_gust_runs", lambda _: {})
     few_margins(patch)
 
 

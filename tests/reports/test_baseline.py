@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Checked, Claim, Verdict
 from takagi.certificates.checker import check_document, read_text
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import ModelError
@@ -181,22 +182,13 @@ def test_changes_name_parameter_gain_and_option() -> None:
 
 
 def turbine(*cells: tuple[float, float, float], peak: float = 0.05) -> tuple[Data, Checked]:
-    """Return a claim about winds (from, to, class), taken as proved."""
-    listed = [
-        {"wind": [low, high], "wind_error": value, "wind_rate": 1, "decay_rate": 1}
-        for low, high, value in cells
-    ]
-    claim = {
-        "name": "loop",
-        "kind": "coherent-loop",
-        "cells": listed,
-        "settling": {"decay_rate": 0.01},
-        "peaks": {"speed_error": peak},
-        "uncertainty": {"inertia": [0.9, 1.1], "frozen_wake": True},
-    }
-    model = {"kind": "turbine", "rated_rotor_speed": 1.25}
-    data = {"model": model, "gains": {"rotor_speed": [1, 1.25]}, "claims": [claim]}
-    proved = Claim("loop", Verdict.PROVED, "")
+    """Return a turbine's document, and the checked claim with one number for each wind cell."""
+    claim = {"kind": "coherent-loop", "name": "loop"}
+    data = {"model": {"kind": "turbine"}, "gains": {}, "claims": [claim]}
+    spans = tuple((Fraction(low), Fraction(high), Fraction(value)) for low, high, value in cells)
+    overspeed = Figure("overspeed", "-", Fraction(peak) / Fraction("1.25"), larger=False)
+    figures = (WindProfile("wind error", "m/s", spans), overspeed)
+    proved = Claim("loop", Verdict.PROVED, "", figures=figures)
     return read_text(json.dumps(data), "test"), concluded([proved], [])
 
 
@@ -214,9 +206,9 @@ def turbine(*cells: tuple[float, float, float], peak: float = 0.05) -> tuple[Dat
 def test_wind_classes_are_compared_over_the_wind(cells: Any, where: str) -> None:
     """Cells may be cut anew; a hole between them counts, wherever it is."""
     old, checked = turbine((3, 4, 0.2), (4, 5, 0.1))
-    new, _ = turbine(*cells)
+    new, checked_new = turbine(*cells)
 
-    found = compare_certificates(old, new, checked_old=checked, checked_new=checked)
+    found = compare_certificates(old, new, checked_old=checked, checked_new=checked_new)
 
     places = {moved.place for moved in found.moved if moved.worse}
     assert places == ({where} if where else set())
@@ -224,9 +216,9 @@ def test_wind_classes_are_compared_over_the_wind(cells: Any, where: str) -> None
 
 def test_overspeed_is_worse_when_it_rises() -> None:
     """Peak 0.05 above 1.25 is 4 % overspeed; 0.053 is 6 % more of it."""
-    (old, checked), (new, _) = turbine((3, 4, 1)), turbine((3, 4, 1), peak=0.053)
+    (old, checked), (new, checked_new) = turbine((3, 4, 1)), turbine((3, 4, 1), peak=0.053)
 
-    found = compare_certificates(old, new, checked_old=checked, checked_new=checked)
+    found = compare_certificates(old, new, checked_old=checked, checked_new=checked_new)
 
     assert [moved.figure for moved in found.moved if moved.worse] == ["overspeed"]
 

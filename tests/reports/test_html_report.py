@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,12 +14,16 @@ from takagi.certificates import Claim, TurbineDesign, Verdict
 from takagi.certificates.design.turbine.result import claim_summary
 from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.terminal.turbine_summary import as_text
-from takagi.reports.design_folder import design_files
+from takagi.models.errors import ModelError
+from takagi.models.loading import read_model
+from takagi.reports.design_folder import design_files, read_design, report_files
 from takagi.reports.margins import running_search
+from takagi.reports.output import write_folder
 from takagi.reports.page.rounded_bounds import at_most
 from takagi.reports.sections.turbine.summary import summary_rows
 from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
 from takagi.reports.simulation import design_runs
+from takagi.reports.simulation.measured_loop import measured_loop
 from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_of, unsettled
 from tests.undrawn import unmeasured
 
@@ -121,7 +127,7 @@ def test_the_terminal_has_the_least_margin_of_the_loop_that_runs(
     files: dict[str, bytes | str], turbine_design: TurbineDesign
 ) -> None:
     """Of all plants, winds and loops of the report, in 20 lines of at most 100 characters."""
-    rows = running_search.design_margins(turbine_design).rows
+    rows = measured_loop(turbine_design).margins.rows
     phases = [np.degrees(each.phase) for row in rows for _, each in row.loops]
     lines = as_text(turbine_design).splitlines()
     (number,) = re.findall(r"phase ([\d.]+) deg", " ".join(" ".join(lines).split()))
@@ -139,7 +145,7 @@ def test_first_screen_has_the_weak_numbers_beside_the_proved_ones(
     over = 100 * (speed / turbine_design.turbine.rated_rotor_speed - 1)
     rows = {row.name: row for row in summary_rows(turbine_design)}
     screen = text_of(verdict_section(turbine_design)).replace("\N{NO-BREAK SPACE}", " ")
-    runs = design_runs.every_run(turbine_design)
+    runs = measured_loop(turbine_design).runs
     largest = max(run.law.metrics.overspeed for run in runs)
 
     assert files and rows["rotor speed"].numbers[0].value == pytest.approx(over, rel=1e-9)
@@ -154,10 +160,40 @@ def test_runs_say_when_they_are_inside_the_proved_wind_class(
     files: dict[str, bytes | str], turbine_design: TurbineDesign
 ) -> None:
     """At rest before the gust, and not at its peak."""
-    run = design_runs.step_and_gust_runs(turbine_design)["gust"]
-    assert files and run.inside is not None
-    assert run.inside[:500].all() and not run.inside[int(np.argmax(run.law.history.wind))]
+    run = measured_loop(turbine_design).drawn["gust"]
+    assert files and run.law.line is not None
+    wind = run.law.line.wind
+    inside = design_runs.in_wind_class(turbine_design, run.time, wind, run.schedule)
+    assert inside is not None
+    assert inside[run.time < 10].all() and not inside[int(np.argmax(wind))]
     assert 0 < run.share_inside < 1
+
+
+@pytest.mark.slow
+def test_a_folder_keeps_margins_and_runs_as_data(
+    files: dict[str, bytes | str],
+    turbine_design: TurbineDesign,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The same page without a search; a folder without them is read, one with other things not."""
+    given = design_files(turbine_design, source=read_model("nrel5mw"))
+    folder = write_folder(tmp_path / "out", given)
+    monkeypatch.setattr("takagi.reports.simulation.measured_loop._measured_now", None)
+
+    assert report_files(read_design(folder))["report.html"] == given["report.html"]
+
+    record = json.loads(str(given["design.json"]))
+    members = record["design"]["members"]
+    kept = members.pop("measured")
+    (folder / "design.json").write_text(json.dumps(record))
+    design = read_design(folder)
+    assert isinstance(design, TurbineDesign) and design.measured is None
+    for forged in ({**kept, "class": "takagi.models.simulation.scenario:Result"}, 3, [kept]):
+        members["measured"] = forged
+        (folder / "design.json").write_text(json.dumps(record))
+        with pytest.raises(ModelError, match="design again"):
+            read_design(folder)
 
 
 def test_each_claim_has_its_own_assumptions(

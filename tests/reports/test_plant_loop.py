@@ -33,7 +33,7 @@ def test_the_ellipsoid_is_the_largest_in_the_box() -> None:
     assert reach.max() <= 1 + 1e-9
 
 
-def test_a_shadow_holds_all_points_of_the_ellipsoid() -> None:
+def test_a_projection_holds_all_points_of_the_ellipsoid() -> None:
     """Random points of {x'Px = c} in four states, projected, lie inside; some near the border."""
     loop = plant_loop(design_of("flexible_joint"))
     P, level = loop.ellipsoid

@@ -38,7 +38,7 @@ def design() -> PlantDesign:
 
 
 def test_every_pair_has_a_panel_with_units_on_its_outer_axes() -> None:
-    """Three states have three pairs; the shadow of the first is its half-width in deg."""
+    """Three states have three pairs; the projection of the first is its half-width in deg."""
     loop = plant_loop(design())
     figure = set_figure(loop)
     shown = [axes for axes in figure.axes if axes.get_visible()]
@@ -47,8 +47,8 @@ def test_every_pair_has_a_panel_with_units_on_its_outer_axes() -> None:
     assert {axes.get_ylabel() for axes in shown} == {"b [rad/s]", "c [rad/s^2]", ""}
     P, level = loop.ellipsoid
     widest = np.degrees(np.sqrt(level * np.linalg.inv(P)[0, 0]))
-    shadow = next(line for line in shown[0].lines if "shadow" in str(line.get_label()))
-    assert np.isclose(np.abs(np.asarray(shadow.get_xdata())).max(), widest, rtol=1e-3)
+    border = next(line for line in shown[0].lines if "projection" in str(line.get_label()))
+    assert np.isclose(np.abs(np.asarray(border.get_xdata())).max(), widest, rtol=1e-3)
 
 
 def test_the_section_is_the_set_with_all_other_states_at_rest() -> None:

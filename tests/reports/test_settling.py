@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.linalg import expm
+from sympy import Symbol
 
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.models import Interval, Plant, Variable
@@ -12,12 +14,18 @@ from takagi.reports.loops.plant_loop import plant_loop
 from tests.reports.plant_designs import U, X, two_integrators
 
 
-def test_one_state_settles_as_its_pole_says() -> None:
-    """x' = u = -2 x: the set is all of |x| <= 1, and 2 % are reached after ln(50) / 2."""
+@pytest.mark.parametrize("disturbed", [False, True])
+def test_one_state_settles_as_its_pole_says(*, disturbed: bool) -> None:
+    """x' = u = -2 x: the set is all of |x| <= 1, and 2 % are reached after ln(50) / 2.
+
+    So it is with a disturbance that stays at rest.
+    """
+    W = Symbol("W", real=True)
     plant = Plant(
-        equations=(U,),
+        equations=(U + W if disturbed else U,),
         states=(Variable(X, "-", Interval.of(-1, 1)),),
         inputs=(Variable(U, "-", Interval.of(-3, 3)),),
+        disturbances=(Variable(W, "-", Interval.of(-0.1, 0.1)),) if disturbed else (),
     )
     loop = plant_loop(certify_plant(plant, np.array([[[2.0]]])))
     reach, time = half_widths(loop), settling_time(loop)

@@ -96,7 +96,10 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
 
 
 def _replayed(
-    data: dict[str, Any], path: str, messages: list[str], decider_of: DeciderOf
+    data: dict[str, Any],
+    path: str,
+    messages: list[str],
+    decider_of: DeciderOf = exact_decider,
 ) -> Checked:
     claims = reader.listed(data, "claims", path, 1, MOST_CLAIMS)
     kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, ClassVar
 
 from takagi.certificates.checker.kernel.claim_kind import ClaimKind
+from takagi.certificates.checker.kernel.figure import WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
@@ -17,6 +18,7 @@ from takagi.certificates.checker.kernel.obligation import (
     first_failure,
     never,
 )
+from takagi.certificates.checker.kernel.reader import number, numbers
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.members import Members, refuse_unread
 
@@ -90,6 +92,12 @@ class TurbineClaim(ClaimKind):
     def not_proved(self) -> str:
         """Return the words before the reasons."""
         return "not proved: "
+
+
+def profile(name: str, unit: str, cells: Sequence[Any], key: str) -> WindProfile:
+    """Return one number of every wind cell over the winds."""
+    rows = ((*numbers(cell, "wind", "cell", 2), number(cell, key, "cell")) for cell in cells)
+    return WindProfile(name, unit, tuple(sorted((low, high, value) for low, high, value in rows)))
 
 
 def row_bound(P: Matrix, h: Matrix, bound: Fraction) -> Matrix:

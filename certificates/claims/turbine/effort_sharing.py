@@ -277,7 +277,7 @@ def failing_winds(cells: Sequence[LoopCell]) -> str:
     if reach == len(cells):
         return (
             "a common quadratic function exists, but its set does not stay inside the box under "
-            "the tables' residual and the wind class"
+            "the tables' residual and the wind limits"
         )
     return (
         f"every wind has its quadratic function, but one for all is lost when winds up to "

@@ -94,7 +94,7 @@ def effort_sharing_law_from_data(
     if name != "coherent":
         raise CertificateError(
             f"{source}.name: {name!r} was given; a gain file is certified for the "
-            "effort-sharing law ('coherent'), a published law by designing it anew, without --gains"
+            "effort-sharing law ('coherent'), Schulte's law by designing it anew, without --gains"
         )
     nodes = len(numbers(data, "wind", source))
     row = {

@@ -51,7 +51,7 @@ def claimed_law(
     ------
     ModelError : a region without gains (the diagnosis says why), or overlaps that do not fit.
     """
-    with clock("published law"):
+    with clock("Schulte's law"):
         law = designed_law(turbine, asked, models)
     with clock("joint analysis, wind by wind"):
         candidate = published_candidate(law)

@@ -43,6 +43,7 @@ class TurbineDesign(ShortRepr):
     seconds : step -> time that it took [s].
     synthesis : the result of the effort-sharing synthesis; None for the published laws.
     notes : on numbers changed to keep margins and the margins then measured, or on stability.
+    measured : margins and simulated runs, as ``takagi.reports`` keeps them; None before that.
     """
 
     turbine: Turbine
@@ -59,6 +60,7 @@ class TurbineDesign(ShortRepr):
     seconds: Mapping[str, float] = field(default_factory=dict)
     synthesis: EffortSharingGainDesign | None = None
     notes: tuple[str, ...] = ()
+    measured: object = None
 
     kind: ClassVar[Literal["turbine"]] = "turbine"
     is_about_plant: ClassVar[bool] = True

@@ -264,7 +264,7 @@ def _check_speed_ramp(turbine: Turbine, asked: DesignSettings) -> None:
     if asked.law == "paper" and placement >= 1:
         rated = rated_wind(turbine, speed_setpoint=asked.speed_setpoint)
         raise ModelError(
-            f"ramp placement {placement:.4g} was given; below 1 is needed for the published "
+            f"ramp placement {placement:.4g} was given; below 1 is needed for Schulte's "
             "law: at the set-point torque is held at rated and f_1 is 0, so that no actuator "
             f"acts; the loop has no equilibrium at {rated:.4g} to {turbine.cut_out:.4g} m/s; "
             "try 0.5"

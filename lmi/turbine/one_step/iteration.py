@@ -67,8 +67,8 @@ def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint
     if functions is None:
         raise ModelError(
             "one-step design: the gains it starts from have no common quadratic function under "
-            f"this wind class ({first.diagnosis or rest.diagnosis or NO_WIND})"
-            "; lower the wind class, the uncertainty or the box, or change the bandwidth"
+            f"these wind limits ({first.diagnosis or rest.diagnosis or NO_WIND})"
+            "; narrow the wind limits, the uncertainty or the box, or change the bandwidth"
         )
     # The first function maximises the wind class, whatever the objective is, because later steps
     # must keep a share of the wind class of this start.

@@ -112,13 +112,14 @@ def captioned_picture(loop: PlantLoop) -> Drawn:
     if not planes(loop):
         return Drawn(())
     drawn = motions(loop, around(loop, AROUND if len(loop.names) == 2 else AROUND_MANY))
-    caption = "Simulated motions"
-    if loop.bounded:
-        caption += ", proved set" if loop.level_proved else ", an ellipsoid that is not proved"
+    caption = "Deviations from rest"
+    if loop.bounded and (len(loop.names) > 2 or loop.observed is not None):
+        caption += ". Filled: section where all other states are at rest. Dashed: the whole set, "
+        caption += f"projected{'; no motion from it leaves it' if loop.level_proved else ''}"
     found = captioned_figure(
         phase_figure(loop, drawn, most=1),
         "phase",
-        caption=f"{caption} and ranges; deviations from rest.",
+        caption=f"{caption}.",
         alternative="Motions to rest in the plane of two states, with the set and the ranges",
     )
     return Drawn((found,), {"phase.csv": _motions_csv(loop, drawn)})

@@ -34,7 +34,7 @@ def pairs(loop: PlantLoop) -> list[tuple[int, int]]:
 
 
 def set_figure(loop: PlantLoop) -> Figure:
-    """Return one panel a pair: starts with the others at rest, shadow of the set, and the box.
+    """Return one panel a pair: starts with the others at rest, projection of the set, and the box.
 
     The panel of states i < j stands in column i and row j, so that states share their axes.
     """
@@ -96,7 +96,7 @@ def _set(axes: Axes, loop: PlantLoop, pair: tuple[int, int], sizes: Floats) -> F
     """Draw where motions may start and what they never leave; return the border of that."""
     P, level = loop.ellipsoid
     starting, _ = loop.start_ellipsoid
-    shadow, inner = ellipse(P, level, pair) / sizes, section(starting, level, pair) / sizes
+    projection, inner = ellipse(P, level, pair) / sizes, section(starting, level, pair) / sizes
     # Of two states every start is drawn; with an observer a motion may leave the starts.
     whole = len(loop.names) == 2 and loop.observed is None
     words = "safe starts" if whole else "safe starts, other states at rest"
@@ -104,9 +104,9 @@ def _set(axes: Axes, loop: PlantLoop, pair: tuple[int, int], sizes: Floats) -> F
         words = "ellipsoid in the ranges, not proved"
     axes.fill(*inner, facecolor=FILLED, edgecolor=COLOURS[0], lw=1.6, label=words, zorder=1.5)
     if not whole:
-        words = "no motion leaves (shadow)" if loop.level_proved else "its shadow"
-        axes.plot(*shadow, color=COLOURS[1], lw=1.6, ls="--", label=words)
-    return shadow
+        words = "projection of the set, never left" if loop.level_proved else "its projection"
+        axes.plot(*projection, color=COLOURS[1], lw=1.6, ls="--", label=words)
+    return projection
 
 
 POINTS = 181
@@ -142,9 +142,9 @@ def phase_figure(
     shown = planes(loop)[:most]
     across = min(len(shown), 2)
     rows = -(-len(shown) // across)
-    width = WIDTH if across > 1 else 5.6
+    width, height = (WIDTH, 0.6 + 3.2 * rows) if across > 1 else (4.6, 3.2)
     with house_style():
-        figure, panels = new_figure(rows, across, width=width, height=0.6 + 3.2 * rows)
+        figure, panels = new_figure(rows, across, width=width, height=height)
         for axes, pair in zip(panels, shown, strict=False):
             _panel(axes, loop, pair, motions)
         for axes in panels[len(shown) :]:

@@ -70,7 +70,7 @@ def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
 
 
 COLUMNS = (
-    ("state", ""), ("unit", ""), ("safe start, it alone displaced", ""), ("never beyond", ""),
+    ("state", ""), ("unit", ""), ("safe start, others at rest", ""), ("never beyond", ""),
     ("range in the file", ""), ("overshoot, at most times", ""), ("safe start under LQR", ""),
 )  # fmt: skip
 
@@ -91,7 +91,7 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
                 "set",
                 caption="The proved set in the plane of every pair of states, as deviations from "
                 "rest in the units of the file. Filled: starts at which all other states are at "
-                "rest. Dashed: the shadow of the whole set, which no motion from it leaves. "
+                "rest. Dashed: the projection of the whole set, which no motion from it leaves. "
                 "Dotted: the box, where it is near.",
                 alternative="Ellipses of the proved set for every pair of states, with the box",
             )

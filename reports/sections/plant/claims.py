@@ -106,7 +106,7 @@ def _numbers(
     if kind in ("invariant-ellipsoid", "input-limits", "sampled-loop"):
         return [*_limits(loop, claim), *_sampling(claim), *_starts(loop, claim)]
     plain: dict[str, Callable[[Fraction], str]] = {
-        "decay_rate": lambda x: f"rate {_rate(loop, x)}",
+        "decay_rate": lambda x: f"decay rate {_rate(loop, x)}",
         "overshoot": lambda x: f"at most {at_most(x)} times the start",
         "settling_time": lambda x: f"to {100 * claim['settled_share']:g} % within {_time(loop, x)}",
         "relative": lambda x: f"all gains off by up to {at_least(100 * x)} %",
@@ -126,7 +126,7 @@ def _numbers(
 
 
 def _starts(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
-    """Return how far each state alone may start, and the disturbances that are withstood."""
+    """Return how far a state may start, one at a time, and the disturbances that are withstood."""
     found = [start_words(number) for number in set_starts(loop, claim["P"], claim["level"])]
     bounds = claim.get("disturbance_bounds") or ()
     moving = [
@@ -134,7 +134,7 @@ def _starts(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
         for variable, bound in zip(loop.plant.disturbances, bounds, strict=False)
         for size, unit in (file_unit(variable),)
     ]
-    return [", ".join(moving)] * bool(moving) + [f"one state displaced: {', '.join(found)}"]
+    return [", ".join(moving)] * bool(moving) + [f"one state at a time: {', '.join(found)}"]
 
 
 def _limits(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:

@@ -15,7 +15,13 @@ import numpy as np
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.loops.linear_quadratic import Regulator, regulator
-from takagi.reports.loops.plant_claims import SETTLED, overshoots, settling_time, withstood
+from takagi.reports.loops.plant_claims import (
+    SETTLED,
+    norm_settling_time,
+    overshoots,
+    settling_time,
+    withstood,
+)
 from takagi.reports.loops.plant_local import PlantLocalLoop, rest_loops
 from takagi.reports.loops.plant_loop import PlantLoop, largest_commands, plant_loop
 from takagi.reports.loops.proved_kinds import proved_claims, proved_kinds
@@ -31,6 +37,8 @@ if TYPE_CHECKING:
 
 # A deviation above this share of a variable's range counts as all of it.
 ALL_OF_RANGE = 0.995
+# sqrt(x' P x) of the proved decay: what falls to 2 % where no set is proved.
+NORM = "the norm of the proof"
 # Below this share the proved set is called little.
 LITTLE = 0.1
 
@@ -82,6 +90,11 @@ class SummaryRow:
     @property
     def proved(self) -> bool:
         return not self.basis
+
+    @property
+    def text(self) -> str:
+        """The figures in one line."""
+        return ", ".join(self.parts).replace("+, ", "+ ")
 
 
 def starts_alone(design: PlantDesign) -> dict[str, float]:
@@ -171,14 +184,14 @@ def _subject(loop: PlantLoop) -> str:
 
 
 def _outcome(loop: PlantLoop) -> str:
-    rest = "come to rest" + (", undisturbed," if _disturbed(loop) else "")
+    rest = "come to rest" + (", undisturbed" if _disturbed(loop) else "")
     time = settling_time(loop)
     if time is not None:
         value, unit = time_in_file_units(loop.plant, time)
         return f"{rest}, to {100 * SETTLED:g} % within {at_most(value)} {unit}"
     if loop.decay_rate:
-        value, unit = rate_in_file_units(loop.plant, loop.decay_rate)
-        return f"{rest} at a rate of at least {at_least(value)} {unit}"
+        value, unit = time_in_file_units(loop.plant, norm_settling_time(loop.decay_rate))
+        return f"{rest}, to {100 * SETTLED:g} % within {at_most(value)} {unit} (in {NORM})"
     return "stay in the safe set" if loop.level_proved else "keep what the claims below state"
 
 
@@ -209,6 +222,12 @@ def start_words(number: Number, *, shared: bool = False) -> str:
     return f"{words} ({'all' if number.share >= ALL_OF_RANGE else f'{100 * number.share:.2g} %'})"
 
 
+def _start_parts(numbers: Sequence[Number]) -> list[str]:
+    """Return the starts in words; of several states, that these hold for one state at a time."""
+    alone = ["one at a time"] if len(numbers) > 1 else []
+    return [start_words(number, shared=True) for number in numbers] + alone
+
+
 def _starts(loop: PlantLoop) -> tuple[Number, ...]:
     return set_starts(loop, *loop.start_ellipsoid) if loop.bounded and loop.level_proved else ()
 
@@ -216,15 +235,16 @@ def _starts(loop: PlantLoop) -> tuple[Number, ...]:
 def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     """Return the time to 2 % and the decay rate of the proved function."""
     parts, numbers = [], []
-    time = settling_time(loop)
-    if time is not None:
-        value, unit = time_in_file_units(loop.plant, time)
-        parts += [f"{at_most(value)} {unit} to {100 * SETTLED:g} %", "from any safe start"]
-        numbers.append(Number("settling time", value, unit))
     if loop.decay_rate:
-        value, unit = rate_in_file_units(loop.plant, loop.decay_rate)
+        time = settling_time(loop)
+        value, unit = time_in_file_units(loop.plant, time or norm_settling_time(loop.decay_rate))
+        norm = "" if time else f" in {NORM}"
+        quantity = "settling time" if time else "settling time of the norm"
         still = " without disturbance" if _disturbed(loop) else ""
-        parts.append(f"decay rate at least {at_least(value)} {unit}{still}")
+        parts.append(f"{at_most(value)} {unit} to {100 * SETTLED:g} %{norm}{still}")
+        numbers.append(Number(quantity, value, unit))
+        value, unit = rate_in_file_units(loop.plant, loop.decay_rate)
+        parts.append(f"decay rate >= {at_least(value)} {unit}")
         numbers.append(Number("decay rate", value, unit))
     times = (
         []
@@ -241,12 +261,13 @@ def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
 def _safe_start(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     """Return how far each state alone may start in the proved set, as a share of its range."""
     numbers = _starts(loop)
-    parts = [start_words(number, shared=True) for number in numbers]
+    parts = _start_parts(numbers)
     words = ""
     if beside is not None and beside.starts is not None:
         sizes = (_unit_of_state(loop, k)[0] for k in range(len(numbers)))
         others = zip(beside.starts, sizes, strict=False)
-        words = f"LQR {', '.join(at_least(float(start) / size) for start, size in others)}"
+        starts = ", ".join(at_least(float(start) / size) for start, size in others)
+        words = f"LQR, proved too: {starts}"
     elif parts and beside is not None and beside.sought:
         words = "LQR: none proved"
     shares = [number.share for number in numbers if number.share is not None]
@@ -260,7 +281,7 @@ def _in_samples(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     """Return the safe starts of a law that runs in samples, which has a set of its own."""
     for claim in proved_claims(design.document, design.checked, "sampled-loop"):
         numbers = set_starts(loop, claim["P"], claim["level"])
-        starts = [start_words(number, shared=True) for number in numbers]
+        starts = _start_parts(numbers)
         step = f"every {float(claim['sample_time']):g} s, safe start {starts[0]}"
         return SummaryRow("in samples", (step, *starts[1:]), numbers)
     return None
@@ -322,7 +343,10 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
             parts.append(f"{name} held constant: all of its range")
         numbers.append(Number(name, row.proved / size, unit, row.share))
     partial = any(number.share is not None and number.share < 1 for number in numbers)
-    return SummaryRow("disturbance", tuple(parts), tuple(numbers), partial=partial)
+    shortfall = f"less than stated{' where it varies' if followed else ''}"
+    return SummaryRow(
+        "disturbance", tuple(parts), tuple(numbers), partial=partial, shortfall=shortfall
+    )
 
 
 def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
@@ -403,7 +427,7 @@ def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
             parts.append(f"{value}{behind(unit)} {name_of(state)}")
         sum_of_gains = tuple(f"{part} +" for part in parts[:-1]) + (f"{parts[-1]})",)
         head = f"{label} = -({sum_of_gains[0]}"
-        rows.append(SummaryRow("gains", (head, *sum_of_gains[1:])))
+        rows.append(SummaryRow("gains", (head, *sum_of_gains[1:]), basis="in gains.json"))
     return rows
 
 
@@ -418,7 +442,7 @@ def _observer(design: PlantDesign) -> SummaryRow | None:
         weights = "constant matrices"
     outputs = ", ".join(design.plant.outputs[k].name for k in law.rows)
     largest = f"largest gain {np.abs(law.L).max():.4g} in SI, all in gains.json"
-    return SummaryRow("observer", (f"of {outputs}", weights, largest))
+    return SummaryRow("observer", (f"of {outputs}", weights, largest), basis="in gains.json")
 
 
 def _not_covered(design: PlantDesign, loop: PlantLoop) -> SummaryRow:

@@ -33,7 +33,8 @@ def verdict_section(design: PlantDesign, picture: CaptionedFigure | None) -> Sec
             ranged = any(state in design.model.box for state in design.model.states)
             tiles.append(Tile(name, (absent,), partial=ranged and name == "safe start"))
         else:
-            tiles.append(Tile(name, row.parts, row.basis or "proved", row.regulator, row.partial))
+            basis = row.basis or "proved"
+            tiles.append(Tile(name, row.parts, basis, row.regulator, row.partial, row.shortfall))
     content = {
         "verdict": design.checked.verdict.name,
         "sentence": answer_sentence(design),

@@ -34,11 +34,10 @@ def cells_section(design: TurbineDesign, summary: ClaimSummary) -> Section:
         "figure": captioned_figure(
             cells_drawing(design, summary),
             "cells",
-            caption="Per wind cell: proved decay rate at constant wind; the proved wind class; and "
-            "the bound on rotor speed above rated (0 where it lies below rated speed). A wind that "
-            "stays below both curves of the class cannot drive the loop out of the "
-            f"set.{summary.hatched}",
-            alternative="Decay rate, wind class and overspeed bound per wind cell",
+            caption="Per wind cell: proved decay rate at constant wind; the proved wind limits; "
+            "and the bound on rotor speed above rated (0 where it lies below rated speed). A wind "
+            f"within both limits cannot drive the loop out of the set.{summary.hatched}",
+            alternative="Decay rate, wind limits and overspeed bound per wind cell",
         ),
         "P": [[with_decimals(value, 4) for value in row] for row in summary.P],
         "peaks": [(name.replace("_", " "), at_most(v, 4)) for name, v in summary.peaks.items()],
@@ -48,7 +47,7 @@ def cells_section(design: TurbineDesign, summary: ClaimSummary) -> Section:
 
 
 def cells_drawing(design: TurbineDesign, summary: ClaimSummary) -> Figure:
-    """Return decay rate, wind class and bound on the speed for each wind cell."""
+    """Return decay rate, wind limits and bound on the speed for each wind cell."""
     return cells_figure(
         summary.edges,
         summary.proved,

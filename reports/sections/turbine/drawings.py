@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from takagi.models.ramps import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.style import (
@@ -26,21 +27,24 @@ if TYPE_CHECKING:
 SHOWN = 60.0
 
 
-def gust_figure(run: DesignRun, bound: float | None) -> Figure:
-    """Return wind and rotor speed over time [s], and the proved bound [rad/s] where it holds."""
-    history, schedule = run.law.history, run.schedule
-    time, rpm = history.time, 30 / np.pi
-    inside = np.ones(len(time), bool) if run.inside is None else run.inside
+def gust_figure(run: DesignRun, bound: float | None, inside: NDArray[np.bool_] | None) -> Figure:
+    """Return wind and rotor speed over time [s], and the proved bound [rad/s] where it holds.
+
+    ``inside`` says where that is, (n,); None without proved wind limits.
+    """
+    time, rpm, law = run.time, 30 / np.pi, run.law.line
+    assert law is not None  # the gust is drawn
+    inside = np.ones(len(time), bool) if inside is None else inside
     edges = np.flatnonzero(np.diff(inside.astype(int))) + 1
     spans = np.split(np.arange(len(time)), edges)
     with house_style():
-        figure, (wind, speed) = new_figure(2, 1, width=5.4, height=4.4, share_x=True)
-        wind.plot(*decimate(time, history.wind), color="#333333", label="wind")
-        wind.plot(*decimate(time, schedule), color=COLOURS[2], ls=":", label="law's schedule wind")
+        figure, (wind, speed) = new_figure(2, 1, width=4.6, height=3.4, share_x=True)
+        wind.plot(*decimate(time, law.wind), color="#333333", label="wind")
+        wind.plot(*decimate(time, run.schedule), color=COLOURS[2], ls=":", label="schedule wind")
         wind.set_ylabel("wind [m/s]")
-        speed.plot(*decimate(time, rpm * history.rotor_speed), color=COLOURS[0], label="this law")
-        if run.reference is not None:
-            other = rpm * run.reference.history.rotor_speed
+        speed.plot(*decimate(time, rpm * law.rotor_speed), color=COLOURS[0], label="this law")
+        if run.reference is not None and run.reference.line is not None:
+            other = rpm * run.reference.line.rotor_speed
             label = "reference controller"
             speed.plot(*decimate(time, other), color=COLOURS[1], ls="--", label=label)
         label = "proved bound"
@@ -56,7 +60,8 @@ def gust_figure(run: DesignRun, bound: float | None) -> Figure:
         speed.set_xlabel("time [s]")
         speed.set_xlim(0.0, min(SHOWN, float(time[-1])))
         handles = [*wind.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
-        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+        spaced = {"ncols": 3, "handlelength": 1.5, "columnspacing": 1.0}
+        figure.legend(handles=handles, loc="outside lower center", **spaced)
         figure.align_ylabels([wind, speed])
     return figure
 

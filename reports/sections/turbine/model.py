@@ -61,12 +61,14 @@ def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedF
     most = min(turbine.power.y_range[1], LARGEST_SHOWN_PITCH)
     ratio = np.linspace(low, high, GRID[0])
     pitch = np.linspace(max(turbine.power.y_range[0], turbine.pitch_min), most, GRID[1])
-    band = float(dict(design.full_load.box).get("pitch deviation [rad]", (0, 0))[1])
+    band = None
+    if design.effort_sharing_law is None:
+        band = float(dict(design.full_load.box)["pitch deviation [rad]"][1])
     return captioned_figure(
-        power_surface(design, points, ratio=ratio, pitch=pitch, band=band or None),
+        power_surface(design, points, ratio=ratio, pitch=pitch, band=band),
         "power-coefficient",
-        caption="Power coefficient of the table's spline, with the trim from cut-in to cut-out "
-        "and the band in pitch on which the full-load model is exact.",
+        caption="Power coefficient of the table's spline, with the trim from cut-in to cut-out"
+        f"{' and the band in pitch on which the full-load model is exact' if band else ''}.",
         alternative="Contours of the power coefficient over tip-speed ratio and pitch, with the "
         "trim curve: it climbs in pitch as the tip-speed ratio falls with wind",
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.models.laws.protocol import law_words
 from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import Section
@@ -26,6 +27,8 @@ def report_html(
     timings : whether the page has the time of each step of the design; without the times the same
         design gives the same bytes.
     """
+    claims = design.checked.claims
+    proved = sum(claim.verdict is Verdict.PROVED for claim in claims)
     sections = []
     for name, make in _makers(design, timings=timings).items():
         if tell is not None:
@@ -36,7 +39,7 @@ def report_html(
         sections,
         title=f"{design.turbine.name}: {law_words(design.law.name)}",
         verdict=design.checked.verdict.name,
-        subtitle="Design report: model, gains, certificate, margins, responses.",
+        subtitle=f"Design report, {proved} of {len(claims)} claims proved",
         units="SI units; angles in the tables of the law in rad, elsewhere in degrees where "
         "marked. Torque on the high-speed shaft.",
     )

@@ -9,15 +9,14 @@ import numpy as np
 
 from takagi.models.laws.protocol import law_words
 from takagi.models.simulation.turbine_plant import validation_plant
-from takagi.reports.figures.response import ResponseLine, response_figure
+from takagi.reports.figures.response import response_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import CaptionedFigure, Section, Table, powers, with_decimals
 from takagi.reports.simulation.design_runs import (
     TURBULENT_DURATION,
     DesignRun,
-    every_run,
-    step_and_gust_runs,
 )
+from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,16 +34,14 @@ WORSE: dict[str, tuple[str, str, Callable[[float, float], bool]]] = {
 
 def responses_section(design: TurbineDesign) -> Section:
     """Return the section with the simulated responses."""
-    plant, runs = validation_plant(design.turbine), every_run(design)
+    plant, measured = validation_plant(design.turbine), measured_loop(design)
     return Section(
         "responses",
         "Responses",
         {
-            "figures": [
-                _figure(design, name, run) for name, run in step_and_gust_runs(design).items()
-            ],
-            "table": _table(runs),
-            "worse": [words for name in WORSE if (words := _worse(runs, name))],
+            "figures": [_figure(design, name, run) for name, run in measured.drawn.items()],
+            "table": _table(measured.runs),
+            "worse": [words for name in WORSE if (words := _worse(measured.runs, name))],
             "torque_rate": with_decimals(plant.torque_rate_limit / 1e3, 0),
             "pitch_rate": with_decimals(float(np.degrees(plant.pitch_rate_limit)), 0),
             "turbulent": f"{TURBULENT_DURATION:g}",
@@ -67,11 +64,11 @@ def _worse(runs: Sequence[DesignRun], metric: str) -> str:
 
 def response_drawing(design: TurbineDesign, run: DesignRun) -> Figure:
     """Return the run over time, beside the reference controller's where there is one."""
-    turbine, results = design.turbine, filter(None, (run.law, run.reference))
-    lines = [ResponseLine.of(powers(law_words(each.label)), each.history) for each in results]
+    turbine = design.turbine
+    lines = [each.line for each in (run.law, run.reference) if each and each.line]
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
-    return response_figure(run.law.history.time, lines, rated=rated)
+    return response_figure(run.time, lines, rated=rated)
 
 
 def response_words(run: DesignRun) -> str:
@@ -118,10 +115,10 @@ def _table(runs: Sequence[DesignRun]) -> Table:
             ("overspeed", "%"),
             ("pitch travel", "°"),
             ("tower DEL", "MN m"),
-            ("time in wind class", "%"),
+            ("time in wind limits", "%"),
         ),
         tuple(rows),
         folded=f"All {len(rows)} runs as a table",
         note="Overspeed: largest rotor speed above rated. Tower DEL: damage-equivalent fore-aft "
-        "moment at the base. Time in wind class: where the proved bounds hold.",
+        "moment at the base. Time in wind limits: where the proved bounds hold.",
     )

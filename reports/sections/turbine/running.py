@@ -23,7 +23,7 @@ from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import BrokenLoops, broken_loops
 from takagi.reports.margins.running_loop import linearised_loop
 from takagi.reports.margins.running_over_wind import RunningMargins
-from takagi.reports.margins.running_search import SearchedMargins, design_margins, wind_ranges
+from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
 from takagi.reports.margins.thresholds import modes_met
 from takagi.reports.page.text import CaptionedFigure, Section, Table, significant, with_decimals
 from takagi.reports.sections.turbine.summary import (
@@ -31,8 +31,10 @@ from takagi.reports.sections.turbine.summary import (
     USUAL_PHASE,
     gain_margin,
     phase_margin,
+    slowest_mode,
     summary_rows,
 )
+from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,7 +49,7 @@ SAMPLE_TIME = 0.02
 
 def running_section(design: TurbineDesign) -> Section:
     """Return the section about the loop with the program that a controller runs."""
-    found = design_margins(design)
+    found = measured_loop(design).margins
     rows, filters = found.rows, design.speed_filter
     winds = np.array(sorted({row.wind for row in rows}))
     figures = [drawn for loop in LOOPS if (drawn := _bode(design, loop, found)) is not None]
@@ -71,7 +73,7 @@ def running_section(design: TurbineDesign) -> Section:
         {
             "figures": figures,
             "table": _table(found),
-            "least": [*_least(design, rows), *_weak(rows)],
+            "least": [*_least(design), *_weak(rows)],
             "unstable": _unstable(rows),
             "modes": modes_met(rows),
             "none": wind_ranges(found.none, [*found.none, *winds]) if found.none else "",
@@ -88,18 +90,15 @@ def margins_drawing(found: SearchedMargins) -> Figure:
     return running_margins_figure(winds, lines)
 
 
-def _least(design: TurbineDesign, rows: Sequence[RunningMargins]) -> list[str]:
+def _least(design: TurbineDesign) -> list[str]:
     """Return sentences on the least margins, which the summary has too, and the slowest mode."""
-    slowest = min(rows, key=lambda row: row.decay_rate, default=None)
+    slowest = slowest_mode(design)
     found = [
         f"The least margins of all plants and winds are {' and '.join(row.parts[:2])}."
         for row in summary_rows(design)
         if row.name == "margins" and row.numbers
     ]
-    if slowest is not None and slowest.decay_rate > 0:
-        rate = significant(slowest.decay_rate)
-        found.append(f"The slowest mode decays at {rate} 1/s, at {slowest.wind:g} m/s.")
-    return found
+    return [*found, f"The slowest mode falls to 2 % in {slowest}."] if slowest else found
 
 
 def _weak(rows: Sequence[RunningMargins]) -> list[str]:

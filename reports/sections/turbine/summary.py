@@ -7,7 +7,7 @@ assumptions it has, or it says that its figures are linear or simulated.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import degrees, inf, log10, pi
+from math import degrees, inf, isnan, log10, pi
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
@@ -15,15 +15,16 @@ from takagi.certificates.claims.turbine.published_search import gaps
 from takagi.certificates.design.turbine.result import ClaimSummary, claim_summary
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, span_words, wind_words
-from takagi.reports.margins.running_search import design_margins
+from takagi.reports.loops.plant_claims import SETTLED, norm_settling_time
 from takagi.reports.page.rounded_bounds import at_least, at_most
-from takagi.reports.sections.plant.summary import Number, SummaryRow
-from takagi.reports.simulation.design_runs import every_run, step_and_gust_runs, turbulent_runs
+from takagi.reports.sections.plant.summary import NORM, Number, SummaryRow
+from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.reports.loops.overlap_claims import OverlapClaim
     from takagi.reports.margins.margins import Margins
+    from takagi.reports.margins.running_over_wind import RunningMargins
     from takagi.reports.simulation.design_runs import DesignRun
 
 RPM = 30 / pi
@@ -37,15 +38,15 @@ LINEAR, SIMULATED = "linear loop that runs, not proved", "simulated"
 
 def summary_rows(design: TurbineDesign) -> list[SummaryRow]:
     """Return the rows on a design; claims that are not proved have none but ``not proved``."""
-    law, of_set = design.effort_sharing_law, _set_rows(design)
+    law, of_set, measured = design.effort_sharing_law, _set_rows(design), measured_loop(design)
     return [
         *_overlaps(design),
         *of_set[:2],
-        *_turbulence(turbulent_runs(design)),
-        *_overspeed(every_run(design), step_and_gust_runs(design).get("gust")),
+        *_turbulence(measured.turbulent),
+        *_overspeed(measured.runs, measured.drawn.get("gust")),
         *of_set[2:3],
         *_observer(design),
-        *_margins(design),
+        *_margins(measured.margins.rows),
         *of_set[3:],
         *_wind_rate(design),
         *_actuators(design),
@@ -61,14 +62,13 @@ def summary_sentence(design: TurbineDesign) -> str:
     if "rotor speed" in rows:
         low, high = (number.value for number in rows["rotor speed"].numbers[2:])
         sentences = [
-            f"At winds of {low:g} to {high:g} m/s the rotor speed is proved to stay "
-            f"{rows['rotor speed'].parts[0]} while the wind stays in the proved wind class."
+            f"At winds of {low:g} to {high:g} m/s rotor speed is proved to be "
+            f"{rows['rotor speed'].parts[0]}, while the wind keeps the proved wind limits."
         ]
         if "overspeed" in rows:
             largest = max(n.value for n in rows["overspeed"].numbers if REFERENCE not in n.quantity)
             sentences.append(
-                "Gusts leave this class: there nothing is proved, and up to "
-                f"{largest:.1f} % overspeed is simulated."
+                f"In gusts nothing is proved; up to {largest:.1f} % overspeed is simulated."
             )
         return " ".join(sentences)
     if "proved winds" in rows:
@@ -100,12 +100,14 @@ def _row(
     *,
     basis: str = "",
     shortfall: str = "",
+    beside: str = "",
 ) -> SummaryRow:
     return SummaryRow(
         name,
         tuple(part for part in parts if part),
         tuple(numbers),
-        basis=basis,
+        beside,
+        basis,
         partial=bool(shortfall),
         shortfall=shortfall,
         claim=claim.name if claim else "",
@@ -114,7 +116,7 @@ def _row(
 
 
 def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
-    """Return the rows of the claim about the invariant set and the wind class."""
+    """Return the rows of the claim about the invariant set and the wind limits."""
     found, summary = proved_claim(design, "coherent-loop"), claim_summary(design)
     if found is None or summary is None:
         return []
@@ -128,7 +130,7 @@ def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
             (
                 f"at most {at_most(speed, 4)} rpm, {share} % {side} the rated {rated:.4g} rpm",
                 f"{low:g} to {high:g} m/s",
-                "inside the wind class",
+                "within the wind limits",
             ),
             (
                 Number("overspeed", over, "% of rated"),
@@ -139,7 +141,7 @@ def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
             claim,
         ),
         _row(
-            "wind class",
+            "wind limits",
             (
                 f"|v - v_s| up to {_span(summary.wind_error)} m/s",
                 f"|v_s'| up to {_span(summary.wind_rate)} m/s^2",
@@ -153,7 +155,7 @@ def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
         ),
         _row(
             "settling",
-            (_rate_words(summary.common_rate), "constant known wind"),
+            (_time_words(summary.common_rate), "constant known wind", _rate(summary.common_rate)),
             (Number("decay rate", summary.common_rate, "1/s"),),
             claim,
         ),
@@ -189,15 +191,16 @@ def _observer(design: TurbineDesign) -> list[SummaryRow]:
     stated, claim = found
     winds = [(float(low), float(high)) for low, high in stated["winds"]]
     ends = design.turbine.cut_in, design.turbine.cut_out
-    left = gaps(ends, winds)
+    left, slowest = gaps(ends, winds), slowest_mode(design)
     rate = float(stated["decay_rate"])
     covered = sum(high - low for low, high in winds)
     return [
         _row(
             "observer",
             (
-                _rate_words(rate),
+                _time_words(rate),
                 f"constant wind of {', '.join(span_words(s, inward=True) for s in winds)} m/s",
+                _rate(rate),
             ),
             (
                 Number("decay rate", rate, "1/s"),
@@ -205,8 +208,20 @@ def _observer(design: TurbineDesign) -> list[SummaryRow]:
             ),
             claim,
             shortfall=f"not {_spans(left)} m/s" if left else "",
+            beside=slowest and f"linear, slowest mode {slowest}",
         )
     ]
+
+
+def slowest_mode(design: TurbineDesign) -> str:
+    """Return in which time to 2 % the slowest linear mode of the loop that runs falls, and where.
+
+    Of all plants and winds; "" for an unstable loop or none.
+    """
+    slowest = min(measured_loop(design).margins.rows, key=lambda row: row.decay_rate, default=None)
+    if slowest is None or slowest.decay_rate <= 0:
+        return ""
+    return f"{norm_settling_time(slowest.decay_rate):.3g} s at {slowest.wind:g} m/s"
 
 
 def _wind_rate(design: TurbineDesign) -> list[SummaryRow]:
@@ -274,8 +289,9 @@ def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
     rows = [_row("proved winds", shown, (winds,), claim, shortfall=left)]
     if chosen.decay:
         ends = _ends("decay rate", [float(rate) for rate in chosen.decay], "1/s")
-        rate = f"decay rate at least {' to '.join(chosen.decay)} 1/s, by wind"
-        rows.append(_row("settling", (rate, *_constant(chosen)), ends, claim))
+        rates = f"decay rate >= {' to '.join(chosen.decay)} 1/s, by wind"
+        time = _time_words(min(float(rate) for rate in chosen.decay))
+        rows.append(_row("settling", (time, rates, *_constant(chosen)), ends, claim))
     others = [f"{one.label}: {wind_words(one)}" for one in claims if one is not chosen]
     return [*rows, *([_row("other pairs", others, basis="of overlaps")] if others else [])]
 
@@ -338,12 +354,12 @@ def _excess(run: DesignRun) -> float:
 
 
 def _turbulence(runs: Mapping[float, DesignRun]) -> list[SummaryRow]:
-    """Return the share of time that class-B turbulence is inside the proved wind class."""
-    shares = {wind: run.share_inside for wind, run in runs.items() if run.inside is not None}
+    """Return the share of time that class-B turbulence is within the proved wind limits."""
+    shares = {wind: run.share_inside for wind, run in runs.items() if not isnan(run.share_inside)}
     if not shares:
         return []
     numbers = [
-        Number(f"time inside the wind class, mean wind {wind:g} m/s", 100 * share, "%", share)
+        Number(f"time within the wind limits, mean wind {wind:g} m/s", 100 * share, "%", share)
         for wind, share in shares.items()
     ]
     least, most = (100 * of(shares.values()) for of in (min, max))
@@ -352,7 +368,7 @@ def _turbulence(runs: Mapping[float, DesignRun]) -> list[SummaryRow]:
         _row(
             "turbulence",
             (
-                f"class B is inside the wind class {least:.0f} to {most:.0f} % of the time",
+                f"IEC class B keeps the wind limits {least:.0f} to {most:.0f} % of the time",
                 ", ".join([f"{first} m/s", *others]),
             ),
             numbers,
@@ -362,9 +378,9 @@ def _turbulence(runs: Mapping[float, DesignRun]) -> list[SummaryRow]:
     ]
 
 
-def _margins(design: TurbineDesign) -> list[SummaryRow]:
+def _margins(measured: Sequence[RunningMargins]) -> list[SummaryRow]:
     """Return the least gain and phase margin of the loop that runs, of all plants and winds."""
-    rows = [row for row in design_margins(design).rows if row.loops]
+    rows = [row for row in measured if row.loops]
     if not rows:
         return []
     if any(row.decay_rate <= 0 for row in rows):
@@ -418,13 +434,17 @@ def _gains(law: EffortSharingLaw) -> SummaryRow:
 
 def _not_covered(design: TurbineDesign) -> SummaryRow:
     """Return what no claim speaks of."""
-    changing = "wind outside the wind class" if design.effort_sharing_law else "a changing wind"
+    changing = "wind outside the limits" if design.effort_sharing_law else "a changing wind"
     parts = (changing, "sampling", "tower, shaft and blades", "c_P errors", "faults")
     return _row("not covered", parts, basis="no claim")
 
 
-def _rate_words(rate: float) -> str:
-    return f"decay rate at least {at_least(rate)} 1/s (a factor e in {at_most(1 / rate)} s)"
+def _time_words(rate: float) -> str:
+    return f"{at_most(norm_settling_time(rate))} s to {100 * SETTLED:g} % in {NORM}"
+
+
+def _rate(rate: float) -> str:
+    return f"decay rate >= {at_least(rate)} 1/s"
 
 
 def _span(values: Sequence[float]) -> str:

@@ -17,7 +17,8 @@ from takagi.reports.loops.overlap_claims import (
 from takagi.reports.page.text import DASH, CaptionedFigure, ClaimRow, Section, Table, Tile
 from takagi.reports.sections.turbine.drawings import gust_figure
 from takagi.reports.sections.turbine.summary import summary_rows, summary_sentence
-from takagi.reports.simulation.design_runs import step_and_gust_runs
+from takagi.reports.simulation.design_runs import in_wind_class
+from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -28,24 +29,24 @@ TILES = {
     "rotor speed": (("rotor speed", 3),),
     "proved winds": (("proved winds", 2),),
     "overspeed": (("overspeed", 3),),
-    "wind class": (("turbulence", 2),),
+    "wind limits": (("turbulence", 2),),
     "settling": (("settling", 2), ("observer", 1)),
-    "worst margin of the loop that runs": (("margins", 2),),
+    "worst margin": (("margins", 2),),
     "not covered": (("not covered", 5),),
 }
 # Kind of claim -> what it is about, and why it matters.
 CLAIMS = {
     "coherent-loop": (
         "Bounded speed in a changing wind",
-        "No wind of the class drives the rotor beyond this speed, in any of the plants.",
+        "No wind within the limits drives the rotor beyond this speed, in any of the plants.",
     ),
     "wind-rate": (
         "How fast a measured wind may change",
-        "Says in terms of the wind alone when the loop stays in the wind class.",
+        "Says in terms of the wind alone when the wind limits are kept.",
     ),
     "actuator-rates": (
         "Rates of pitch and torque",
-        "Inside the wind class the drives are asked for no more than they can do.",
+        "Within the wind limits the drives are asked for no more than they can do.",
     ),
     "running-loop": (
         "Settling with the wind observer",
@@ -100,18 +101,24 @@ def _picture(design: TurbineDesign) -> CaptionedFigure | None:
     """Return the gust at rated wind with proved and simulated speed; or what is proved by wind."""
     if overlaps := overlap_claims(design):
         return _overlap_figure(design, overlaps)
-    run, summary = step_and_gust_runs(design).get("gust"), claim_summary(design)
-    if run is None:
+    run, summary = measured_loop(design).drawn.get("gust"), claim_summary(design)
+    if run is None or run.law.line is None:
         return None
+    inside = in_wind_class(design, run.time, run.law.line.wind, run.schedule)
     bound = None
     if summary is not None and summary.verdict is Verdict.PROVED:
         bound = (1 + summary.overspeed) * design.turbine.rated_rotor_speed
-    words = "IEC gust at rated wind. Shaded: outside the proved wind class, where the bound does "
-    words += "not hold and the speed is simulated only."
+    words = "IEC gust at rated wind, simulated."
+    if bound:
+        words += " Grey: outside the proved wind limits"
+    law = design.effort_sharing_law
+    if bound and law is not None:
+        words += ", until the schedule wind, the wind through the law's filter of "
+        words += f"{law.wind_filter:g} s, is close to the wind again."
     return captioned_figure(
-        gust_figure(run, bound),
+        gust_figure(run, bound, inside),
         "gust",
-        caption=words if bound else "IEC gust at rated wind, simulated.",
+        caption=words,
         alternative="Wind and rotor speed over time in a gust: the design's law, the reference "
         "controller, and the proved bound on the speed where it holds",
     )

@@ -92,7 +92,7 @@ def test_a_published_window_is_the_direct_certification(name: PublishedLawName) 
 def test_a_published_point_counts_its_windows(monkeypatch: pytest.MonkeyPatch) -> None:
     """With f_1 = 0 at rated speed nothing rests above rated wind; below it the point holds.
 
-    Source: docs/laws.md, "How the published law was read", placement 1.
+    Source: docs/laws.md, "How Schulte's law was read", placement 1.
     """
     monkeypatch.setattr(points, "_law", lambda *_: make_law("paper", placement=1.0))
     row = points.published_point("paper", TURBINE, {"speed-overlap": 0.08}, WINDS)

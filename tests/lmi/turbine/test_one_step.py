@@ -279,5 +279,5 @@ def test_misuse_is_named(near_rated: LoopOfGains) -> None:
     with pytest.raises(ModelError, match="error has 7 entries"):
         replace(near_rated, error=np.ones(7))
     tiny = LoopBox(Fraction("0.0004"), Fraction("0.00008"), Fraction("0.0003"), Fraction("0.03"))
-    with pytest.raises(ModelError, match="lower the wind class"):
+    with pytest.raises(ModelError, match="narrow the wind limits"):
         one_step_gains(replace(near_rated, box=tiny), steps=0)

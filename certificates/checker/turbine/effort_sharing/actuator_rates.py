@@ -34,6 +34,7 @@ from itertools import pairwise, product
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
@@ -202,6 +203,13 @@ class ActuatorRates(TurbineClaim):
             spare = number(cells[k], "schedule_bend", where) - bend
             place = f"wind {_span(*wind[k : k + 2])} m/s: "
             yield place, iter((nonnegative(spare, failure),))
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        step = number(self.claim, "torque_step", self.where)
+        yield Figure("torque step", "N m", step, larger=False)
+        for name, unit in (("pitch_rate", "rad/s"), ("torque_rate", "N m/s")):
+            largest = max(number(cell, name, self.where) for cell in self.cells)
+            yield Figure(f"largest {name.replace('_', ' ')}", unit, largest, larger=False)
 
     def sentence(self) -> str:
         cells, where, names = self.cells, self.where, ("pitch", "torque")

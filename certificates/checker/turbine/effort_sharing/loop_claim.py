@@ -37,6 +37,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.reader import listed, member, number
@@ -51,6 +52,7 @@ from takagi.certificates.checker.turbine.turbine_claim import (
     PROGRAM,
     RIGID,
     TurbineClaim,
+    profile,
     row_bound,
 )
 from takagi.certificates.checker.words.effort_sharing import loop_name, loop_sentence
@@ -121,17 +123,40 @@ class EffortSharingLoop(TurbineClaim):
         yield "", iter((positive(self.settling.P, failure),))
         for k, cell in enumerate(self.cells):
             stated = Stated.read(cell, f"{self.where}.cells[{k}]")
-            yield f"wind {range_within(*law.wind[k : k + 2])} m/s: ", self._cell(k, stated)
+            yield f"wind {range_within(law.wind[k], law.wind[k + 1])} m/s: ", self._cell(k, stated)
 
     def not_proved(self) -> str:
         return f"not proved, of {len(self.cells)} wind cells: "
 
+    @property
+    def peak(self) -> Fraction:
+        """The bound of the speed error on the set [rad/s]."""
+        where = self.where
+        return number(member(self.claim, "peaks", where), "speed_error", f"{where}.peaks")
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        plant, law, uncertainty = self.subject.plant, self.subject.law, self.subject.uncertainty
+        yield Figure("common decay rate", "1/s", self.settling.decay_rate)
+        yield profile("wind error", "m/s", self.cells, "wind_error")
+        yield profile("wind rate", "m/s^2", self.cells, "wind_rate")
+        yield profile("decay rate", "1/s", self.cells, "decay_rate")
+        overspeed = (max(law.speed) + self.peak) / plant.rated_speed - 1
+        yield Figure("overspeed", "-", overspeed, larger=False)
+        low, high = uncertainty.inertia
+        yield Figure("inertia, lower end", "of nominal", low, larger=False)
+        yield Figure("inertia, upper end", "of nominal", high)
+        yield Figure("frozen wake included", "", Fraction(uncertainty.frozen_wake))
+
     def sentence(self) -> str:
         subject, where = self.subject, self.where
-        peak = number(member(self.claim, "peaks", where), "speed_error", f"{where}.peaks")
         cells = [Stated.read(cell, where).sizes for cell in self.cells]
         return loop_sentence(
-            subject.plant, subject.law, subject.uncertainty, cells, peak, self.settling.decay_rate
+            subject.plant,
+            subject.law,
+            subject.uncertainty,
+            cells,
+            self.peak,
+            self.settling.decay_rate,
         )
 
     def _peak(self, name: str, limit: Fraction, h: tuple[int, ...]) -> Obligations:

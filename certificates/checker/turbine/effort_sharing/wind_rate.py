@@ -27,6 +27,7 @@ from fractions import Fraction
 from itertools import chain, pairwise
 from typing import Any, ClassVar, Self
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
     never,
@@ -172,6 +173,13 @@ class WindRate(TurbineClaim):
                 yield nonnegative(rate - phi, f"the schedule wind may move faster {allowed}")
                 lag = one.error + self.wind_filter * phi
                 yield nonnegative(error - lag, f"the schedule wind may lag further {allowed}")
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        for k, one in enumerate(self.ranges, start=1):
+            slowest = map(min, one.estimate, one.estimate[1:])
+            spans = zip(one.wind, one.wind[1:], slowest, strict=False)
+            yield WindProfile(f"rate of the wind, range {k}", "m/s^2", tuple(spans))
+            yield Figure(f"error of the estimate, range {k}", "m/s", one.error)
 
     def sentence(self) -> str:
         where = self.where

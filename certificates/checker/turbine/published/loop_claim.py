@@ -21,6 +21,7 @@ from fractions import Fraction
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval, point
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
     Obligations,
@@ -168,6 +169,12 @@ class PublishedLoop(TurbineClaim):
         """Return the claim's winds that no cell covers of those that are proved."""
         covered = merged([cell.ends.wind for cell in proved])
         return [gap for wind in self.winds for gap in gaps(wind, covered)]
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        yield Figure("speed overlap", "rad/s", self.overlaps.width)
+        yield Figure("torque overlap", "N m", self.overlaps.torque)
+        rates = sorted((*cell.ends.wind, cell.rate) for cell in self.cells)
+        yield WindProfile("decay rate", "1/s", tuple(rates))
 
     def sentence(self) -> str:
         return self._words(self.cells, [])

@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar, Self
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
 from takagi.certificates.checker.kernel.reader import listed, matrix, member, number, numbers
@@ -164,6 +165,13 @@ class RunningLoop(TurbineClaim):
         for cell in self.cells:
             required = cell_obligations(self.plant, self.law, self.machine, cell, self.decay_rate)
             yield f"wind {range_within(*cell.winds)} m/s: ", required
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        boxes = sorted((*cell.winds, cell.sides.estimate) for cell in self.cells)
+        yield Figure("decay rate with the observer", "1/s", self.decay_rate)
+        covered = sum((high - low for low, high, _ in boxes), Fraction(0))
+        yield Figure("winds covered with the observer", "m/s", covered)
+        yield WindProfile("box of the wind estimate", "m/s", tuple(boxes))
 
     def sentence(self) -> str:
         shapes = [Matrix.of(cell.P) for cell in self.cells]
