@@ -187,9 +187,17 @@ def read_loop(model: Any, gains: Any) -> VertexLoop:
 
 
 def _converted(loop: PolytopicLoop) -> VertexLoop:
-    observer = loop.observer
+    observer = None
+    if (law := loop.observer) is not None:
+        slopes = tuple((_matrix(S), _matrix(R)) for S, R in law.slopes)
+        observer = Observer(_stack(law.L), slopes if law.at_estimate else None)
     return VertexLoop(
-        **{name: _stack(getattr(loop, name)) for name in "ABCDEK"},
+        _stack(loop.A),
+        B=_stack(loop.B),
+        C=_stack(loop.C),
+        D=_stack(loop.D),
+        E=_stack(loop.E),
+        K=_stack(loop.K),
         step=None if loop.sample_time is None else _fmpq(loop.sample_time),
         states=loop.states,
         inputs=loop.inputs,
@@ -202,13 +210,7 @@ def _converted(loop: PolytopicLoop) -> VertexLoop:
         stated=loop.stated_rules,
         averages=loop.weights == SECANTS,
         of_plant=loop.scheduled_by is not None,
-        observer=observer
-        and Observer(
-            _stack(observer.L),
-            tuple((_matrix(S), _matrix(R)) for S, R in observer.slopes)
-            if observer.at_estimate
-            else None,
-        ),
+        observer=observer,
         extremes=tuple(map(_converted, loop.at_other_ends)),
     )
 
