@@ -169,7 +169,6 @@ def test_what_does_not_fit_is_refused_by_both(change: Data) -> None:
 
 def test_a_model_without_an_output_is_refused() -> None:
     model = {key: value for key, value in lag().items() if key != "C"}
-    claims = [claimed((1, 2), 2)]
     with pytest.raises(CertificateError, match="no output, and the claim gives none"):
         said_of(model, None, claimed((1, 2), 2))
 
