@@ -6,13 +6,14 @@ from typing import Any
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
+from takagi.certificates.checker.replay.claim_kinds import KINDS
 from takagi.certificates.checker.replay.containment import BLEND, EMBEDDINGS, SLOPES
 from takagi.certificates.cross_check.flint_decider import FlintDecider
 from tests.certificates.oracle.reading import Refusal
 from tests.certificates.oracle.verdicts import LOOPS, judge_document
 
 # The claims that a model is its plant, and the kinds that are proved only with one of them.
-TIES = (({*EMBEDDINGS}, {*LOOPS}), ({BLEND}, {*LOOPS}), ({SLOPES}, {"observed-loop"}))
+TIES = (({*EMBEDDINGS}, {*KINDS}), ({BLEND}, {*KINDS}), ({SLOPES}, {"observed-loop"}))
 
 
 def verdicts(document: dict[str, Any]) -> list[str]:
@@ -24,7 +25,7 @@ def verdicts(document: dict[str, Any]) -> list[str]:
 
 
 def second(document: dict[str, Any]) -> list[str]:
-    """Return the oracle's verdict on claims about loops, and FLINT's on all others."""
+    """Return the oracle's verdict on claims whose formula it has, and FLINT's on all others."""
     try:
         opinions = judge_document(document)
         answers = [opinion.verdict for opinion in opinions]

@@ -232,7 +232,15 @@ def false_claims() -> dict[str, Callable[[Document], None]]:
     def torque(rows: Any) -> Any:
         return [[1.02 * entry for entry in row] for row in rows]
 
+    def knots(values: Any) -> Any:
+        return [value + 0.002 if 0 < value < 0.1 else value for value in values]
+
+    def pitch_ends_early(document: Document) -> None:
+        document["model"]["pitch_max"] = document["gains"]["pitch_max"] = 0.01
+
     return {
+        "moved pitch knots": at("model", "torque_surface", "pitch_knots", to=knots),
+        "smaller largest pitch": pitch_ends_early,
         "P with a flipped sign": claim("P", to=flipped),
         "P not symmetric": claim("P", 0, 2, to=lambda p: p + 1),
         "P negative": claim("P", to=lambda P: [[-p for p in row] for row in P]),

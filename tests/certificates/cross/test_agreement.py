@@ -25,7 +25,7 @@ def documents() -> dict[str, Data]:
 
 
 def test_every_true_claim_is_seen_by_all(documents: dict[str, Data]) -> None:
-    """Every kind about a loop is among them, and the oracle has a formula of each."""
+    """Every kind about a loop is among them; the oracle has the formulas of most."""
     kinds = set()
     for name, document in documents.items():
         kinds |= {claim["kind"] for claim in document["claims"]}
@@ -34,7 +34,7 @@ def test_every_true_claim_is_seen_by_all(documents: dict[str, Data]) -> None:
         assert second(document) == answers, name
         compared = cross_checked_document(document)
         assert compared.agrees, (name, compared.text)
-    assert set(LOOPS) == set(KINDS) <= kinds
+    assert set(LOOPS) < set(KINDS) <= kinds
 
 
 def campaign(documents: dict[str, Data], count: int, seed: int) -> Counter[str]:

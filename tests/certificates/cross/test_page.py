@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from functools import cache
+import json
 from pathlib import Path
 
 import pytest
 
-from takagi.certificates.cross_check.comparison import cross_checked
-from takagi.certificates.cross_check.kernel.reading import load
-from takagi.certificates.cross_check.opinion import claims_of, judge
+from takagi.certificates import check
+from takagi.certificates.cross_check.flint_decider import FlintDecider
 from takagi.cli.main import main
 
 # The stored certificate of the turbine is replayed, which takes seconds.
@@ -21,35 +19,22 @@ PAGE = " ".join((DOCS / "cross-check.md").read_text(encoding="utf-8").split())
 STORED = DOCS / "figures" / "nrel5mw-certificate.json"
 
 
-@cache
-def matrices_of_the_second_checker() -> int:
-    return sum(one.inequalities for one in judge(STORED))
-
-
-def test_the_page_counts_what_is_replayed() -> None:
-    """Matrices as ``--cross`` prints them; facts about numbers as they are decided."""
-    rows = cross_checked(STORED).rows
-    cells, running = (len(load(STORED)["claims"][place]["cells"]) for place in (0, 3))
-    obliged = Counter(
-        type(one).__name__ for _, found in claims_of(load(STORED)) for one in found or ()
-    )
-
-    matrices = sum(row.inequalities for row in rows)
-    assert {row.second for row in rows} == {"PROVED"} and len(rows) == 4
-    assert matrices == matrices_of_the_second_checker() == obliged["Definite"]
-    of = f"{cells} wind cells and {running} of the running loop"
-    counted = f"{matrices} matrices and {obliged['Fact']} ranges, sizes and limits"
-    assert f"its four claims with {of}, {counted}" in PAGE
-
-
-def test_the_page_counts_what_is_exported(tmp_path: Path) -> None:
-    """The matrices of the Coq file, and its size."""
+def test_the_page_counts_what_is_decided_and_exported(tmp_path: Path) -> None:
+    """Matrices and numbers of the second decision; matrices of the Coq file, and its size."""
+    deciders: dict[int, FlintDecider] = {}
+    checked = check(STORED, decider_of=lambda k: deciders.setdefault(k, FlintDecider()))
     out = tmp_path / "nrel5mw.v"
-
     assert main(["export", str(STORED), "--coq", str(out)]) == 0
 
-    matrices = matrices_of_the_second_checker()
-    running = len(load(STORED)["claims"][3]["cells"])
-    size = out.stat().st_size / 1e6
-    of = f"4 claims, all 70 wind cells, and {running} of the running loop"
-    assert f"{of} | {matrices} | {size:.1f} MB |" in PAGE
+    assert checked.verdict.name == "PROVED" and len(checked.claims) == 4
+    claims = json.loads(STORED.read_text(encoding="utf-8"))["claims"]
+    cells, running = (len(claims[place]["cells"]) for place in (0, 3))
+    matrices, numbers = (
+        sum(getattr(decider, name) for decider in deciders.values())
+        for name in ("matrices", "numbers")
+    )
+    of = f"{cells} wind cells and {running} of the running loop"
+    assert f"its four claims with {of}) has {matrices} matrices and {numbers} numbers" in PAGE
+    of = f"4 claims, all {cells} wind cells, and {running} of the running loop"
+    assert f"{of} | {matrices} | {out.stat().st_size / 1e6:.1f} MB |" in PAGE
+    assert not any(decider.left_open for decider in deciders.values())

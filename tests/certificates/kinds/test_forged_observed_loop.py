@@ -105,7 +105,7 @@ def test_outputs_are_needed() -> None:
     )
     with pytest.raises(CertificateError, match="no output"):
         check_document(document)
-    with pytest.raises(Refusal, match="outputs"):
+    with pytest.raises(Refusal, match="output"):
         judge_document(document)
 
 

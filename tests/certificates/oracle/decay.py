@@ -35,11 +35,11 @@ from tests.certificates.oracle.loop import VertexLoop, combined, mixtures, pick
 from tests.certificates.oracle.reading import (
     Refusal,
     entry,
+    integer,
     rational,
     rational_row,
     rationals,
     table,
-    whole,
 )
 
 BITS = 240  # working precision: e^-x is known to far more digits than a certificate's numbers have
@@ -115,8 +115,8 @@ def no_common_decay(claim: Any, loop: VertexLoop) -> Obligations:
     if not isinstance(listed, list) or not listed:
         raise Refusal("multipliers: a list is needed")
     total, size = zeros(loop.n, loop.n), fmpq(0)
-    for one in listed:
-        G, factor = _blended(one, loop), table(one, "factor")
+    for multiplier in listed:
+        G, factor = _blended(multiplier, loop), table(multiplier, "factor")
         if factor.nrows() != loop.n:
             raise Refusal("factor: a row for each state is needed")
         # Z = F F' is semidefinite by construction, so that it needs no test.
@@ -137,7 +137,7 @@ def _blended(owner: Any, loop: VertexLoop) -> fmpq_mat:
     """Return A(h) - B(h) K(h); ``blend`` is the number of a rule, or the shares of h."""
     given, r = entry(owner, "blend"), loop.rules
     if not isinstance(given, list):
-        k = whole(owner, "blend")
+        k = integer(owner, "blend")
         if not 0 <= k < r:
             raise Refusal(f"blend: 0 to {r - 1} is needed")
         h = [fmpq(int(i == k)) for i in range(r)]
@@ -167,9 +167,9 @@ def region(claim: Any, loop: VertexLoop) -> Obligations:
     if not isinstance(listed, list) or not listed:
         raise Refusal("parts: a list is needed")
     parts = []
-    for one in listed:
-        L = table(one, "L")
-        M = table(one, "M", (L.nrows(), L.nrows()))
+    for part in listed:
+        L = table(part, "L")
+        M = table(part, "M", (L.nrows(), L.nrows()))
         if transposed(L) != L:
             raise Refusal("L: a symmetric matrix is needed")
         parts.append((L, M))
@@ -179,8 +179,10 @@ def region(claim: Any, loop: VertexLoop) -> Obligations:
         GP = transposed(PG)
         for k, (L, M) in enumerate(parts):
             size = range(L.nrows())
-            left = blocks([[P * L[i, j] + PG * M[i, j] + GP * M[j, i] for j in size] for i in size])
-            yield Definite(f"part {k + 1} at {mixture.label}", negative(left))
+            decreasing = blocks(
+                [[P * L[i, j] + PG * M[i, j] + GP * M[j, i] for j in size] for i in size]
+            )
+            yield Definite(f"part {k + 1} at {mixture.label}", negative(decreasing))
 
 
 def transient(claim: Any, loop: VertexLoop) -> Obligations:
@@ -231,17 +233,17 @@ def gain_rounding(claim: Any, loop: VertexLoop) -> Obligations:
         move = mean(pick(mixture.loop.beside[1], j) for _, j in mixture.pairs)
         PG = P * mixture.A
         if loop.step is None:
-            left = decrease(loop, P, mixture.A, rate) - push - move
+            decreasing = decrease(loop, P, mixture.A, rate) - push - move
         else:
-            left = blocks([[scaled(rate, P) - move, transposed(PG)], [PG, P - push]])
-        yield Definite(f"decrease at {mixture.label}", left)
+            decreasing = blocks([[scaled(rate, P) - move, transposed(PG)], [PG, P - push]])
+        yield Definite(f"decrease at {mixture.label}", decreasing)
 
 
 def _spread(absolute: fmpq_mat, relative: fmpq, K: fmpq_mat, tau: list[fmpq]) -> fmpq_mat:
     """Return diag over l of sum_k (sum_i e_ki) e_kl / t_k, the bound of sum_k (d_k'x)^2 / t_k."""
-    found = [fmpq(0)] * K.ncols()
+    bounds = [fmpq(0)] * K.ncols()
     for k, t in enumerate(tau):
         e = [absolute[k, i] + relative * abs(K[k, i]) for i in range(K.ncols())]
-        whole_row = sum(e, fmpq(0))
-        found = [f + whole_row * one / t for f, one in zip(found, e, strict=True)]
-    return diagonal(found)
+        row_sum = sum(e, fmpq(0))
+        bounds = [f + row_sum * error / t for f, error in zip(bounds, e, strict=True)]
+    return diagonal(bounds)

@@ -91,20 +91,20 @@ class DisturbanceChannel:
     D: fmpq_mat
 
 
-def way_into(claim: Any, loop: VertexLoop) -> tuple[str, Stack]:
+def disturbance_of(claim: Any, loop: VertexLoop) -> tuple[str, Stack]:
     """Return the claim's name of the disturbance, and its matrices: E, or B."""
-    way = entry(claim, "disturbance")
-    found: Stack = ()
-    if isinstance(way, str):
-        found = {"disturbances": loop.E, "inputs": loop.B}.get(way, ())
-    if not found:
-        raise Refusal(f"disturbance: {str(way)!a} is no way into this model")
-    return str(way), found
+    name = entry(claim, "disturbance")
+    matrices: Stack = ()
+    if isinstance(name, str):
+        matrices = {"disturbances": loop.E, "inputs": loop.B}.get(name, ())
+    if not matrices:
+        raise Refusal(f"disturbance: {str(name)!a} is no way into this model")
+    return str(name), matrices
 
 
 def channel_of(claim: Any, loop: VertexLoop) -> tuple[VertexLoop, Stack, list[Stack]]:
     """Return the loop with the claim's output y, the matrices of w, and those of w in y."""
-    way, E = way_into(claim, loop)
+    name, E = disturbance_of(claim, loop)
     F: Stack = ()
     if "output" in claim:
         given = entry(claim, "output")
@@ -112,29 +112,29 @@ def channel_of(claim: Any, loop: VertexLoop) -> tuple[VertexLoop, Stack, list[St
         C = stack(given, "C")
         rows = C[0].nrows()
         D, F = (stack(given, key) if key in given else () for key in ("D", "F"))
-        for found, width in ((C, loop.n), (D, m), (F, E[0].ncols())):
-            if found and (
-                (found[0].nrows(), found[0].ncols()) != (rows, width)
-                or len(found) not in (1, loop.rules)
+        for matrices, width in ((C, loop.n), (D, m), (F, E[0].ncols())):
+            if matrices and (
+                (matrices[0].nrows(), matrices[0].ncols()) != (rows, width)
+                or len(matrices) not in (1, loop.rules)
             ):
                 raise Refusal("output: C, D, F do not fit the model")
-            if loop.averages and len(found) > 1:
+            if loop.averages and len(matrices) > 1:
                 raise Refusal("output: blended by weights that are averages over a segment")
         loop = replace(loop, C=C, D=D)
     if not loop.C:
         raise Refusal("there is no output")
-    return loop, E, [stack for stack in (F, loop.D if way == "inputs" else ()) if stack]
+    return loop, E, [stack for stack in (F, loop.D if name == "inputs" else ()) if stack]
 
 
-def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
+def _channels(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
     """Yield the channel from w to y at each mixture; y is the claim's, else the model's."""
     loop, E, direct = channel_of(claim, loop)
     for mixture in mixtures(claim, replace(loop, beside=(E, *direct))):
-        entering, *rest = (mixture.of(one) for one in mixture.loop.beside)
-        through = zeros(loop.C[0].nrows(), E[0].ncols())
-        for one in rest:
-            through = through + one
-        yield DisturbanceChannel(mixture, mixture.A, entering, mixture.C, through)
+        E_mean, *further = (mixture.of(matrices) for matrices in mixture.loop.beside)
+        D_mean = zeros(loop.C[0].nrows(), E[0].ncols())
+        for matrices in further:
+            D_mean = D_mean + matrices
+        yield DisturbanceChannel(mixture, mixture.A, E_mean, mixture.C, D_mean)
 
 
 def l2_gain(claim: Any, loop: VertexLoop) -> Obligations:
@@ -146,11 +146,15 @@ def l2_gain(claim: Any, loop: VertexLoop) -> Obligations:
     if g <= 0:
         raise Refusal("gain: a positive number is needed")
     yield Definite("P", P)
-    for way in _ways(claim, loop):
-        both = blocks([[way.C, way.D]])
-        supply = _lower_block(loop.n, scaled(g, identity(way.E.ncols())))
-        left = supply - change(loop, P, way.A, way.E) - scaled(1 / g, transposed(both) * both)
-        yield Definite(f"gain at {way.mixture.label}", left)
+    for channel in _channels(claim, loop):
+        output = blocks([[channel.C, channel.D]])
+        supply = _lower_block(loop.n, scaled(g, identity(channel.E.ncols())))
+        dissipation = (
+            supply
+            - change(loop, P, channel.A, channel.E)
+            - scaled(1 / g, transposed(output) * output)
+        )
+        yield Definite(f"gain at {channel.mixture.label}", dissipation)
     if "energy_bound" in claim:
         bound = rational(claim, "energy_bound")
         if bound <= 0:
@@ -176,32 +180,35 @@ def h2_norm(claim: Any, loop: VertexLoop) -> Obligations:
     if norm <= 0:
         raise Refusal("norm: a positive number is needed")
     yield Definite("P", P)
-    for way in _ways(claim, loop):
-        still = change(loop, P, way.A, zeros(loop.n, 1))
-        top = fmpq_mat([row[: loop.n] for row in entries(still)[: loop.n]])
-        yield Definite(f"output at {way.mixture.label}", negative(top) - transposed(way.C) * way.C)
-        direct = sum((v**2 for row in entries(way.D) for v in row), fmpq(0))
+    for channel in _channels(claim, loop):
+        change_of_V = change(loop, P, channel.A, zeros(loop.n, 1))
+        state_block = fmpq_mat([row[: loop.n] for row in entries(change_of_V)[: loop.n]])
+        yield Definite(
+            f"output at {channel.mixture.label}",
+            negative(state_block) - transposed(channel.C) * channel.C,
+        )
+        direct = sum((v**2 for row in entries(channel.D) for v in row), fmpq(0))
         yield Fact("noise does not reach y directly", loop.step is not None or direct == 0)
-        energy = transposed(way.E) * P * way.E
+        energy = transposed(channel.E) * P * channel.E
         total = sum((energy[k, k] for k in range(energy.nrows())), direct)
-        yield Fact(f"variance at {way.mixture.label}", total <= norm**2)
+        yield Fact(f"variance at {channel.mixture.label}", total <= norm**2)
     noisy = loop.pushes if entry(claim, "disturbance") == "disturbances" else loop.inputs
     unaware = not any(name in noisy for name in loop.seen_by)
     yield Fact("premises do not depend on the noise of the same instant", unaware)
 
 
 @dataclass(frozen=True)
-class Kept:
+class InvariantSet:
     """An invariant set {x'Px <= c} and the disturbance against which it is invariant.
 
-    ``s`` is the multiplier: V' <= s (c - V).  ``way`` is the disturbance's name in the claim, ``E``
+    ``s`` is the multiplier: V' <= s (c - V).  ``disturbance`` is its name in the claim, ``E``
     its matrices.  With ``ball`` |w|_2 <= b[0], else |w_k| <= b[k].
     """
 
     P: fmpq_mat
     c: fmpq
     s: fmpq
-    way: str
+    disturbance: str
     E: Stack
     b: list[fmpq]
     ball: bool
@@ -213,7 +220,7 @@ class Kept:
         return self.b * self.E[0].ncols() if self.ball else self.b
 
 
-def kept_set(claim: Any, loop: VertexLoop) -> Kept:
+def invariant_set_of(claim: Any, loop: VertexLoop) -> InvariantSet:
     """Return the set that the claim states to be invariant.
 
     Raises
@@ -225,8 +232,8 @@ def kept_set(claim: Any, loop: VertexLoop) -> Kept:
     if c <= 0 or s <= 0 or (loop.step is not None and s > 1):
         raise Refusal("level and multiplier: positive, the second at most 1 in discrete time")
     if "disturbance" not in claim:
-        return Kept(P, c, s, "", (), [], False, claim)
-    way, E = way_into(claim, loop)
+        return InvariantSet(P, c, s, "", (), [], False, claim)
+    disturbance, E = disturbance_of(claim, loop)
     ball = "disturbance_norm" in claim
     if ball:
         b = [rational(claim, "disturbance_norm")]
@@ -234,50 +241,54 @@ def kept_set(claim: Any, loop: VertexLoop) -> Kept:
         b = rationals(claim, "disturbance_bounds", E[0].ncols())
     if min(b) < 0 or 1 << (len(b) - 1) > MOST_SIGNS:
         raise Refusal("bounds on the disturbance: not negative, and not too many")
-    return Kept(P, c, s, way, E, b, ball, claim)
+    return InvariantSet(P, c, s, disturbance, E, b, ball, claim)
 
 
-def stays(kept: Kept, loop: VertexLoop) -> Obligations:
+def set_is_invariant(invariant: InvariantSet, loop: VertexLoop) -> Obligations:
     """V' <= s (c - V) at every mixture while w keeps its bounds, and the set lies in the box.
 
     The condition is -N - s [[P, 0], [0, 0]] + s c (1 or w'w / b^2) >= 0, with w at its bounds: N is
     convex in w, so that the corners of the bounds suffice.  E is multiplied by the bound, so that
     the lower right block is s c times the identity.
     """
-    yield Definite("P", kept.P)
+    yield Definite("P", invariant.P)
     n = loop.n
-    for mixture in mixtures(kept.claim, replace(loop, beside=(kept.E,))):
-        for W in _loads(kept):
-            width = W.ncols() if kept.b else 1
-            E = mixture.of(mixture.loop.beside[0]) * W if kept.b else zeros(n, 1)
-            room = scaled(kept.s * kept.c, identity(width)) if kept.b else zeros(1, 1)
-            top = blocks([[scaled(kept.s, kept.P), zeros(n, width)],
-                          [zeros(width, n), negative(room)]])  # fmt: skip
-            left = negative(change(loop, kept.P, mixture.A, E) + top)
-            yield Definite(f"invariance at {mixture.label}", left, strict=False)
-    pushes = kept.by_entry
-    yield from disturbances_in_box(loop, kept.way, pushes)
-    yield from within_box(loop, kept.P, kept.c, pushes if kept.way == "inputs" else None)
+    for mixture in mixtures(invariant.claim, replace(loop, beside=(invariant.E,))):
+        for W in _extreme_disturbances(invariant):
+            width = W.ncols() if invariant.b else 1
+            E = mixture.of(mixture.loop.beside[0]) * W if invariant.b else zeros(n, 1)
+            supply = (
+                scaled(invariant.s * invariant.c, identity(width)) if invariant.b else zeros(1, 1)
+            )
+            set_block = blocks([[scaled(invariant.s, invariant.P), zeros(n, width)],
+                          [zeros(width, n), negative(supply)]])  # fmt: skip
+            dissipation = negative(change(loop, invariant.P, mixture.A, E) + set_block)
+            yield Definite(f"invariance at {mixture.label}", dissipation, strict=False)
+    pushes = invariant.by_entry
+    yield from disturbances_in_box(loop, invariant.disturbance, pushes)
+    yield from within_box(
+        loop, invariant.P, invariant.c, pushes if invariant.disturbance == "inputs" else None
+    )
 
 
-def disturbances_in_box(loop: VertexLoop, way: str, pushes: list[fmpq]) -> Obligations:
+def disturbances_in_box(loop: VertexLoop, disturbance: str, pushes: list[fmpq]) -> Obligations:
     """The model's disturbances are in their ranges: bounded by the claim, or 0."""
     for name, side in loop.other_sides.items():
-        if way == "disturbances" and moves_states(loop, name):
+        if disturbance == "disturbances" and moves_states(loop, name):
             fits = pushes[loop.pushes.index(name)] <= _reach_of(side)
             yield Fact("the disturbance stays in the box", fits)
-        elif way != "disturbances" and moves_states(loop, name):
+        elif disturbance != "disturbances" and moves_states(loop, name):
             yield Fact("no disturbance stays in the box", _reach_of(side) >= 0)
 
 
-def _loads(kept: Kept) -> Iterator[fmpq_mat]:
-    if kept.ball:
-        yield scaled(kept.b[0], identity(kept.E[0].ncols()))
-    elif not kept.b:
+def _extreme_disturbances(invariant: InvariantSet) -> Iterator[fmpq_mat]:
+    if invariant.ball:
+        yield scaled(invariant.b[0], identity(invariant.E[0].ncols()))
+    elif not invariant.b:
         yield zeros(1, 1)
     else:
         # (x, w) and (-x, -w) give the same condition, so that the first sign can be fixed.
-        first, *rest = kept.b
+        first, *rest = invariant.b
         for signs in product((1, -1), repeat=len(rest)):
             yield fmpq_mat([[first], *([s * b] for s, b in zip(signs, rest, strict=True))])
 
@@ -310,27 +321,27 @@ def within_box(
     # The box has ranges by name: one that is also an input's or a disturbance's bounds two signals.
     others = {*loop.inputs, *loop.pushes}
     yield Fact("no state has the name of another signal", others.isdisjoint(loop.states))
-    one = identity(loop.n)
+    unit = identity(loop.n)
     for k, side in enumerate(loop.sides):
         if side is not None:
-            row = fmpq_mat([entries(one)[k]])
+            row = fmpq_mat([entries(unit)[k]])
             yield from largest_extent(P, level, row, _reach_of(side), f"state {k + 1} in the box")
     for name, side in loop.other_sides.items():
         if name not in loop.inputs:
             continue
         k = loop.inputs.index(name)
-        room = _reach_of(side) - (added[k] if added else fmpq(0))
-        yield Fact(f"input {k + 1}: there is room", room >= 0)
+        limit_left = _reach_of(side) - (added[k] if added else fmpq(0))
+        yield Fact(f"input {k + 1}: there is room", limit_left >= 0)
         for j, K in enumerate(loop.K):
             row = fmpq_mat([entries(K)[k]])
             yield from largest_extent(
-                P, level, row, room, f"input {k + 1} by gain {j + 1} in the box"
+                P, level, row, limit_left, f"input {k + 1} by gain {j + 1} in the box"
             )
 
 
 def invariant_ellipsoid(claim: Any, loop: VertexLoop) -> Obligations:
     """The set is invariant, and lies in the box."""
-    yield from stays(kept_set(claim, loop), loop)
+    yield from set_is_invariant(invariant_set_of(claim, loop), loop)
 
 
 def peak(claim: Any, loop: VertexLoop) -> Obligations:
@@ -338,21 +349,21 @@ def peak(claim: Any, loop: VertexLoop) -> Obligations:
 
     g^2 b^2 [[(1 - t) P / c, 0], [0, t I / b^2]] - [C D]'[C D] >= 0 with a share t.
     """
-    kept = kept_set(claim, loop)
+    invariant = invariant_set_of(claim, loop)
     g = rational(claim, "gain")
     t = rational(claim, "share") if "share" in claim else fmpq(0)
-    if not kept.ball or kept.b[0] == 0 or g <= 0 or not 0 <= t <= 1:
+    if not invariant.ball or invariant.b[0] == 0 or g <= 0 or not 0 <= t <= 1:
         raise Refusal("a peak needs |w|_2 <= b, a gain, and a share from 0 to 1")
-    yield from stays(kept, loop)
-    b = kept.b[0]
-    for way in _ways(claim, loop):
-        both = blocks([[way.C, way.D]])
-        most = blocks([
-            [scaled(g**2 * b**2 * (1 - t) / kept.c, kept.P), zeros(loop.n, way.D.ncols())],
-            [zeros(way.D.ncols(), loop.n), scaled(g**2 * t, identity(way.D.ncols()))],
+    yield from set_is_invariant(invariant, loop)
+    b = invariant.b[0]
+    for channel in _channels(claim, loop):
+        output, width = blocks([[channel.C, channel.D]]), channel.D.ncols()
+        supply = blocks([
+            [scaled(g**2 * b**2 * (1 - t) / invariant.c, invariant.P), zeros(loop.n, width)],
+            [zeros(width, loop.n), scaled(g**2 * t, identity(width))],
         ])  # fmt: skip
-        left = most - transposed(both) * both
-        yield Definite(f"output at {way.mixture.label}", left, strict=False)
+        margin = supply - transposed(output) * output
+        yield Definite(f"output at {channel.mixture.label}", margin, strict=False)
 
 
 BITS = 256  # of the balls
@@ -368,45 +379,47 @@ def exit_probability(claim: Any, loop: VertexLoop) -> Obligations:
     )
     if min(a, k, T, p) <= 0 or v0 < 0 or v0 >= 1 or p >= 1:
         raise Refusal("rate, exponent, horizon > 0; start from 0 to 1; probability between")
-    way, E = way_into(claim, loop)
+    disturbance, E = disturbance_of(claim, loop)
     width = E[0].ncols()
     noise = rationals(claim, "noise", width)
-    held = [fmpq(0)] * width
+    bounds = [fmpq(0)] * width
     if "disturbance_bounds" in claim:
-        held = rationals(claim, "disturbance_bounds", width)
-    if min(*noise, *held) < 0 or max(noise) == 0:
+        bounds = rationals(claim, "disturbance_bounds", width)
+    if min(*noise, *bounds) < 0 or max(noise) == 0:
         raise Refusal("noise and bounds: not negative, and some noise")
-    moving = [j for j in range(width) if held[j] > 0]
+    moving = [j for j in range(width) if bounds[j] > 0]
     b = rationals(claim, "multipliers", len(moving)) if moving else []
-    if any(one < 0 for one in b):
+    if any(multiplier < 0 for multiplier in b):
         raise Refusal("multipliers: not negative")
     yield Definite("P", P)
-    names = loop.pushes if way == "disturbances" else loop.inputs
+    names = loop.pushes if disturbance == "disturbances" else loop.inputs
     for j, name in enumerate(names):
         free = name not in loop.other_sides and name not in (loop.seen_by or ())
         yield Fact("noise has no range and is in no premise", noise[j] == 0 or free)
-    most = fmpq(0)
+    largest_variation = fmpq(0)
     for mixture in mixtures(claim, replace(loop, beside=(E,))):
-        whole = mixture.of(mixture.loop.beside[0])
-        S = _times(whole, [(j, size) for j, size in enumerate(noise) if size > 0])
+        E_mean = mixture.of(mixture.loop.beside[0])
+        S = _columns(E_mean, [(j, size) for j, size in enumerate(noise) if size > 0])
         PS, PA = P * S, P * mixture.A
         form = PA + transposed(PA) + scaled(a, P) + scaled(2 * k, PS * transposed(PS))
         if moving:
-            PD = P * _times(whole, [(j, held[j]) for j in moving])
+            PD = P * _columns(E_mean, [(j, bounds[j]) for j in moving])
             form = blocks([[form, PD], [transposed(PD), negative(diagonal(b))]])
         yield Definite(f"drift at {mixture.label}", negative(form), strict=False)
         variation = transposed(S) * PS
-        most = max(most, sum((variation[j, j] for j in range(S.ncols())), fmpq(0)))
-    c = sum(b, most)
+        largest_variation = max(
+            largest_variation, sum((variation[j, j] for j in range(S.ncols())), fmpq(0))
+        )
+    c = sum(b, largest_variation)
     yield Fact("the maximum of the drift lies below the level", k * c <= a * (1 + k))
     yield Fact("probability", _at_most(a, k, c, v0, T, p))
-    yield from disturbances_in_box(loop, way, held)
-    yield from within_box(loop, P, fmpq(1), held if way == "inputs" else None)
+    yield from disturbances_in_box(loop, disturbance, bounds)
+    yield from within_box(loop, P, fmpq(1), bounds if disturbance == "inputs" else None)
 
 
-def _times(matrix: fmpq_mat, kept: list[tuple[int, fmpq]]) -> fmpq_mat:
+def _columns(matrix: fmpq_mat, columns: list[tuple[int, fmpq]]) -> fmpq_mat:
     """Return these columns of a matrix, each times its factor."""
-    return fmpq_mat([[row[j] * size for j, size in kept] for row in entries(matrix)])
+    return fmpq_mat([[row[j] * size for j, size in columns] for row in entries(matrix)])
 
 
 def _at_most(a: fmpq, k: fmpq, c: fmpq, v0: fmpq, T: fmpq, p: fmpq) -> bool:

@@ -53,8 +53,8 @@ def mean(matrices: Iterable[fmpq_mat]) -> fmpq_mat:
     """Return the mean of one or more matrices."""
     listed = list(matrices)
     total = listed[0]
-    for one in listed[1:]:
-        total = total + one
+    for matrix in listed[1:]:
+        total = total + matrix
     return total * fmpq(1, len(listed))
 
 

@@ -19,7 +19,12 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from tests.certificates.oracle.disturbed import Kept, kept_set, largest_extent, stays
+from tests.certificates.oracle.disturbed import (
+    InvariantSet,
+    invariant_set_of,
+    largest_extent,
+    set_is_invariant,
+)
 from tests.certificates.oracle.exact import (
     Fact,
     Obligations,
@@ -39,25 +44,29 @@ def input_limits(claim: Any, loop: VertexLoop) -> Obligations:
     if not loop.K:
         raise Refusal("limits of inputs need gains")
     m = loop.K[0].nrows()
-    limits, kept = rationals(claim, "input_limits", m), kept_set(claim, loop)
-    yield from stays(kept, loop)
+    limits, invariant = rationals(claim, "input_limits", m), invariant_set_of(claim, loop)
+    yield from set_is_invariant(invariant, loop)
     for j, K in enumerate(loop.K):
-        yield from _rows(kept, K, limits, f"amplitude by gain {j + 1}")
+        yield from _rows(invariant, K, limits, f"amplitude by gain {j + 1}")
     if "rate_limits" in claim:
-        yield from _rates(claim, loop, kept, rationals(claim, "rate_limits", m))
+        yield from _rates(claim, loop, invariant, rationals(claim, "rate_limits", m))
 
 
-def _rows(kept: Kept, matrix: fmpq_mat, limits: list[fmpq], label: str) -> Obligations:
+def _rows(invariant: InvariantSet, matrix: fmpq_mat, limits: list[fmpq], label: str) -> Obligations:
     for k, (row, limit) in enumerate(zip(entries(matrix), limits, strict=True)):
-        yield from largest_extent(kept.P, kept.c, fmpq_mat([row]), limit, f"{label}, input {k + 1}")
+        yield from largest_extent(
+            invariant.P, invariant.c, fmpq_mat([row]), limit, f"{label}, input {k + 1}"
+        )
 
 
-def _rates(claim: Any, loop: VertexLoop, kept: Kept, limits: list[fmpq]) -> Obligations:
+def _rates(
+    claim: Any, loop: VertexLoop, invariant: InvariantSet, limits: list[fmpq]
+) -> Obligations:
     m, shares = len(limits), entry(claim, "rate_shares")
     motion = rationals(shares, "motion", m)
     for piece in pieces(claim, loop):
         for matrix in _motions(piece, loop.K):
-            yield from _rows(kept, matrix, motion, "rate with the state")
+            yield from _rows(invariant, matrix, motion, "rate with the state")
     total = list(motion)
     if len(loop.K) > 1 and loop.step is None:
         moving = rationals(shares, "memberships", m)
@@ -66,12 +75,12 @@ def _rates(claim: Any, loop: VertexLoop, kept: Kept, limits: list[fmpq]) -> Obli
             matrix = scaled(speeds[0], loop.K[0])
             for speed, K in zip(speeds[1:], loop.K[1:], strict=True):
                 matrix = matrix + scaled(speed, K)
-            yield from _rows(kept, matrix, moving, "rate with memberships")
+            yield from _rows(invariant, matrix, moving, "rate with memberships")
         total = [a + b for a, b in zip(total, moving, strict=True)]
     pushed = [fmpq(0)] * m
-    for K, E in product(loop.K, kept.E):
+    for K, E in product(loop.K, invariant.E):
         for k, row in enumerate(entries(K * E)):
-            size = sum((abs(v) * b for v, b in zip(row, kept.by_entry, strict=True)), fmpq(0))
+            size = sum((abs(v) * b for v, b in zip(row, invariant.by_entry, strict=True)), fmpq(0))
             pushed[k] = max(pushed[k], size)
     for k in range(m):
         yield Fact(f"rate of input {k + 1}", total[k] + pushed[k] <= limits[k])

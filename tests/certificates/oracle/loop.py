@@ -96,7 +96,7 @@ class VertexLoop:
     @property
     def rules(self) -> int:
         stacks = (self.A, self.B, self.C, self.D, self.E)
-        return max(self.stated, *(len(one) for one in stacks))
+        return max(self.stated, *(len(matrices) for matrices in stacks))
 
     def mixtures(self) -> list[Mixture]:
         """Return the mixtures whose convex hull contains the loop."""
@@ -173,7 +173,7 @@ def pick(matrices: Stack, i: int) -> fmpq_mat:
 def single(matrices: Stack) -> Stack:
     """Return a stack of one matrix where all matrices are equal, else all of them."""
     first = matrices[0]
-    return [first] if all(one == first for one in matrices) else list(matrices)
+    return [first] if all(matrix == first for matrix in matrices) else list(matrices)
 
 
 def read_loop(model: Any, gains: Any) -> VertexLoop:
@@ -187,9 +187,17 @@ def read_loop(model: Any, gains: Any) -> VertexLoop:
 
 
 def _converted(loop: PolytopicLoop) -> VertexLoop:
-    observer = loop.observer
+    observer = None
+    if (law := loop.observer) is not None:
+        slopes = tuple((_matrix(S), _matrix(R)) for S, R in law.slopes)
+        observer = Observer(_stack(law.L), slopes if law.at_estimate else None)
     return VertexLoop(
-        **{name: _stack(getattr(loop, name)) for name in "ABCDEK"},
+        _stack(loop.A),
+        B=_stack(loop.B),
+        C=_stack(loop.C),
+        D=_stack(loop.D),
+        E=_stack(loop.E),
+        K=_stack(loop.K),
         step=None if loop.sample_time is None else _fmpq(loop.sample_time),
         states=loop.states,
         inputs=loop.inputs,
@@ -202,13 +210,7 @@ def _converted(loop: PolytopicLoop) -> VertexLoop:
         stated=loop.stated_rules,
         averages=loop.weights == SECANTS,
         of_plant=loop.scheduled_by is not None,
-        observer=observer
-        and Observer(
-            _stack(observer.L),
-            tuple((_matrix(S), _matrix(R)) for S, R in observer.slopes)
-            if observer.at_estimate
-            else None,
-        ),
+        observer=observer,
         extremes=tuple(map(_converted, loop.at_other_ends)),
     )
 
@@ -260,7 +262,7 @@ def pieces(claim: Any, loop: VertexLoop) -> Iterator[VertexLoop]:
             D=combined(loop.D, h),
             E=combined(loop.E, h),
             K=combined(loop.K, h),
-            beside=tuple(combined(one, h) for one in loop.beside),
+            beside=tuple(combined(matrices, h) for matrices in loop.beside),
         )
 
 
@@ -278,14 +280,14 @@ def combined(matrices: Stack, h: list[list[fmpq]]) -> Stack:
     """Return X(v^k) for every corner; a stack of one matrix is returned as it is."""
     if len(matrices) <= 1:
         return matrices
-    found = []
+    combinations = []
     for row in h:
         total = scaled(row[0], matrices[0])
-        for share, one in zip(row[1:], matrices[1:], strict=True):
+        for share, matrix in zip(row[1:], matrices[1:], strict=True):
             if share != 0:
-                total = total + scaled(share, one)
-        found.append(total)
-    return found
+                total = total + scaled(share, matrix)
+        combinations.append(total)
+    return combinations
 
 
 def leaves(claim: Any, sizes: list[int]) -> Iterator[Ends]:
@@ -320,4 +322,4 @@ def _with_middle(ends: Ends, premise: int, other: int, place: int) -> Ends:
     rows = ends[premise]
     middle = tuple((a + b) / 2 for a, b in zip(rows[place], rows[other], strict=True))
     changed = tuple(middle if k == place else row for k, row in enumerate(rows))
-    return tuple(changed if p == premise else own for p, own in enumerate(ends))
+    return tuple(changed if p == premise else corner_rows for p, corner_rows in enumerate(ends))

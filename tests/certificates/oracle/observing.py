@@ -81,17 +81,17 @@ def observer(claim: Any, loop: VertexLoop) -> Obligations:
             raise Refusal("secants: square matrices of the states are needed")
         if len(L) != 1:
             raise Refusal("L: one matrix is needed beside secants")
-        found = (
+        systems = (
             pick(loop.A, i) + S - L[0] * pick(loop.C, i) for i in range(loop.rules) for S in secants
         )
     else:
         plain = len(single(L)) == 1 or len(loop.C) == 1
-        found = (
-            mean(pick(one.A, i) - pick(one.beside[0], j) * pick(one.C, i) for i, j in pairs)
-            for one in pieces(claim, replace(loop, K=(), together=True, beside=(L,)))
-            for pairs in _pairs(one, plain)
+        systems = (
+            mean(pick(piece.A, i) - pick(piece.beside[0], j) * pick(piece.C, i) for i, j in pairs)
+            for piece in pieces(claim, replace(loop, K=(), together=True, beside=(L,)))
+            for pairs in _pairs(piece, plain)
         )
-    yield from _falling(claim, loop, loop.n, found)
+    yield from _falling(claim, loop, loop.n, systems)
 
 
 def observed_feedback(claim: Any, loop: VertexLoop) -> Obligations:
@@ -103,12 +103,12 @@ def observed_feedback(claim: Any, loop: VertexLoop) -> Obligations:
     plain = fixed or (len(loop.C) == 1 and len(loop.B) == 1)
 
     def joint() -> Iterator[fmpq_mat]:
-        for one in pieces(claim, replace(loop, beside=(L,))):
-            for pairs in _pairs(one, plain):
-                push = mean(pick(one.B, i) * pick(one.K, j) for i, j in pairs)
-                state = mean(pick(one.A, i) for i, _ in pairs) - push
-                L_at = one.beside[0]
-                error = mean(pick(one.A, i) - pick(L_at, j) * pick(one.C, i) for i, j in pairs)
+        for piece in pieces(claim, replace(loop, beside=(L,))):
+            for pairs in _pairs(piece, plain):
+                push = mean(pick(piece.B, i) * pick(piece.K, j) for i, j in pairs)
+                state = mean(pick(piece.A, i) for i, _ in pairs) - push
+                L_at = piece.beside[0]
+                error = mean(pick(piece.A, i) - pick(L_at, j) * pick(piece.C, i) for i, j in pairs)
                 yield blocks([[state, push], [zeros(loop.n, loop.n), error]])
 
     yield from _falling(claim, loop, 2 * loop.n, joint())
@@ -137,17 +137,17 @@ def _pairs(loop: VertexLoop, plain: bool) -> list[tuple[tuple[int, int], ...]]:
     return replace(loop, together=True).pairs(loop.rules)
 
 
-def _falling(claim: Any, loop: VertexLoop, order: int, found: Iterator[fmpq_mat]) -> Obligations:
+def _falling(claim: Any, loop: VertexLoop, order: int, systems: Iterator[fmpq_mat]) -> Obligations:
     a, P = rational(claim, "decay_rate"), table(claim, "P", (order, order))
     yield Fact("the rate is not negative", a >= 0)
     yield Fact("premises are measured", all(is_seen(loop, name) for name in loop.seen_by))
-    yield from _decreasing(loop, P, a, found)
+    yield from _decreasing(loop, P, a, systems)
 
 
-def _decreasing(loop: VertexLoop, P: fmpq_mat, a: fmpq, found: Iterator[fmpq_mat]) -> Obligations:
+def _decreasing(loop: VertexLoop, P: fmpq_mat, a: fmpq, systems: Iterator[fmpq_mat]) -> Obligations:
     yield Definite("P", P)
     rate = rate_of(loop, a)
-    for k, G in enumerate(found):
+    for k, G in enumerate(systems):
         yield Definite(f"decrease along matrix {k + 1}", decrease(loop, P, G, rate))
 
 
@@ -192,8 +192,8 @@ def observed_loop(claim: Any, loop: VertexLoop) -> Obligations:
     yield Fact("the observer knows its weights", known and not commanded)
     yield from _decreasing(loop, P, a, _systems(claim, loop, law))
     yield from disturbances_in_box(loop, "", [])
-    most = rationals(claim, "input_limits", loop.K[0].nrows()) if "input_limits" in claim else []
-    for label, row, side in _limited(loop, law, [(-one, one) for one in most]):
+    limits = rationals(claim, "input_limits", loop.K[0].nrows()) if "input_limits" in claim else []
+    for label, row, side in _limited(loop, law, [(-limit, limit) for limit in limits]):
         yield from largest_extent(P, c, row, min(-side[0], side[1]), label)
 
 
@@ -207,18 +207,18 @@ def _systems(claim: Any, loop: VertexLoop, law: Observer) -> Iterator[fmpq_mat]:
         return
     by_rule = len(single(law.L)) > 1 and len(loop.C) > 1
     acting = len(loop.K) > 1 and len(loop.B) > 1
-    for one in pieces(claim, replace(loop, beside=(law.L,))):
-        together = replace(one, together=True)
-        pairs = together.pairs(one.rules) if by_rule or acting else None
-        for some in pairs or [((i, i),) for i in range(one.rules)]:
-            push = mean(pick(one.B, i) * pick(one.K, j) for i, j in some)
-            A = mean(pick(one.A, i) for i, _ in some)
-            seen = mean(pick(one.beside[0], j) * pick(one.C, i) for i, j in some)
+    for piece in pieces(claim, replace(loop, beside=(law.L,))):
+        together = replace(piece, together=True)
+        pairs = together.pairs(piece.rules) if by_rule or acting else None
+        for group in pairs or [((i, i),) for i in range(piece.rules)]:
+            push = mean(pick(piece.B, i) * pick(piece.K, j) for i, j in group)
+            A = mean(pick(piece.A, i) for i, _ in group)
+            seen = mean(pick(piece.beside[0], j) * pick(piece.C, i) for i, j in group)
             yield blocks([[A - push, push], [nothing, A - seen]])
 
 
 def _limited(
-    loop: VertexLoop, law: Observer, most: list[tuple[fmpq, fmpq]]
+    loop: VertexLoop, law: Observer, limits: list[tuple[fmpq, fmpq]]
 ) -> Iterator[tuple[str, fmpq_mat, tuple[fmpq, fmpq]]]:
     n = loop.n
     if set(loop.states) & set(loop.inputs):
@@ -233,7 +233,7 @@ def _limited(
             yield f"state {k + 1} in the box", blocks([[row, row]]), side
             yield f"estimate {k + 1} in the box", blocks([[row, zeros(1, n)]]), side
     ends = [(loop.inputs.index(u), s) for u, s in loop.other_sides.items() if u in loop.inputs]
-    for k, side in [*ends, *enumerate(most)]:
+    for k, side in [*ends, *enumerate(limits)]:
         for j, K in enumerate(loop.K):
             row = fmpq_mat([entries(K)[k]])
             right = zeros(1, n) if law.slopes is not None else negative(row)

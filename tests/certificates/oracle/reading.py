@@ -37,12 +37,12 @@ def rational(owner: Any, key: str) -> fmpq:
     return _rational(entry(owner, key), key)
 
 
-def whole(owner: Any, key: str) -> int:
+def integer(owner: Any, key: str) -> int:
     """Return the whole number owner[key]."""
-    found = rational(owner, key)
-    if found.q != 1:
+    number = rational(owner, key)
+    if number.q != 1:
         raise Refusal(f"{key}: a whole number is needed")
-    return int(found.p)
+    return int(number.p)
 
 
 def _rational(value: Any, key: str) -> fmpq:
@@ -82,7 +82,7 @@ def _table(rows: Any, key: str, shape: tuple[int, int] | None) -> fmpq_mat:
     if not isinstance(rows, list) or not rows or not isinstance(rows[0], list):
         raise Refusal(f"{key}: rows of numbers are needed")
     width = len(rows[0])
-    found: Sequence[list[fmpq]] = [rational_row(row, key, width) for row in rows]
+    matrix_rows: Sequence[list[fmpq]] = [rational_row(row, key, width) for row in rows]
     if shape not in (None, (len(rows), width)) or max(len(rows), width) > WIDEST:
         raise Refusal(f"{key}: {shape or 'a smaller matrix'} is needed")
-    return fmpq_mat(found)
+    return fmpq_mat(matrix_rows)

@@ -67,8 +67,8 @@ def sampled_loop(claim: Any, loop: VertexLoop) -> Obligations:
     powers = _powers(nodes)
     for i in range(loop.rules):
         M = blocks([[pick(loop.A, i), pick(loop.B, i)], [zeros(m, n), zeros(m, m)]])
-        for k, one in enumerate(_bernstein(_fall(powers, scaled(T, M)))):
-            yield Definite(f"rule {i + 1} between samples, {k + 1}", one, strict=False)
+        for k, coefficient in enumerate(_bernstein(_fall(powers, scaled(T, M)))):
+            yield Definite(f"rule {i + 1} between samples, {k + 1}", coefficient, strict=False)
     yield from disturbances_in_box(loop, "", [])
     yield from within_box(loop, P, c)
     for k, side in enumerate(loop.sides):
@@ -82,32 +82,34 @@ def sampled_loop(claim: Any, loop: VertexLoop) -> Obligations:
 
 def _powers(nodes: Sequence[fmpq_mat]) -> list[fmpq_mat]:
     """Return Q_k of Q(s) = sum_k s^k Q_k: binom(d, k) times the k-th difference of the nodes."""
-    d, found, left = len(nodes) - 1, [], list(nodes)
+    d, powers, differences = len(nodes) - 1, [], list(nodes)
     for k in range(d + 1):
-        found.append(scaled(comb(d, k), left[0]))
-        left = [after - before for before, after in zip(left, left[1:], strict=False)]
-    return found
+        powers.append(scaled(comb(d, k), differences[0]))
+        differences = [
+            after - before for before, after in zip(differences, differences[1:], strict=False)
+        ]
+    return powers
 
 
 def _fall(powers: Sequence[fmpq_mat], M: fmpq_mat) -> list[fmpq_mat]:
     """Return the F_ik; M is T M_i, since s measures time in whole intervals."""
-    found = []
-    for k, one in enumerate(powers):
-        moved = one * M
-        total = moved + transposed(moved)
+    coefficients = []
+    for k, power in enumerate(powers):
+        product = power * M
+        total = product + transposed(product)
         if k + 1 < len(powers):
             total = total + scaled(k + 1, powers[k + 1])
-        found.append(negative(total))
-    return found
+        coefficients.append(negative(total))
+    return coefficients
 
 
 def _bernstein(powers: Sequence[fmpq_mat]) -> list[fmpq_mat]:
     """Return the Bernstein coefficients f_l of a polynomial by its powers of s."""
     d = len(powers) - 1
-    found = []
+    coefficients = []
     for place in range(d + 1):
         total = powers[0]
         for k in range(1, place + 1):
             total = total + scaled(fmpq(comb(place, k), comb(d, k)), powers[k])
-        found.append(total)
-    return found
+        coefficients.append(total)
+    return coefficients

@@ -14,7 +14,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from tests.certificates.oracle import decay, disturbed, fuzzy, limits, observing, sampled
+from tests.certificates.oracle import decay, disturbed, limits, observing, sampled
 from tests.certificates.oracle.exact import Definite, Obligations
 from tests.certificates.oracle.loop import VertexLoop, read_loop
 from tests.certificates.oracle.reading import Refusal
@@ -26,8 +26,6 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "region": decay.region,
     "transient": decay.transient,
     "gain-rounding": decay.gain_rounding,
-    "fuzzy-decay": fuzzy.fuzzy_decay,
-    "fuzzy-l2-gain": fuzzy.fuzzy_l2_gain,
     "l2-gain": disturbed.l2_gain,
     "h2-norm": disturbed.h2_norm,
     "peak": disturbed.peak,
