@@ -35,10 +35,8 @@ def reaches(P: Matrix, level: Fraction) -> list[Fraction]:
     n, determinant = len(P.rows), _determinant(P)
     bounds = []
     for k in range(n):
-        minor_rows = [
-            [v for j, v in enumerate(row) if j != k] for i, row in enumerate(P.rows) if i != k
-        ]
-        minor = _determinant(Matrix(minor_rows, P.below)) if minor_rows else Fraction(1)
+        rows = [[v for j, v in enumerate(row) if j != k] for i, row in enumerate(P.rows) if i != k]
+        minor = _determinant(Matrix(rows, P.below)) if rows else Fraction(1)
         bounds.append(square_root_above(level * minor / determinant))
     return bounds
 
