@@ -48,10 +48,10 @@ class Decay(LoopClaim):
             yield positive(falling, f"the inequality fails at {blend.label}")
 
     def sentence(self) -> str:
-        loop, count = self.loop, len(blends_of(self.loop, self.claim, self.where))
+        loop = self.loop
         return (
-            f"V = x'Px {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)} "
-            f"(inequalities: {count}){while_valid(loop)}{deviations(loop, 'x')}"
+            f"V = x'Px {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}"
+            f"{while_valid(loop)}{deviations(loop, 'x')}"
         )
 
 

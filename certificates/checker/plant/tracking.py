@@ -209,7 +209,7 @@ class Tracking(PlantClaim):
             f"{f.signal.name} in {_range(plant, f.signal)} {f.signal.unit}" for f in follow
         )
         rate = at_least(evidence.rate, 6)
-        words = f"for every constant {signals}{_others(plant, follow)} the loop has one rest"
+        words = f"for every constant {signals}{_others(plant, follow)} the loop has one equilibrium"
         words += (
             f" with no error in a stated set, and settles there as exp(-{rate} t) from all of it"
         )

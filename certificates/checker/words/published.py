@@ -23,8 +23,8 @@ MOST_SPANS = 40
 # Just below 2 degrees.
 NEAR_PITCH = Fraction(349, 10000)
 LAW_WORDS = {
-    "paper": "published law",
-    "paper-two-integrators": "published law with two integrators",
+    "paper": "Schulte's law",
+    "paper-two-integrators": "Schulte's law with two integrators",
 }
 # A set that is proved, and its decay rate.
 ProvedSet = tuple[Ends, Fraction]

@@ -56,7 +56,7 @@ def fed_words(stated: Sequence[Fraction], proved: Sequence[Fraction]) -> str:
     """
     if not stated:
         return ""
-    held = "NOT for every wind of the wind class"
+    held = "NOT for every wind of the wind limits"
     if proved:
         held = (
             "as in every wind of the claim on the wind's rate, which keeps it at most "

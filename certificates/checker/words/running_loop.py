@@ -30,7 +30,7 @@ def loop_sentence(
     """Return the sentence of a proved claim; ``shapes`` are the P of its cells."""
     covered = f"from {range_within(law.wind[0], law.wind[-1])} m/s, in {len(shapes)} cells"
     if missing := _listed(gaps((law.wind[0], law.wind[-1]), winds)):
-        covered += f", but NOT at winds {missing}, of which nothing is said"
+        covered += f", but NOT at winds {missing}, which are not covered"
     speed, estimate = _widths(shapes)
     limits = [at_least(of(law.limit), 3) for of in (min, max)]
     return (

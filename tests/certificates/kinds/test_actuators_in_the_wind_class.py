@@ -64,7 +64,7 @@ def test_a_fast_filter_does_not_and_the_line_says_so(built: Any, reseal: Any) ->
 
     assert "wind_rate" not in document["claims"][ACTUATORS]
     assert checked.verdict.name == "PROVED"
-    assert "m/s^3, NOT for every wind of the wind class)" in checked.text
+    assert "m/s^3, NOT for every wind of the wind limits)" in checked.text
 
 
 def test_a_fast_filter_that_is_said_to_keep_it_is_refused(built: Any, reseal: Any) -> None:

@@ -45,7 +45,7 @@ def test_both_checkers_prove_that_the_arm_follows() -> None:
         assert verdicts(document) == ["PROVED", "PROVED"]
         assert second(document) == ["PROVED", "PROVED"]
     words = check_document(document).claims[1].text
-    assert "constant m in [0.9, 1.1] kg the loop has one rest with no error" in words
+    assert "constant m in [0.9, 1.1] kg the loop has one equilibrium with no error" in words
     assert "in a stated set" in words
     assert "while |target'| <= 0.08727" in words
 
@@ -214,7 +214,7 @@ def test_a_set_without_room_needs_no_more_than_none() -> None:
 def test_a_shape_that_sees_nothing_proves_nothing() -> None:
     """P = diag(1, 0) meets every inequality of a loop whose integral does nothing.
 
-    With K = (3, 0) x rests at 0 whatever r is: "one rest with no error" is false.
+    With K = (3, 0) x rests at 0 whatever r is: "one equilibrium with no error" is false.
     """
     document = at(
         pure(x=None, u=None), P=[[1, 0], [0, 0]], slope=[[0], [0]], residuals=[0, 1],

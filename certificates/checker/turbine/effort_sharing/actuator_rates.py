@@ -228,7 +228,8 @@ class ActuatorRates(TurbineClaim):
         below = sum(rate < Fraction(limit) for rate in pitch)
         step = number(self.claim, "torque_step", where)
         return (
-            "on the proved set and in its wind class, under what the claim about these assumes, of "
+            "on the proved set and within its wind limits, under what the claim "
+            "about these assumes, of "
             f"{len(cells)} wind cells: pitch moves at most "
             f"at {at_most(max(pitch), 6)} rad/s, and in {below} stays below the drive's limit of "
             f"{limit} rad/s; the torque asked for moves, between the law's wind nodes, at most at "

@@ -63,7 +63,7 @@ IN_WIND_CLASS = (
     *DRIVES,
     *RIGID,
     *PROGRAM,
-    "wind estimate from outside, within the stated class",
+    "wind estimate from outside, within the stated wind limits",
 )
 
 
@@ -180,7 +180,7 @@ class EffortSharingLoop(TurbineClaim):
         loop = Loop(self.subject, k, sizes["wind_rate"])
         yield from loop.enclosed(stated)
         yield from loop.limits()
-        error, failure = sizes["wind_error"], "the wind class is outside the enclosed one"
+        error, failure = sizes["wind_error"], "the wind limits are outside the enclosed ones"
         yield nonnegative(error, failure)
         yield nonnegative(self.subject.box.wind_share * law.wind[k] - error, failure)
         failure = "multiplier or decay rate has the wrong sign"

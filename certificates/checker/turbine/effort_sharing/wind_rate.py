@@ -191,7 +191,8 @@ class WindRate(TurbineClaim):
         )
         return (
             f"with the law's wind filter of {at_most(self.wind_filter, 6)} s, from any start with "
-            "V <= 1 and the filter at its estimate, the loop stays in its proved wind class, under "
+            "V <= 1 and the filter at its estimate, the loop stays in its proved "
+            "wind limits, under "
             "what the claim of that assumes, so that V <= 1 and overspeed at most "
             f"{at_most(overspeed, 3)} %, for every wind whose estimate moves no faster than the "
             f"claim's rate: {listed_ranges}"
