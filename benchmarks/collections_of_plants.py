@@ -265,7 +265,7 @@ def problems(folder: Path) -> None:
         began = time.perf_counter()
         found = optimise(condition_of(name, *read_sdpa(path)), time_limit=5 * LIMIT)
         spent = time.perf_counter() - began
-        row = (name, text, f"{found.objective:.7g}", f"{found.least:.7g}", found.status)
+        row = (name, text, f"{found.objective:.7g}", f"{found.lower_bound:.7g}", found.status)
         print(f"| {' | '.join(row)} | {spent:.1f} s |", flush=True)
 
 

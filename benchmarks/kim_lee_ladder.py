@@ -13,11 +13,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from takagi.lmi.gains.decay.condition import decay_request
 from takagi.lmi.gains.decay.design import decided
 from takagi.lmi.gains.decay.pdc import relaxation_ladder
-from takagi.lmi.gains.decay.request import decay_request
 from takagi.lmi.gains.requirements.limits import GivenLimits
-from takagi.lmi.sums.membership_points import at_points, number_of_points
+from takagi.lmi.sums.membership_shape import at_points, number_of_points
 from takagi.models import TSModel
 from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
 

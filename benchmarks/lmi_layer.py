@@ -131,7 +131,7 @@ def _posing_row(
     whole: Callable[[], object],
 ) -> tuple[str, ...]:
     from takagi.lmi.decision.decide import decide
-    from takagi.lmi.decision.item_rounds import decide_by_rounds
+    from takagi.lmi.decision.rounds import decide_by_rounds
 
     def ours() -> Timed:
         began = time.perf_counter()
@@ -175,8 +175,7 @@ def _beside(found: Timed | str, mine: Timed) -> tuple[str, str]:
 
 def _raw_margin(condition: Any, limits: dict[str, float]) -> Timed:
     """Solve the cone data, assembled beforehand, by a bare clarabel call: the floor."""
-    from takagi.lmi.cone.assemble import assemble
-    from takagi.lmi.cone.program import SolverRow, cone_program
+    from takagi.lmi.cone.cone_program import SolverRow, assemble, cone_program
 
     data = assemble(condition)
     t = np.eye(len(data.objective) + 1)[-1]
@@ -312,7 +311,7 @@ def _peak() -> float:
 def rounds(given: dict[str, Any]) -> dict[str, Any]:
     """Answer as a user would ask."""
     from takagi.lmi import common_lyapunov
-    from takagi.lmi.decision.item_rounds import optimise_by_rounds
+    from takagi.lmi.decision.rounds import optimise_by_rounds
 
     A = stable_vertices(given["count"], given["n"])
     common_lyapunov(A[:2])
@@ -329,8 +328,7 @@ def rounds(given: dict[str, Any]) -> dict[str, Any]:
 def at_once(given: dict[str, Any]) -> dict[str, Any]:
     """Hand all vertices to the solver at once."""
     from takagi.lmi import common_lyapunov_condition
-    from takagi.lmi.cone.assemble import assemble
-    from takagi.lmi.cone.program import cone_program
+    from takagi.lmi.cone.cone_program import assemble, cone_program
 
     A = stable_vertices(given["count"], given["n"])
     if given["question"] == "margin":
@@ -346,9 +344,8 @@ def at_once(given: dict[str, Any]) -> dict[str, Any]:
 
 def wide() -> str:
     """Return the table of H-infinity compensation: 36 LMIs of width 21 and of width 26."""
-    from takagi.lmi.cone.assemble import assemble
-    from takagi.lmi.cone.program import cone_program
-    from takagi.lmi.solver.sdpa_solver import sdpa_is_installed, with_sdpa
+    from takagi.lmi.cone.cone_program import assemble, cone_program
+    from takagi.lmi.solver.installed_solvers import sdpa_is_installed, with_sdpa
     from takagi.lmi.solver.solve import attempts
 
     rows = []

@@ -14,9 +14,8 @@ from takagi.lmi import Condition
 from takagi.lmi.condition.term import LMI, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_unknown
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import KnownBlock, SumPart
 
 Floats = NDArray[np.float64]
 

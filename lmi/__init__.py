@@ -1,26 +1,6 @@
-"""What is asked of a solver: LMIs as data, one condition a file, the only solver calls.
+"""What is asked of a solver: LMIs as data, gains and analysis by them, the only solver calls.
 
-    expressions/       matrices that are written with operators, P @ A
-    condition/         an LMI as data: sums of L X R with constants, batched over vertices; and its
-                       readers: floats, rationals, cvxpy, LaTeX
-    sums_of_squares/   Lyapunov functions that are polynomials of the state
-    polynomials/       matrix polynomials in memberships; a Lyapunov matrix that changes with them
-    sums/              double sums over rules, and the relaxations that make LMIs of them
-    cone/, solver/     cone data and their multipliers; the solver calls
-    refutation/        exact reasons for a no
-    equalities/        equalities solved exactly; exact answers
-    decision/          decide, optimise, check, diagnose
-    parameter_search/  the best value of a parameter in a condition
-    analysis/          one condition a file about a given loop: stability, decay, norms, regions
-    varying/           ... by Lyapunov functions that change with parameters or memberships
-    gains/             search for gains, one kind of question a folder
-    explaining/        why a design fails, and what would help
-    turbine/           gains of the multi-region wind-turbine controller
-    answer                       what is returned
-    argument_checks, stabilisability    what is checked on entry
-
-Importing this package imports nothing heavy: names are looked up when they are used.  No module
-has the name of a function: it would hide it once imported.
+No module has the name of a function: it would hide it once imported.
 """
 
 from __future__ import annotations
@@ -33,19 +13,22 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.actuator_rates import input_rate_bound as input_rate_bound
     from takagi.lmi.analysis.actuator_rates import with_input_states as with_input_states
     from takagi.lmi.analysis.common_quadratic import common_lyapunov as common_lyapunov
+    from takagi.lmi.analysis.decay_rate import (
+        common_lyapunov_condition as common_lyapunov_condition,
+    )
     from takagi.lmi.analysis.decay_rate import max_decay_rate as max_decay_rate
-    from takagi.lmi.analysis.disturbance.energy_gain import hinf_norm as hinf_norm
-    from takagi.lmi.analysis.disturbance.energy_gain import (
+    from takagi.lmi.analysis.disturbance.energy_and_variance import h2_norm as h2_norm
+    from takagi.lmi.analysis.disturbance.energy_and_variance import (
+        h2_norm_condition as h2_norm_condition,
+    )
+    from takagi.lmi.analysis.disturbance.energy_and_variance import hinf_norm as hinf_norm
+    from takagi.lmi.analysis.disturbance.energy_and_variance import (
         hinf_norm_condition as hinf_norm_condition,
     )
     from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction as ExitFunction
     from takagi.lmi.analysis.disturbance.exit_exponent import NoisyVertices as NoisyVertices
     from takagi.lmi.analysis.disturbance.exit_exponent import exit_condition as exit_condition
     from takagi.lmi.analysis.disturbance.exit_exponent import exit_function as exit_function
-    from takagi.lmi.analysis.disturbance.output_variance import h2_norm as h2_norm
-    from takagi.lmi.analysis.disturbance.output_variance import (
-        h2_norm_condition as h2_norm_condition,
-    )
     from takagi.lmi.analysis.disturbance.peak_to_peak import peak_gain as peak_gain
     from takagi.lmi.analysis.disturbance.peak_to_peak import (
         peak_gain_condition as peak_gain_condition,
@@ -56,14 +39,11 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.analysis.pole_region import d_stability as d_stability
     from takagi.lmi.analysis.pole_region import d_stability_condition as d_stability_condition
-    from takagi.lmi.analysis.quadratic_condition import (
-        common_lyapunov_condition as common_lyapunov_condition,
-    )
     from takagi.lmi.analysis.start_set import StartSet as StartSet
     from takagi.lmi.analysis.start_set import start_set as start_set
     from takagi.lmi.analysis.start_set import start_set_condition as start_set_condition
-    from takagi.lmi.analysis.tracking import tracking_condition as tracking_condition
-    from takagi.lmi.analysis.tracking import tracking_function as tracking_function
+    from takagi.lmi.analysis.start_set import tracking_condition as tracking_condition
+    from takagi.lmi.analysis.start_set import tracking_function as tracking_function
     from takagi.lmi.answer import Answer as Answer
     from takagi.lmi.answer import Design as Design
     from takagi.lmi.answer import RelaxationResult as RelaxationResult
@@ -71,6 +51,7 @@ if TYPE_CHECKING:
     from takagi.lmi.condition.evaluate import exact_matrices as exact_matrices
     from takagi.lmi.condition.express import expressed as expressed
     from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
+    from takagi.lmi.condition.region import NormBounded as NormBounded
     from takagi.lmi.condition.statements import pose as pose
     from takagi.lmi.condition.term import LMI as LMI
     from takagi.lmi.condition.term import Condition as Condition
@@ -79,17 +60,16 @@ if TYPE_CHECKING:
     from takagi.lmi.condition.term import Term as Term
     from takagi.lmi.condition.typeset import latex as latex
     from takagi.lmi.condition.typeset import markdown as markdown
-    from takagi.lmi.condition.uncertainty import NormBounded as NormBounded
     from takagi.lmi.condition.unknown import Unknown as Unknown
     from takagi.lmi.decision.decide import decide as decide
     from takagi.lmi.decision.decide import optimise as optimise
-    from takagi.lmi.decision.item_rounds import decide_by_rounds as decide_by_rounds
-    from takagi.lmi.decision.item_rounds import optimise_by_rounds as optimise_by_rounds
     from takagi.lmi.decision.outcome import Outcome as Outcome
-    from takagi.lmi.equalities.exact_solution import ExactSolution as ExactSolution
-    from takagi.lmi.equalities.exact_solution import Parametrised as Parametrised
-    from takagi.lmi.equalities.exact_solution import exact_solution as exact_solution
-    from takagi.lmi.equalities.exact_solution import parametrised as parametrised
+    from takagi.lmi.decision.rounds import decide_by_rounds as decide_by_rounds
+    from takagi.lmi.decision.rounds import optimise_by_rounds as optimise_by_rounds
+    from takagi.lmi.equalities import ExactSolution as ExactSolution
+    from takagi.lmi.equalities import Parametrised as Parametrised
+    from takagi.lmi.equalities import exact_solution as exact_solution
+    from takagi.lmi.equalities import parametrised as parametrised
     from takagi.lmi.explaining.explanation import Explanation as Explanation
     from takagi.lmi.explaining.weaker_requests import explain as explain
     from takagi.lmi.expressions.expression import Equation as Equation
@@ -117,15 +97,12 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.gains.disturbance.peak_gain import peak_pdc as peak_pdc
     from takagi.lmi.gains.disturbance.peak_gain import peak_pdc_condition as peak_pdc_condition
-    from takagi.lmi.gains.fuzzy.design import FuzzyDesign as FuzzyDesign
+    from takagi.lmi.gains.fuzzy.pdc import FuzzyDesign as FuzzyDesign
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc as fuzzy_pdc
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
     from takagi.lmi.gains.observer import secant_vertices as secant_vertices
-    from takagi.lmi.gains.output_feedback.condition import (
-        hinf_output_feedback_condition as hinf_output_feedback_condition,
-    )
     from takagi.lmi.gains.output_feedback.controller import OutputFeedback as OutputFeedback
     from takagi.lmi.gains.output_feedback.controller import (
         hinf_output_feedback as hinf_output_feedback,
@@ -138,6 +115,9 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.output_feedback.generalised_plant import (
         GeneralisedPlant as GeneralisedPlant,
     )
+    from takagi.lmi.gains.output_feedback.generalised_plant import (
+        hinf_output_feedback_condition as hinf_output_feedback_condition,
+    )
     from takagi.lmi.gains.structured.design import StructuredDesign as StructuredDesign
     from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc
     from takagi.lmi.gains.structured.slack_matrix import (
@@ -146,40 +126,40 @@ if TYPE_CHECKING:
     from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
     from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep
-    from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov as PolynomialLyapunov
-    from takagi.lmi.refutation.alternative import Alternative as Alternative
+    from takagi.lmi.polynomials import PolynomialLyapunov as PolynomialLyapunov
+    from takagi.lmi.refutation.refutation import Alternative as Alternative
     from takagi.lmi.refutation.refutation import exact_no as exact_no
     from takagi.lmi.refutation.refutation import objective_below as objective_below
     from takagi.lmi.refutation.refutation import rigorous_no as rigorous_no
     from takagi.lmi.sums.corner_rules import ProductRules as ProductRules
     from takagi.lmi.sums.corner_rules import product_rules as product_rules
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
+    from takagi.lmi.sums.double_sum import KnownBlock as KnownBlock
+    from takagi.lmi.sums.double_sum import SumPart as SumPart
     from takagi.lmi.sums.membership_shape import neighbouring_rules as neighbouring_rules
     from takagi.lmi.sums.membership_shape import product_bounds as product_bounds
     from takagi.lmi.sums.membership_shape import with_overlap as with_overlap
     from takagi.lmi.sums.membership_shape import with_shape as with_shape
-    from takagi.lmi.sums.relaxation_sizes import RelaxationSize as RelaxationSize
-    from takagi.lmi.sums.relaxation_sizes import relaxation_size as relaxation_size
+    from takagi.lmi.sums.relaxations import RelaxationSize as RelaxationSize
     from takagi.lmi.sums.relaxations import relaxation_named as relaxation_named
-    from takagi.lmi.sums.summands import KnownBlock as KnownBlock
-    from takagi.lmi.sums.summands import SumPart as SumPart
+    from takagi.lmi.sums.relaxations import relaxation_size as relaxation_size
     from takagi.lmi.sums_of_squares.attraction_level import AttractionLevel as AttractionLevel
     from takagi.lmi.sums_of_squares.attraction_level import attraction_level as attraction_level
     from takagi.lmi.sums_of_squares.attraction_level import (
         attraction_level_condition as attraction_level_condition,
     )
     from takagi.lmi.sums_of_squares.polynomial import StatePolynomial as StatePolynomial
-    from takagi.lmi.varying.constant_parameters import polynomial_lyapunov as polynomial_lyapunov
-    from takagi.lmi.varying.constant_parameters import (
+    from takagi.lmi.varying.lyapunov_functions import fuzzy_lyapunov as fuzzy_lyapunov
+    from takagi.lmi.varying.lyapunov_functions import (
+        fuzzy_lyapunov_condition as fuzzy_lyapunov_condition,
+    )
+    from takagi.lmi.varying.lyapunov_functions import polynomial_lyapunov as polynomial_lyapunov
+    from takagi.lmi.varying.lyapunov_functions import (
         polynomial_lyapunov_condition as polynomial_lyapunov_condition,
     )
     from takagi.lmi.varying.robust_gain import robust_hinf_norm as robust_hinf_norm
     from takagi.lmi.varying.robust_gain import (
         robust_hinf_norm_condition as robust_hinf_norm_condition,
-    )
-    from takagi.lmi.varying.varying_memberships import fuzzy_lyapunov as fuzzy_lyapunov
-    from takagi.lmi.varying.varying_memberships import (
-        fuzzy_lyapunov_condition as fuzzy_lyapunov_condition,
     )
 
 __getattr__, __dir__ = lazy_names(__name__)

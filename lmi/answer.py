@@ -14,7 +14,7 @@ from takagi.models.errors import ModelError
 from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
-    from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov
+    from takagi.lmi.polynomials import PolynomialLyapunov
 
 
 Status: TypeAlias = Literal["candidate", "infeasible", "unbounded", "unknown"]
@@ -86,12 +86,12 @@ class ObjectiveUnit:
     offset: float = 0.0
 
     @classmethod
-    def of(cls, quantity: str, shown: Callable[[float], float]) -> ObjectiveUnit:
+    def of(cls, quantity: str, quantity_of: Callable[[float], float]) -> ObjectiveUnit:
         """Return the unit of a function of the objective that has the formula's form."""
-        offset = shown(0.0)
-        factor = shown(1.0) - offset
+        offset = quantity_of(0.0)
+        factor = quantity_of(1.0) - offset
         # Four times a square is twice its root.
-        power = 2 if abs(shown(4.0) - offset - 2.0 * factor) < abs(factor) else 1
+        power = 2 if abs(quantity_of(4.0) - offset - 2.0 * factor) < abs(factor) else 1
         return cls(quantity, factor, power, offset)
 
     def objective(self, value: float) -> float:
@@ -101,13 +101,13 @@ class ObjectiveUnit:
         ------
         ModelError : a value that no objective has.
         """
-        left = (value - self.offset) / self.factor
-        if not left > 0:
-            least = (
+        root = (value - self.offset) / self.factor
+        if not root > 0:
+            range_text = (
                 f"above {self.offset:g}, which a direct path adds" if self.offset else "positive"
             )
-            raise ModelError(f"the {self.quantity} is {value:g}; it must be {least}")
-        return left**self.power
+            raise ModelError(f"the {self.quantity} is {value:g}; it must be {range_text}")
+        return root**self.power
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
@@ -175,7 +175,7 @@ class Answer(ShortRepr):
             "name": last.solver,
             "status": last.status,
             "iterations": last.iterations,
-            "seconds": sum(one.seconds for one in self.tries),
+            "seconds": sum(attempt.seconds for attempt in self.tries),
             "tries": len(self.tries),
         }
 

@@ -1,16 +1,24 @@
-"""Checks of the arguments of conditions on entry: vertices, inputs, rates, weights."""
+"""Checks on entry: arguments, modes that no input moves, vertices that decay too slowly.
+
+The error of a computed eigenvalue is the rounding error times its condition number. For a loop with
+gains of 1e5 that can be more than the decay rate. If an eigenvalue is that near to its limit, the
+exact coefficients of the characteristic polynomial decide, by Routh's table.
+
+Source: Golub and Van Loan (2013), Matrix Computations, section 7.2.2 (condition of an eigenvalue);
+Gantmacher (1959), The Theory of Matrices, volume 2, chapter XV (Routh).
+"""
 
 from __future__ import annotations
 
 from fractions import Fraction
 from numbers import Integral, Real
-from typing import Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.condition.term import Array
-from takagi.models.arrays import Indices
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
 
@@ -58,49 +66,49 @@ def input_stack(model: object, A: Array, letter: str = "B") -> Array:
     ------
     ModelError : absent, shape, not finite, or inputs (outputs) that are not independent.
     """
-    what = "inputs" if letter == "B" else "outputs"
+    signals = "inputs" if letter == "B" else "outputs"
     source = getattr(model, letter, None)
     if source is None:
-        raise ModelError(f"the model has no {letter}; {what} are needed, give {letter}")
+        raise ModelError(f"the model has no {letter}; {signals} are needed, give {letter}")
     B = _numbers(letter, source)
     B = B.transpose(0, 2, 1) if letter == "C" and B.ndim == 3 else B
     if B.ndim != 3 or B.shape[:2] != A.shape[:2]:
-        wanted = "(r, n, m)" if letter == "B" else "(r, p, n)"
+        shape_text = "(r, n, m)" if letter == "B" else "(r, p, n)"
         raise ModelError(
-            f"{letter} has shape {np.shape(source)}, A has {A.shape}; {letter} must be {wanted} "
-            "with the vertices and states of A"
+            f"{letter} has shape {np.shape(source)}, A has {A.shape}; {letter} must be "
+            f"{shape_text} with the vertices and states of A"
         )
     if B.shape[2] == 0:
-        raise ModelError(f"the model has no {what}; {letter} needs at least one")
+        raise ModelError(f"the model has no {signals}; {letter} needs at least one")
     _finite(letter, B)
     _check_independent(B.astype(np.float64), letter)
     return B
 
 
-def sample_time_of(model: object, given: float | None = None) -> float | None:
+def sample_time_of(model: object, sample_time: float | None = None) -> float | None:
     """Return the sample time T in s of a discrete-time model; None for continuous time.
 
     Parameters
     ----------
-    given : where the model is an array and cannot say; must agree with a model that can.
+    sample_time : where the model is an array and cannot say; must agree with a model that can.
 
     Raises
     ------
     ModelError : not positive, or not the model's own.
     """
-    own = getattr(model, "sample_time", None)
-    if given is None:
-        return own
-    step = float(number("sample_time", given))
+    model_time = getattr(model, "sample_time", None)
+    if sample_time is None:
+        return model_time
+    step = float(number("sample_time", sample_time))
     if step <= 0:
         raise ModelError(
             f"sample_time is {step:g} s; it must be positive, None for continuous time"
         )
-    if own is not None and own != step:
+    if model_time is not None and model_time != step:
         raise ModelError(
-            f"sample_time is {step:g} s, but the model's own is {own:g} s; leave it out"
+            f"sample_time is {step:g} s, but the model's own is {model_time:g} s; leave it out"
         )
-    if own is None and hasattr(model, "sample_time"):
+    if model_time is None and hasattr(model, "sample_time"):
         raise ModelError(
             f"sample_time is {step:g} s, but the model is of continuous time; discretise it first"
         )
@@ -188,10 +196,10 @@ def symmetric(name: str, value: ArrayLike, size: int, *, definite: bool) -> Arra
             "is what you mean"
         )
     weight = (weight + weight.T) / 2
-    least = float(np.linalg.eigvalsh(weight)[0])
-    if least < -1e-12 * np.abs(weight).max() or (definite and least <= 0):
+    smallest = float(np.linalg.eigvalsh(weight)[0])
+    if smallest < -1e-12 * np.abs(weight).max() or (definite and smallest <= 0):
         need = "positive definite" if definite else "positive semidefinite"
-        raise ModelError(f"{name} has the eigenvalue {least:.6g}; it must be {need}")
+        raise ModelError(f"{name} has the eigenvalue {smallest:.6g}; it must be {need}")
     return weight
 
 
@@ -241,18 +249,222 @@ def _equal_sizes(B: Array) -> Array:
 
 
 def _check_independent(B: Array, letter: str) -> None:
-    what, column = ("input", "column") if letter == "B" else ("output", "row")
+    signal, column = ("input", "column") if letter == "B" else ("output", "row")
     stacked = B.reshape(-1, B.shape[2])
     size = np.abs(stacked).max(axis=0)
     for k in np.flatnonzero(size == 0):
         raise ModelError(
-            f"{what} {k + 1} of {B.shape[2]}: its {column} of {letter} is zero in every vertex, so "
-            f"it does nothing; leave it out"
+            f"{signal} {k + 1} of {B.shape[2]}: its {column} of {letter} is zero in every vertex, "
+            f"so it does nothing; leave it out"
         )
     # Columns of equal size are compared, so the answer does not depend on the units of the inputs.
     singular = np.linalg.svd(_equal_sizes(B), compute_uv=False)
     if len(singular) < B.shape[2] or singular[-1] <= 1e-12 * singular[0]:
         raise ModelError(
             f"{letter} has rank {int((singular > 1e-12 * singular[0]).sum())} over all vertices, "
-            f"but {B.shape[2]} {what}s: one is a combination of the others; merge them"
+            f"but {B.shape[2]} {signal}s: one is a combination of the others; merge them"
         )
+
+
+def check_stabilisable(
+    A: Array,
+    B: Array,
+    *,
+    units: Array,
+    names: tuple[str, ...] = (),
+    dual: bool = False,
+    step: float | None = None,
+) -> None:
+    """Raise ModelError for a vertex with an undamped eigenvalue that no input can move.
+
+    Undamped: Re >= 0, or |z| >= 1 in discrete time.
+
+    Parameters
+    ----------
+    A, B : in states and inputs of order one, x = units xhat, so that rounding means something.
+    names : of the states; x1, x2, ... when empty.
+    dual : write the message about outputs and observation instead.
+    step : sample time T in s of a discrete-time model; None for continuous time.
+    """
+    mode = fixed_mode(A, B, 0.0, step=step)
+    if mode is None:
+        return
+    vertex, eigenvalue, direction = mode
+    labels = names or tuple(f"x{k}" for k in range(1, A.shape[1] + 1))
+    state_shares = [
+        f"{weight:+.3g} * {label}"
+        for weight, label in zip(direction / units, labels, strict=True)
+        # Smaller parts of the direction are rounding, and would only confuse the message.
+        if abs(weight) > 1e-6 * np.abs(direction / units).max()
+    ]
+    verb, need = ("be seen in no output", "C") if dual else ("be moved by no input", "B")
+    where = "" if step is None else ", not inside the unit circle,"
+    raise ModelError(
+        f"vertex {vertex + 1} of {len(A)}: the mode at {_number(eigenvalue)}{where} "
+        f"({' '.join(state_shares)}) does not decay and can {verb}; change {need} or the box, so "
+        "that it decays or can be reached"
+    )
+
+
+def fixed_mode(
+    A: Array, B: Array, decay_rate: float, *, step: float | None = None
+) -> tuple[int, complex, Array] | None:
+    """Return (vertex, eigenvalue, left eigenvector) that no input moves, Re >= -decay_rate.
+
+    By the Popov-Belevitch-Hautus test, [A - lambda I, B] without full rank, in floating point;
+    None when none exists.
+
+    Parameters
+    ----------
+    step : sample time T in s of x+ = A x + B u, whose eigenvalues count when |z| >=
+        e^(-decay_rate T); None for continuous time.
+    """
+    A, B = A.astype(np.float64), B.astype(np.float64)
+    for vertex, (vertex_matrix, reach) in enumerate(zip(A, B, strict=True)):
+        size = float(np.abs(vertex_matrix).max()) or 1.0
+        reach = reach * (size / (np.abs(reach).max() or 1.0))
+        eigenvalues = np.linalg.eigvals(vertex_matrix)
+        for eigenvalue in _with_means(eigenvalues, size):
+            if step is None:
+                # An eigenvalue exactly at the limit does not decay fast enough, whichever way it is
+                # rounded.
+                slow = eigenvalue.real >= -decay_rate - 1e-12 * size
+            else:
+                slow = abs(eigenvalue) >= np.exp(-decay_rate * step) - 1e-12 * size
+            direction = (
+                _unmoved(vertex_matrix - eigenvalue * np.eye(len(vertex_matrix)), reach, size)
+                if slow
+                else None
+            )
+            if direction is not None:
+                return vertex, complex(eigenvalue), direction
+    return None
+
+
+def _number(eigenvalue: complex) -> str:
+    return f"{eigenvalue:.6g}" if eigenvalue.imag else f"{eigenvalue.real:.6g}"
+
+
+def _with_means(eigenvalues: Array, size: float) -> list[complex]:
+    """Return the eigenvalues, those near one another as their mean first.
+
+    A multiple eigenvalue is computed as several that are off by a root of the rounding error;
+    their mean is not.
+    """
+    values: list[complex] = []
+    for eigenvalue in eigenvalues:
+        cluster = eigenvalues[np.abs(eigenvalues - eigenvalue) <= 1e-5 * size]
+        mean = complex(cluster.mean())
+        # Of a real matrix a cluster that is its own mirror image has a real mean.
+        if abs(mean.imag) <= 1e-14 * size:
+            mean = complex(mean.real, 0.0)
+        values += [mean, complex(eigenvalue)] if len(cluster) > 1 else [complex(eigenvalue)]
+    return values
+
+
+def _unmoved(shifted: Array, reach: Array, size: float) -> Array | None:
+    """Return the real direction v with v' [A - lambda I, B] = 0, to rounding; None if none."""
+    left_vectors, singular, _ = np.linalg.svd(np.concatenate([shifted, reach], axis=1))
+    if singular[-1] > 1e-10 * size:
+        return None
+    v = left_vectors[:, -1].conj()
+    return np.asarray(np.real(v / v[np.argmax(np.abs(v))]))
+
+
+# Number of vertices that are examined, slowest first; the others are left to the solver.
+MOST_VERTICES = 8
+
+
+# The rounding error of an eigenvalue is at most this many times norm, condition number and epsilon.
+ROUNDING = 8.0
+
+
+def slow_vertex(
+    A: Floats, alpha: float, *, step: float | None = None
+) -> tuple[int, complex, Floats] | None:
+    """Return (vertex, eigenvalue, Z) of a vertex whose own eigenvalue has Re >= -alpha.
+
+    In discrete time |z| >= e^(-alpha T).
+    """
+    sizes = _sizes(np.linalg.eigvals(A), step).max(axis=1)
+    limit = -alpha if step is None else float(np.exp(-alpha * step))
+    for vertex in np.argsort(-sizes, kind="stable")[:MOST_VERTICES].tolist():
+        if sizes[vertex] + _most_rounding(A[vertex]) < limit:
+            return None
+        eigenvalues, vectors = np.linalg.eig(A[vertex])
+        worst = int(np.argmax(_sizes(eigenvalues, step)))
+        excess = float(_sizes(eigenvalues, step)[worst] - limit)
+        off = float(_rounding(A[vertex], vectors)[worst])
+        sure = abs(excess) > off
+        if (sure and excess > 0) or (not sure and not decays_exactly(A[vertex], alpha, step=step)):
+            v = vectors[:, worst]
+            Z = np.real(np.outer(v, v.conj()))
+            return vertex, complex(eigenvalues[worst]), Z / np.trace(Z)
+    return None
+
+
+def _sizes(eigenvalues: NDArray[Any], step: float | None) -> Floats:
+    """Return the number that decides on decay: the real part, or the modulus in discrete time."""
+    return np.asarray(eigenvalues.real if step is None else np.abs(eigenvalues))
+
+
+def _most_rounding(A: Floats) -> float:
+    """Return the largest possible rounding error of an eigenvalue, that of a defective one."""
+    size = float(np.linalg.norm(A))
+    return float(size * (ROUNDING * len(A) * float(np.finfo(float).eps)) ** (1.0 / len(A)))
+
+
+def _rounding(A: Floats, vectors: Floats) -> Floats:
+    """Return the possible rounding error of each eigenvalue; inf if it cannot be bounded."""
+    try:
+        left_vectors = np.linalg.inv(vectors)
+    except np.linalg.LinAlgError:
+        return np.full(len(A), np.inf)
+    with np.errstate(over="ignore"):  # inf: almost dependent eigenvectors give no bound
+        condition = np.linalg.norm(left_vectors, axis=1) * np.linalg.norm(vectors, axis=0)
+    unit = ROUNDING * len(A) * np.finfo(float).eps * float(np.linalg.norm(A))
+    # For larger errors the first-order bound does not hold.
+    return np.where(unit * condition.max() < 1e-3 * np.linalg.norm(A), unit * condition, np.inf)
+
+
+def decays_exactly(A: Floats, alpha: float, *, step: float | None = None) -> bool:
+    """Return whether every eigenvalue has Re < -alpha, or |z|^2 < e^(-2 alpha T), in integers.
+
+    The entries and the rate count as the numbers that they store.
+    """
+    import flint
+
+    n = len(A)
+    exact = flint.fmpq_mat(n, n, [_rational(entry) for entry in A.ravel().tolist()])
+    one = flint.fmpq_mat(n, n, [flint.fmpq(int(j == k)) for j in range(n) for k in range(n)])
+    if step is None:
+        return _is_hurwitz(exact + one * _rational(alpha))
+    # |w| < c where (w + c) / (w - c) has a negative real part; w the squares of the eigenvalues.
+    limit = one * _rational(rate_parameter(alpha, step)["contraction"])
+    squares = exact * exact
+    try:
+        transformed = (squares - limit).solve(squares + limit)
+    except ZeroDivisionError:
+        return False
+    return _is_hurwitz(transformed)
+
+
+def _rational(value: float) -> Any:
+    import flint
+
+    exact = Fraction(value)
+    return flint.fmpq(exact.numerator, exact.denominator)
+
+
+def _is_hurwitz(matrix: Any) -> bool:
+    """Return whether all eigenvalues have negative real parts, by Routh's table."""
+    polynomial = matrix.charpoly()
+    coefficients = [polynomial[k] for k in range(polynomial.degree(), -1, -1)]
+    above, below = coefficients[0::2], coefficients[1::2]
+    while below:
+        if not above[0] > 0 or not below[0] > 0:
+            return False
+        share = above[0] / below[0]
+        padded = [*below[1:], *[0 * share] * (len(above) - len(below))]
+        above, below = below, [a - share * b for a, b in zip(above[1:], padded, strict=True)]
+    return bool(above[0] > 0)

@@ -20,10 +20,8 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Command, Law, Measurement, ProgramState, SampledLaw
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Output
-from takagi.models.simulation.dynamics import dynamics
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant
+from takagi.models.plant.plant import Output, Plant
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, dynamics
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 
@@ -79,17 +77,17 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
     n = len(names)
     centre = np.array([*state, point.torque, point.pitch, wind])
 
-    def rate(place: Floats) -> Floats:
-        torque, reference, v = map(float, place[n:])
-        return run.derivative(place[:n], torque, reference, v)
+    def rate(state_and_inputs: Floats) -> Floats:
+        torque, reference, v = map(float, state_and_inputs[n:])
+        return run.derivative(state_and_inputs[:n], torque, reference, v)
 
     J = np.zeros((n, n + 3))
     for k, name in enumerate([*names, *INPUTS]):
         step = np.zeros(n + 3)
         step[k] = STEP * max(1.0, abs(centre[k]))
         if "pitch" in name:
-            two, one = rate(centre + 2 * step), rate(centre + step)
-            J[:, k] = (4 * one - two - 3 * rate(centre)) / (2 * step[k])
+            two, single = rate(centre + 2 * step), rate(centre + step)
+            J[:, k] = (4 * single - two - 3 * rate(centre)) / (2 * step[k])
         else:
             J[:, k] = (rate(centre + step) - rate(centre - step)) / (2 * step[k])
     return control.ss(
@@ -129,17 +127,17 @@ def statespace(
     import control
 
     if isinstance(model, Turbine | SimulatedTurbine):
-        given = dict(at or {})
-        if set(given) != {"wind"}:
+        point = dict(at or {})
+        if set(point) != {"wind"}:
             raise ModelError(
-                f"at = {given} was given; a turbine needs its wind alone, at={{'wind': 12.0}}"
+                f"at = {point} was given; a turbine needs its wind alone, at={{'wind': 12.0}}"
             )
-        return turbine_statespace(_simulated(model), float(given["wind"]))
+        return turbine_statespace(_simulated(model), float(point["wind"]))
     if isinstance(model, Plant):
         A, B, C, D = _linearised(model, at or {})
         outputs = _plant_outputs(model)
-        states = [one.name for one in model.states]
-        inputs = [one.name for one in (*model.inputs, *model.disturbances)]
+        states = [variable.name for variable in model.states]
+        inputs = [variable.name for variable in (*model.inputs, *model.disturbances)]
     else:
         A, B, C, D = _blended(model, at or {})
         states = signal_names(model.states)
@@ -177,7 +175,7 @@ def nonlinear_system(plant: Plant | Turbine | SimulatedTurbine) -> control.Nonli
     n = len(plant.states)
     rate = _numeric(plant, plant.equations)
     mass = None if plant.mass is None else _numeric(plant, list(plant.mass))
-    read = _numeric(plant, [one.expression for one in _own_outputs(plant)])
+    read = _numeric(plant, [quantity.expression for quantity in _own_outputs(plant)])
 
     def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
         f = rate(x, u)
@@ -192,8 +190,8 @@ def nonlinear_system(plant: Plant | Turbine | SimulatedTurbine) -> control.Nonli
         update,
         output,
         name=signal_names([plant.name])[0] or "plant",
-        states=[one.name for one in plant.states],
-        inputs=[one.name for one in (*plant.inputs, *plant.disturbances)],
+        states=[quantity.name for quantity in plant.states],
+        inputs=[quantity.name for quantity in (*plant.inputs, *plant.disturbances)],
         outputs=_plant_outputs(plant),
         dt=0 if plant.sample_time is None else plant.sample_time,
     )
@@ -205,20 +203,23 @@ def _simulated(turbine: Turbine | SimulatedTurbine) -> SimulatedTurbine:
 
 def _own_outputs(plant: Plant) -> list[Output]:
     """Return the outputs that are not a state of the same name, which is an output anyway."""
-    states = {one.name: one.symbol for one in plant.states}
-    return [one for one in plant.outputs if states.get(one.name) != one.expression]
+    states = {quantity.name: quantity.symbol for quantity in plant.states}
+    return [
+        quantity for quantity in plant.outputs if states.get(quantity.name) != quantity.expression
+    ]
 
 
 def _plant_outputs(plant: Plant) -> list[str]:
     """Return states, then outputs; an output that is called as a state gets ``_output``."""
-    states = [one.name for one in plant.states]
+    states = [quantity.name for quantity in plant.states]
     return states + [
-        f"{one.name}_output" if one.name in states else one.name for one in _own_outputs(plant)
+        f"{quantity.name}_output" if quantity.name in states else quantity.name
+        for quantity in _own_outputs(plant)
     ]
 
 
 def _symbols(plant: Plant) -> list[sp.Symbol]:
-    return [one.symbol for one in (*plant.states, *plant.inputs, *plant.disturbances)]
+    return [variable.symbol for variable in (*plant.states, *plant.inputs, *plant.disturbances)]
 
 
 def _numeric(plant: Plant, rows: Sequence[Any]) -> Callable[[Floats, Floats], Floats]:
@@ -226,8 +227,8 @@ def _numeric(plant: Plant, rows: Sequence[Any]) -> Callable[[Floats, Floats], Fl
     import sympy as sp
 
     values = {s: sp.Rational(v.numerator, v.denominator) for s, v in plant.values.items()}
-    found = [sp.sympify(row).subs(values) for row in rows]
-    compute = sp.lambdify(_symbols(plant), found, modules=["scipy", "numpy"])
+    expressions = [sp.sympify(row).subs(values) for row in rows]
+    compute = sp.lambdify(_symbols(plant), expressions, modules=["scipy", "numpy"])
 
     def value(x: Floats, u: Floats) -> Floats:
         return np.array(compute(*map(float, x), *map(float, u)), dtype=np.float64)
@@ -238,14 +239,14 @@ def _numeric(plant: Plant, rows: Sequence[Any]) -> Callable[[Floats, Floats], Fl
 def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:
     import sympy as sp
 
-    known = {one.name: float(one.rest) for one in plant.variables}
-    _require_names(at, known)
-    point = np.array([(known | dict(at))[one.name] for one in _ordered(plant)])
+    rest_values = {quantity.name: float(quantity.rest) for quantity in plant.variables}
+    _require_names(at, rest_values)
+    point = np.array([(rest_values | dict(at))[quantity.name] for quantity in _ordered(plant)])
     n = len(plant.states)
     x, u = point[:n], point[n:]
     symbols = _symbols(plant)
     f = sp.Matrix(list(plant.equations))
-    outputs = sp.Matrix([one.expression for one in _own_outputs(plant)])
+    outputs = sp.Matrix([quantity.expression for quantity in _own_outputs(plant)])
 
     def there(matrix: sp.Matrix) -> Floats:
         return _numeric(plant, list(matrix))(x, u).reshape(matrix.shape)
@@ -259,7 +260,7 @@ def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, 
         J = np.asarray(np.linalg.solve(M, J), dtype=np.float64)
     read = there(outputs.jacobian(symbols)) if len(outputs) else np.zeros((0, len(point)))
     if not (np.all(np.isfinite(J)) and np.all(np.isfinite(read))):
-        raise ModelError(f"{plant.name} has no linearisation at {known | dict(at)}")
+        raise ModelError(f"{plant.name} has no linearisation at {rest_values | dict(at)}")
     C = np.vstack([np.eye(n), read[:, :n]])
     D = np.vstack([np.zeros((n, len(u))), read[:, n:]])
     return J[:, :n], J[:, n:], C, D
@@ -271,10 +272,10 @@ def _ordered(plant: Plant) -> Sequence[Any]:
 
 def _blended(model: TSModel, at: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:
     labels = (*model.states, *model.inputs, *model.disturbances)
-    known = dict.fromkeys((label.split(" [")[0] for label in labels), 0.0)
-    _require_names(at, known)
+    signals = dict.fromkeys((label.split(" [")[0] for label in labels), 0.0)
+    _require_names(at, signals)
     if model.premises:
-        h = model.memberships(model.premise_values(**(known | dict(at))))
+        h = model.memberships(model.premise_values(**(signals | dict(at))))
     elif len(model.rules) == 1:
         h = np.ones(1)
     else:
@@ -293,12 +294,12 @@ def _blended(model: TSModel, at: Mapping[str, float]) -> tuple[Floats, Floats, F
     return A, B, C, np.hstack([D, np.zeros((len(C), B.shape[1] - D.shape[1]))])
 
 
-def _require_names(given: Mapping[str, float], known: Mapping[str, float]) -> None:
-    for name, value in given.items():
-        if name not in known:
+def _require_names(point: Mapping[str, float], names: Mapping[str, float]) -> None:
+    for name, value in point.items():
+        if name not in names:
             raise ModelError(
-                f"at: {name!r} was given; the model has {', '.join(known)}"
-                f"{did_you_mean(name, list(known))}"
+                f"at: {name!r} was given; the model has {', '.join(names)}"
+                f"{did_you_mean(name, list(names))}"
             )
         if not np.isfinite(value):
             raise ModelError(f"at: {name} = {value!r} was given; a finite value is needed")

@@ -14,11 +14,11 @@ class ModelError(ValueError):
     """
 
 
-def did_you_mean(given: str, known: Iterable[str]) -> str:
+def did_you_mean(word: str, choices: Iterable[str]) -> str:
     """Return ``" (did you mean ...?)"`` with the known names near the given one, or ``""``."""
-    names = list(known)
+    names = list(choices)
     by_lower = {name.lower(): name for name in names}
-    near = get_close_matches(given.lower(), by_lower, n=3, cutoff=0.6)
-    if not near:
+    similar = get_close_matches(word.lower(), by_lower, n=3, cutoff=0.6)
+    if not similar:
         return ""
-    return " (did you mean " + " or ".join(repr(by_lower[name]) for name in near) + "?)"
+    return " (did you mean " + " or ".join(repr(by_lower[name]) for name in similar) + "?)"

@@ -27,8 +27,7 @@ def read_model(name_or_path: str | Path) -> ModelFile:
     ------
     ModelError : no such model, a file that is not TOML, or one that states no kind of model.
     """
-    from takagi.models.files.library import kind_of, resolve_model
-    from takagi.models.files.toml_document import decimal_of, read_document
+    from takagi.models.files.library import decimal_of, kind_of, read_document, resolve_model
 
     if Path(name_or_path).suffix.lower() == ".mat":
         raise ModelError(

@@ -24,9 +24,9 @@ class ShortRepr:
     __slots__ = ()
 
     def __repr__(self) -> str:
-        shown = [f"{name}={text}" for name, text in self._shown()]
-        more = [f"and {len(shown) - MOST_MEMBERS} more"] if len(shown) > MOST_MEMBERS else []
-        return f"{type(self).__name__}({', '.join([*shown[:MOST_MEMBERS], *more])})"
+        members = [f"{name}={text}" for name, text in self._shown()]
+        further = [f"and {len(members) - MOST_MEMBERS} more"] if len(members) > MOST_MEMBERS else []
+        return f"{type(self).__name__}({', '.join([*members[:MOST_MEMBERS], *further])})"
 
     def _repr_html_(self) -> str:
         rows = "".join(
@@ -36,8 +36,8 @@ class ShortRepr:
         return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
 
     def _shown(self) -> Iterator[tuple[str, str]]:
-        own = [one.name for one in fields(self)]  # type: ignore[arg-type]
-        for name in dict.fromkeys((*FIRST, *own)):
+        field_names = [member.name for member in fields(self)]  # type: ignore[arg-type]
+        for name in dict.fromkeys((*FIRST, *field_names)):
             value = getattr(self, name, None)
             if value is None or (isinstance(value, Collection) and not len(value)):
                 continue

@@ -1,4 +1,4 @@
-r"""Outputs that follow references: the plant with integral states, and the loop's equilibria.
+"""Outputs that follow references: the plant with integral states, and where it can be held.
 
     x' = f(x, u, w),   xi_j' = h_j(x) - r_j
 
@@ -7,31 +7,21 @@ At an equilibrium with constant r, xi' = 0 means h_j(x) = r_j: there is no stead
 
 The equilibrium for each reference is found by Newton's method in floating point.  Nothing is proved
 here: the numbers say whether the inputs can hold a reference, and how far the equilibrium is from
-the ends of the ranges.  The loop's equilibria are approximated by a linear function of the signals,
-
-    Xhat(s) = X* + D (s - s*),    uhat(s) = u* - K (Xhat(s) - X*),
-
-or by one with the products of two signals besides, where s are the references, the other
-disturbances with a range, and uncertain parameters.  The true equilibria are nonlinear functions of
-s where the plant is nonlinear; D is fitted to them over the ranges.  A law with measured outputs
-has the plant's own states from an observer, whose estimate is a state of the loop too.  The
-residuals of the equations at (Xhat, uhat) are computed on a grid in floating point; the checker
-proves their bounds.  X* is the origin of these functions; the plant need not rest there exactly.
+the ends of the ranges.  ``equilibrium_line`` fits a function of the signals to them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement, product
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Reference, Variable
+from takagi.models.plant.plant import Plant, Reference, Variable
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -70,15 +60,15 @@ def following_plant(
     for reference, _, _, followed in references:
         strange = sorted(str(s) for s in followed.free_symbols - allowed)
         if strange or not followed.free_symbols & states:
-            what = f"depends on {', '.join(strange)}" if strange else "depends on no state"
+            problem = f"depends on {', '.join(strange)}" if strange else "depends on no state"
             raise ModelError(
-                f"{reference.follows} {what}; what follows a reference is an expression of states "
-                "and known parameters"
+                f"{reference.follows} {problem}; what follows a reference is an expression of "
+                "states and known parameters"
             )
-    moved = [followed - signal.symbol for _, signal, _, followed in references]
+    integral_rates = [followed - signal.symbol for _, signal, _, followed in references]
     return replace(
         plant,
-        equations=(*plant.equations, *moved),
+        equations=(*plant.equations, *integral_rates),
         states=(*plant.states, *(integral for _, _, integral, _ in references)),
         disturbances=(
             *(_as_it_rests(plant, v) for v in plant.disturbances),
@@ -100,8 +90,8 @@ def _as_it_rests(plant: Plant, variable: Variable) -> Variable:
         if v.symbol != variable.symbol
     }
     at_rest |= {s: sp.Rational(*value.as_integer_ratio()) for s, value in plant.values.items()}
-    left = [sp.sympify(row).subs(at_rest) for row in plant.equations]
-    moves = any(sp.simplify(row.diff(variable.symbol)) != 0 for row in left)
+    residuals = [sp.sympify(row).subs(at_rest) for row in plant.equations]
+    moves = any(sp.simplify(row.diff(variable.symbol)) != 0 for row in residuals)
     return replace(variable, schedules=not moves)
 
 
@@ -163,8 +153,8 @@ def held_rests(plant: Plant, *, inside: bool = False) -> HeldRests:
         halfway: list[tuple[float, ...]] = [(low, (low + high) / 2, high) for low, high in ends]
         if len(ends) > MOST_HALVED:
             halfway = list(ends)
-        known = {tuple(corner) for corner in corners}
-        corners += [np.array(point) for point in product(*halfway) if point not in known]
+        corner_points = {tuple(corner) for corner in corners}
+        corners += [np.array(point) for point in product(*halfway) if point not in corner_points]
         for k, pair in enumerate(ends):
             for end in pair:
                 corners.append(np.array([*middle[:k], end, *middle[k + 1 :]]))
@@ -202,18 +192,18 @@ class _Search:
 
     def along(self, first: Floats, last: Floats) -> Floats:
         """Return the equilibrium at ``last``, by continuation from that at ``first``."""
-        value, held = self.start, 0.0
+        value, held_share = self.start, 0.0
         for k in range(1, STEPS + 1):
-            found = self._held(first + (last - first) * k / STEPS, value)
-            if found is None:
-                self._refuse(first, last, held, k / STEPS, value)
-            assert found is not None  # refused above
-            value, held = found, k / STEPS
+            equilibrium = self._held(first + (last - first) * k / STEPS, value)
+            if equilibrium is None:
+                self._refuse(first, last, held_share, k / STEPS, value)
+            assert equilibrium is not None  # refused above
+            value, held_share = equilibrium, k / STEPS
         return value
 
     def _held(self, point: Floats, value: Floats) -> Floats | None:
-        found = self._newton(point, value)
-        return found if found is not None and not self._outside(found) else None
+        equilibrium = self._newton(point, value)
+        return equilibrium if equilibrium is not None and not self._outside(equilibrium) else None
 
     def _newton(self, point: Floats, start: Floats) -> Floats | None:
         value = start.copy()
@@ -233,7 +223,7 @@ class _Search:
         return None
 
     def _outside(self, value: Floats) -> list[int]:
-        found = []
+        outside = []
         for k, variable in enumerate(self.wanted):
             if variable.range is not None:
                 low, high = float(variable.range.lower), float(variable.range.upper)
@@ -241,40 +231,42 @@ class _Search:
                 # rounding.
                 slack = 1e-9 * (high - low)
                 if not low - slack <= value[k] <= high + slack:
-                    found.append(k)
-        return found
+                    outside.append(k)
+        return outside
 
-    def _refuse(self, first: Floats, last: Floats, held: float, lost: float, value: Floats) -> None:
+    def _refuse(
+        self, first: Floats, last: Floats, held_share: float, lost: float, value: Floats
+    ) -> None:
         """Raise ModelError with the largest reference on the way that the inputs can hold."""
         target = self._newton(last, value)
         for _ in range(HALVINGS):
-            middle = (held + lost) / 2
-            found = self._held(first + (last - first) * middle, value)
-            if found is None:
+            middle = (held_share + lost) / 2
+            equilibrium = self._held(first + (last - first) * middle, value)
+            if equilibrium is None:
                 lost = middle
             else:
-                held, value = middle, found
-        moved = [k for k in range(len(last)) if last[k] != first[k]]
-        most = first + (last - first) * held
+                held_share, value = middle, equilibrium
+        moving = [k for k in range(len(last)) if last[k] != first[k]]
+        last_held = first + (last - first) * held_share
         names = ", ".join(
-            f"{self.signals[k].name} = {_shown(self.signals[k], last[k])}" for k in moved
+            f"{self.signals[k].name} = {_shown(self.signals[k], last[k])}" for k in moving
         )
         best = ", ".join(
-            f"{self.signals[k].name} = {_shown(self.signals[k], most[k])}" for k in moved
+            f"{self.signals[k].name} = {_shown(self.signals[k], last_held[k])}" for k in moving
         )
         lead = min(
-            (self.signals[k].name for k in moved if self.signals[k].name in self.references),
+            (self.signals[k].name for k in moving if self.signals[k].name in self.references),
             default=min(self.references),
         )
         if target is None:
             why = f"the plant has no rest at {names}"
         else:
-            parts = [
+            limit_texts = [
                 f"{self.wanted[k].name} = {_shown(self.wanted[k], target[k])}, outside its range "
                 f"{_ends(self.wanted[k])}"
                 for k in self._outside(target)
             ]
-            why = f"at {names} the plant rests with {'; '.join(parts)}"
+            why = f"at {names} the plant rests with {'; '.join(limit_texts)}"
         raise ModelError(
             f"{lead}: {why}; on the way there {best} is the last that is held: narrow the range of "
             "the reference, or widen what it leaves"
@@ -286,254 +278,16 @@ def _size(variable: Variable) -> float:
 
 
 def _shown(variable: Variable, value: float) -> str:
-    from takagi.models.plant.file_units import file_unit
+    from takagi.models.plant.plant import file_unit
 
     size, unit = file_unit(variable)
     return f"{value / size:.4g}{'' if unit == '-' else f' {unit}'}"
 
 
 def _ends(variable: Variable) -> str:
-    from takagi.models.plant.file_units import file_unit
+    from takagi.models.plant.plant import file_unit
 
     assert variable.range is not None  # it left this range
     size, unit = file_unit(variable)
     low, high = (float(end) / size for end in (variable.range.lower, variable.range.upper))
     return f"[{low:.4g}, {high:.4g}]{'' if unit == '-' else f' {unit}'}"
-
-
-POINTS, MOST_POINTS = 41, 4_000
-# A residual between the grid points may be larger than on the grid by this share.
-WIDER = 0.01
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ConstantObserver:
-    """s' = A s + B (u - u*) + L (y - y* - C s): an estimate of the plant's own states.
-
-    Attributes
-    ----------
-    A, B, C, L : (n, n), (n, m), (p, n) and (n, p), short decimals.
-    measured : names of the p outputs y.
-    """
-
-    A: Floats
-    B: Floats
-    C: Floats
-    L: Floats
-    measured: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class EquilibriumLine:
-    """Xhat(s) - X* as a function of the signals, its residuals, and the ranges that it needs.
-
-    Attributes
-    ----------
-    D : (n, s), short decimals; with an observer the rows of its estimate come last.
-    Q : (n, s (s + 1) / 2) factors of products of two deviations, (1, 1), (1, 2), ..., (2, 2), ...;
-        None for a linear function.
-    sides : ranges of the signals' deviations from rest.
-    state_range, input_range : (least, greatest) deviation of each state and input over the ranges.
-    residuals : (n,) largest |F_k| over the ranges.
-    """
-
-    D: Floats
-    Q: Floats | None
-    sides: tuple[tuple[float, float], ...]
-    state_range: list[tuple[float, float]]
-    input_range: list[tuple[float, float]]
-    residuals: Floats
-
-    def slopes(self, j: int) -> Floats:
-        """Return the derivatives of Xhat by signal j at the corners of the signals, as rows."""
-        if self.Q is None:
-            return self.D[:, j][None]
-        pairs = _pairs(len(self.sides))
-        found = []
-        for corner in product(*self.sides):
-            by = [(a == j) * corner[b] + (b == j) * corner[a] for a, b in pairs]
-            found.append(self.D[:, j] + self.Q @ np.array(by))
-        return np.array(found)
-
-
-def placed_gain(plant: Plant, gain: Floats, observer: ConstantObserver | None) -> Floats:
-    """Return K (m, N) of u - u* = -K z with z = (X, s): own states' columns act on s."""
-    if observer is None:
-        return gain
-    own = own_states(plant)
-    inner = gain.copy()
-    inner[:, own] = 0.0
-    return np.hstack([inner, gain[:, own]])
-
-
-def own_states(plant: Plant) -> list[int]:
-    """Return the places of the states that are no integrals."""
-    integrals = {one.integral for one in plant.references}
-    return [k for k, v in enumerate(plant.states) if v.name not in integrals]
-
-
-def rests_exactly(plant: Plant) -> bool:
-    """Return whether every equation is 0 at the plant's rest by algebra, not up to rounding."""
-    import sympy as sp
-
-    at = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
-    at |= {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    return all(sp.simplify(sp.sympify(row).subs(at)) == 0 for row in plant.equations)
-
-
-def equilibrium_line(
-    plant: Plant,
-    gain: Floats,
-    observer: ConstantObserver | None = None,
-    *,
-    curved: bool = False,
-) -> EquilibriumLine:
-    """Return the function for a plant with references under u = u* - K (X - X*).
-
-    Parameters
-    ----------
-    observer : whose estimate stands in the place of the plant's own states; None for a law that has
-        all states.
-    curved : whether it has products of two signals.
-    """
-    signals = signals_of(plant)
-    sides = tuple(
-        (float(v.range.lower - v.rest), float(v.range.upper - v.rest)) for v in signals if v.range
-    )
-    rows = _right_sides(plant, observer)
-    line = _fitted(plant, gain, observer, sides, curved=curved)
-    ends = _feature_ends(sides, curved=curved)
-    K = placed_gain(plant, gain, observer)
-    n = len(plant.states)
-    count = max(2, min(POINTS, int(MOST_POINTS ** (1 / len(sides)))))
-    largest = np.zeros(len(line))
-    for point in product(*(np.linspace(low, high, count) for low, high in sides)):
-        z = line @ _features(np.array(point), curved=curved)
-        with np.errstate(all="ignore"):
-            largest = np.maximum(largest, np.abs(rows(z[:n], z[n:], -K @ z, np.array(point))))
-    return EquilibriumLine(
-        line[:, : len(sides)],
-        line[:, len(sides) :] if curved else None,
-        sides,
-        [_range(row, ends) for row in line[:n]],
-        [_range(row, ends) for row in -K @ line],
-        largest * (1 + WIDER),
-    )
-
-
-def _right_sides(
-    plant: Plant, observer: ConstantObserver | None
-) -> Callable[[Floats, Floats, Floats, Floats], Floats]:
-    """Return (X - X*, s, u - u*, deviations of signals) -> X' and s'."""
-    import sympy as sp
-
-    signals = signals_of(plant)
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    values |= {
-        v.symbol: sp.Rational(*v.rest.as_integer_ratio())
-        for v in plant.disturbances
-        if v.range is None
-    }
-    listed = (*plant.states, *plant.inputs, *signals)
-    symbols = [v.symbol for v in listed]
-    right = sp.lambdify(
-        symbols, [sp.sympify(row).subs(values) for row in plant.equations], ["scipy", "numpy"]
-    )
-    still = np.array([float(v.rest) for v in listed])
-    seen = _outputs(plant, observer)
-
-    def rates(X: Floats, s: Floats, u: Floats, r: Floats) -> Floats:
-        moved = np.array(right(*(still + np.concatenate([X, u, r]))), dtype=np.float64)
-        if observer is None:
-            return moved
-        gap = seen(X) - observer.C @ s
-        return np.concatenate([moved, observer.A @ s + observer.B @ u + observer.L @ gap])
-
-    return rates
-
-
-def _outputs(plant: Plant, observer: ConstantObserver | None) -> Callable[[Floats], Floats]:
-    """Return X - X* -> y - y* of what the observer measures."""
-    import sympy as sp
-
-    if observer is None:
-        return lambda X: X[:0]
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    given = {y.name: y.expression for y in plant.outputs}
-    rows = [sp.sympify(given[name]).subs(values) for name in observer.measured]
-    function = sp.lambdify([v.symbol for v in plant.states], rows, ["scipy", "numpy"])
-    still = np.array([float(v.rest) for v in plant.states])
-    resting = np.array(function(*still), dtype=np.float64)
-    return lambda X: np.array(function(*(still + X)), dtype=np.float64) - resting
-
-
-def _features(point: Floats, *, curved: bool) -> Floats:
-    if not curved:
-        return point
-    products = [point[a] * point[b] for a, b in _pairs(len(point))]
-    return np.concatenate([point, products])
-
-
-def _pairs(count: int) -> list[tuple[int, int]]:
-    return list(combinations_with_replacement(range(count), 2))
-
-
-def _feature_ends(
-    sides: tuple[tuple[float, float], ...], *, curved: bool
-) -> tuple[tuple[float, float], ...]:
-    """Return the ranges of the deviations, and of their products."""
-    found = list(sides)
-    for a, b in _pairs(len(sides)) if curved else ():
-        ends = [x * y for x in sides[a] for y in sides[b]]
-        crosses = a == b and sides[a][0] <= 0 <= sides[a][1]
-        found.append((0.0 if crosses else min(ends), max(ends)))
-    return tuple(found)
-
-
-def _fitted(
-    plant: Plant,
-    gain: Floats,
-    observer: ConstantObserver | None,
-    sides: tuple[tuple[float, float], ...],
-    *,
-    curved: bool,
-) -> Floats:
-    """Return [D Q]: of the equilibria, and states of the law that give their inputs."""
-    rests = held_rests(plant, inside=curved)
-    n_own = len(plant.states) - len(plant.references)
-    points = np.array([
-        _features(point - rests.points[0], curved=curved) for point in rests.points[1:]
-    ])  # fmt: skip
-    values = rests.values[1:] - rests.values[0]
-    fitted = np.linalg.lstsq(points, values, rcond=None)[0].T
-    own, inputs = fitted[:n_own], fitted[n_own:]
-    known = own
-    if observer is not None:
-        seen = _outputs(plant, observer)
-        nothing = np.zeros(len(plant.references))
-        outputs = np.array([seen(np.concatenate([value[:n_own], nothing])) for value in values])
-        y = np.linalg.lstsq(points, outputs, rcond=None)[0].T
-        inner = observer.A - observer.L @ observer.C
-        known = -np.linalg.solve(inner, observer.B @ inputs + observer.L @ y)
-    # K_x x + K_xi xi = -u; the least-squares solution if there are more inputs than references.
-    integral = -np.linalg.lstsq(gain[:, n_own:], inputs + gain[:, :n_own] @ known, rcond=None)[0]
-    line = np.vstack([own, integral] if observer is None else [own, integral, known])
-    parts = [line[:, : len(sides)], line[:, len(sides) :]]
-    sizes = [np.abs(part).max() if part.size else 1.0 for part in parts]
-    return np.hstack([
-        np.array([[_short(value, size or 1.0) for value in row] for row in part]).reshape(
-            part.shape
-        )
-        for part, size in zip(parts, sizes, strict=True)
-    ])  # fmt: skip
-
-
-def _short(value: float, size: float) -> float:
-    # Entries that are zero but for rounding become zeros, and the others decimals that can be
-    # stated.
-    return 0.0 if abs(value) < 1e-12 * size else float(f"{value:.9g}")
-
-
-def _range(row: Floats, sides: tuple[tuple[float, float], ...]) -> tuple[float, float]:
-    ends = [(float(s) * low, float(s) * high) for s, (low, high) in zip(row, sides, strict=True)]
-    return sum(min(pair) for pair in ends), sum(max(pair) for pair in ends)

@@ -131,8 +131,7 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
         if gains is not None and claims_alone(plant):
             plant = in_ranges_of(gains, plant)
         return {"plant": plant, "model": plant_model(plant, settings)}
-    from takagi.models.turbine.full_load import full_load_model
-    from takagi.models.turbine.partial_load import partial_load_model
+    from takagi.models.turbine.region_models import full_load_model, partial_load_model
     from takagi.models.turbine.trim import derated
     from takagi.models.turbine.wind_observer import wind_observer_model
 
@@ -174,7 +173,7 @@ def _require_readable(design: TurbineDesign) -> None:
 def _require_proved_law(design: PlantDesign, document: Mapping[str, Any]) -> None:
     """Refuse a plant's model or law other than those of the certificate."""
     from takagi.certificates.document.plant_embedding import plant_and_claim
-    from takagi.models.laws.reference_feedback import ReferenceFeedback
+    from takagi.models.laws.pdc import ReferenceFeedback
 
     model, stated = plant_and_claim(design.model)[0], document["model"]
     if model is not None and model != {key: stated.get(key) for key in model}:

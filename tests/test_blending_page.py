@@ -46,7 +46,7 @@ def test_the_vessel_is_proved_under_one_gain(tmp_path: Path) -> None:
 
 def test_the_opening_that_is_worked_out_on_the_page(tmp_path: Path) -> None:
     """-0.8 bar/s at 3 bar: the vent is open by 0.8; the supply idles."""
-    from takagi.models.blending.run_time import RunTimeBlending
+    from takagi.models.blending.blending import RunTimeBlending
 
     plant = vessel(tmp_path, example())
     blending = blending_of(plant)

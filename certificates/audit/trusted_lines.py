@@ -6,8 +6,8 @@ checker is loaded again, even if the process has loaded it before.  A line is *e
 statement that it belongs to has begun. The ``def`` line of a function is executed when the file is
 loaded, its body when the function is called.
 
-The methods ``sentence`` of claim kinds, and the files of ``words/``, make the sentences after
-the last verdict is fixed.  They are counted separately.  The interpreter and the standard library
+The methods ``sentence`` and ``figures`` of claim kinds, and the files of ``words/``, run after the
+last verdict is fixed.  They are counted separately.  The interpreter and the standard library
 are trusted too.
 """
 
@@ -25,7 +25,7 @@ from typing import Any
 
 CHECKER = "takagi.certificates.checker"
 FOLDER = Path(__file__).parents[1] / "checker"
-WORDS = "words"
+WORDS, AFTERWARDS = "words", ("sentence", "figures")
 Lines = dict[str, set[int]]
 
 
@@ -33,7 +33,7 @@ Lines = dict[str, set[int]]
 class File:
     """A file of the checker: path in ``certificates/checker/``, lines of code, executed lines."""
 
-    place: str
+    path: str
     lines: int
     executed: int
 
@@ -56,10 +56,10 @@ class Trusted:
         return sum(file.executed for file in self.files)
 
 
-def check_counted(certificate: Path | str, **given: Any) -> tuple[Any, Trusted]:
+def check_counted(certificate: Path | str, **arguments: Any) -> tuple[Any, Trusted]:
     """Return the verdict on a certificate, as ``check`` does, and the files it used.
 
-    ``given`` : the other arguments of ``check``.
+    ``arguments`` : the other arguments of ``check``.
 
     Raises
     ------
@@ -74,15 +74,17 @@ def check_counted(certificate: Path | str, **given: Any) -> tuple[Any, Trusted]:
             with _followed(executed):
                 checker = importlib.import_module(CHECKER)
                 refusal = checker.CertificateError
-                checked = checker.check(certificate, **given)
+                checked = checker.check(certificate, **arguments)
         except refusal as error:
             # The caller can only catch the exception class that was loaded before.
             raise CertificateError(str(error)) from error
         loaded = [module for name, module in sorted(sys.modules.items()) if _is_checker(name)]
         counted = [_counted(module, executed) for module in loaded]
-    files = [file for file, _ in counted if file.lines and not file.place.startswith(f"{WORDS}/")]
-    words = [file for file, _ in counted if file.place.startswith(f"{WORDS}/")]
-    return checked, Trusted(files, [*words, *(part for _, part in counted if part.lines)])
+    files = [file for file, _ in counted if file.lines and not file.path.startswith(f"{WORDS}/")]
+    words = [file for file, _ in counted if file.path.startswith(f"{WORDS}/")]
+    return checked, Trusted(
+        files, [*words, *(sentences for _, sentences in counted if sentences.lines)]
+    )
 
 
 def code_lines(source: str) -> set[int]:
@@ -105,7 +107,7 @@ def _is_checker(name: str) -> bool:
 @contextmanager
 def _loaded_anew() -> Iterator[None]:
     """Remove the checker's modules temporarily, so that the check loads only what it needs."""
-    before = {name: sys.modules.pop(name) for name in list(sys.modules) if _is_checker(name)}
+    modules = {name: sys.modules.pop(name) for name in list(sys.modules) if _is_checker(name)}
     owner = sys.modules[CHECKER.rpartition(".")[0]]
     try:
         yield
@@ -113,38 +115,38 @@ def _loaded_anew() -> Iterator[None]:
         for name in list(sys.modules):
             if _is_checker(name):
                 del sys.modules[name]
-        sys.modules.update(before)
-        owner.__dict__["checker"] = before[CHECKER]
+        sys.modules.update(modules)
+        owner.__dict__["checker"] = modules[CHECKER]
 
 
 @contextmanager
 def _followed(executed: Lines) -> Iterator[None]:
     """Record each line of the checker's files when it is executed."""
-    left: dict[CodeType, set[int]] = {}
+    unrecorded: dict[CodeType, set[int]] = {}
 
     def called(frame: FrameType, _event: str, _value: object) -> Any:
         code = frame.f_code
-        if code not in left:
+        if code not in unrecorded:
             inside = Path(code.co_filename).resolve().is_relative_to(FOLDER.resolve())
-            left[code] = {line for *_, line in code.co_lines() if line} if inside else set()
+            unrecorded[code] = {line for *_, line in code.co_lines() if line} if inside else set()
         # A function whose lines were all recorded is no longer traced, which saves time.
-        return at_line if left[code] else None
+        return at_line if unrecorded[code] else None
 
     def at_line(frame: FrameType, event: str, _value: object) -> Any:
         if event == "line":
             code = frame.f_code
             executed.setdefault(code.co_filename, set()).add(frame.f_lineno)
-            left[code].discard(frame.f_lineno)
-            if not left[code]:
+            unrecorded[code].discard(frame.f_lineno)
+            if not unrecorded[code]:
                 return None
         return at_line
 
-    before = sys.gettrace()
+    previous_trace = sys.gettrace()
     sys.settrace(called)
     try:
         yield
     finally:
-        sys.settrace(before)
+        sys.settrace(previous_trace)
 
 
 def _counted(module: ModuleType, executed: Lines) -> tuple[File, File]:
@@ -160,14 +162,14 @@ def _counted(module: ModuleType, executed: Lines) -> tuple[File, File]:
     sentences = {
         line
         for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef) and node.name == "sentence"
+        if isinstance(node, ast.FunctionDef) and node.name in AFTERWARDS
         for line in range(first_line(node), (node.end_lineno or node.lineno) + 1)
     }
-    place = path.resolve().relative_to(FOLDER.resolve()).as_posix()
+    relative_path = path.resolve().relative_to(FOLDER.resolve()).as_posix()
     verdict, words = lines - sentences, lines & sentences
     return (
-        File(place, len(verdict), len(verdict & reached)),
-        File(place, len(words), len(words & reached)),
+        File(relative_path, len(verdict), len(verdict & reached)),
+        File(relative_path, len(words), len(words & reached)),
     )
 
 
@@ -181,9 +183,9 @@ def _statements(block: Sequence[ast.stmt], start: int) -> Iterator[range]:
     """
     for statement in block:
         inner = [
-            part
+            child
             for name in ("body", "handlers", "orelse", "finalbody", "cases")
-            for part in getattr(statement, name, [])
+            for child in getattr(statement, name, [])
         ]
         last = statement.end_lineno or statement.lineno
         header = first_line(inner[0]) - 1 if inner else last
@@ -195,7 +197,7 @@ def _statements(block: Sequence[ast.stmt], start: int) -> Iterator[range]:
 def first_line(node: ast.AST) -> int:
     """Return the line a statement begins on, decorators included."""
     decorators = getattr(node, "decorator_list", [])
-    return min(getattr(part, "lineno", 0) or 10**9 for part in (node, *decorators))
+    return min(getattr(item, "lineno", 0) or 10**9 for item in (node, *decorators))
 
 
 def _inside(statement: ast.AST, start: int) -> Iterator[range]:
@@ -205,6 +207,6 @@ def _inside(statement: ast.AST, start: int) -> Iterator[range]:
             yield from _statements(block, start)
             start = (block[-1].end_lineno or start) + 1
         if name == "body":
-            for part in (*getattr(statement, "handlers", []), *getattr(statement, "cases", [])):
-                yield from _inside(part, start)
-                start = (part.body[-1].end_lineno or start) + 1
+            for child in (*getattr(statement, "handlers", []), *getattr(statement, "cases", [])):
+                yield from _inside(child, start)
+                start = (child.body[-1].end_lineno or start) + 1

@@ -13,7 +13,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.splines.scalar_surface import patch_coefficients
-from takagi.models.splines.surface import Surface
+from takagi.models.splines.spline import Surface
 
 KIND = "coherent-loop"
 PEAKS = ("speed_error", "effort_lag", "speed_signal", "integral")

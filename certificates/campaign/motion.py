@@ -27,8 +27,7 @@ from math import exp, inf, log, nan, sqrt
 import numpy as np
 
 from takagi.certificates.campaign.loop import DIRECTIONS, CertifiedLoop, Equations
-from takagi.models.arrays import Floats
-from takagi.models.compiled import compiled
+from takagi.models.arrays import Floats, compiled
 
 # Ratios of simulated quantities to their certified bounds; a correct certificate gives at most 1:
 # V; |h xi| over its peak; (omega - max omega*) over p_e; (T_rated - T) / T_rated before the limiter

@@ -185,9 +185,9 @@ def run_campaigns(
         raise ModelError(f"random runs could not be made: {error}")
     campaigns, count = [], len(tasks) // len(classes)
     for i, beyond in enumerate(classes):
-        made = results[i * count : (i + 1) * count]
+        group = results[i * count : (i + 1) * count]
         share, events = (
-            np.concatenate([np.array(result[name], dtype=np.float64) for result in made], axis=1)
+            np.concatenate([np.array(result[name], float) for result in group], axis=1)
             for name in ("share", "events")
         )
         by_name = dict(zip(EVENTS, events, strict=True))

@@ -38,18 +38,18 @@ from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.tracking import Tracking, observer_data
 from takagi.certificates.requests.transient import Transient
 from takagi.models.arrays import Floats
+from takagi.models.equilibrium_line import rests_exactly
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.short_repr import ShortRepr
-from takagi.models.tracking import rests_exactly
 
 if TYPE_CHECKING:
     from takagi.lmi import EigenvalueRegion
+    from takagi.models.equilibrium_line import ConstantObserver
     from takagi.models.plant.plant import Plant
-    from takagi.models.tracking import ConstantObserver
     from takagi.models.ts.model import TSModel
 
-LONGEST = 60  # the most characters of a given value in a message
+LONGEST_VALUE = 60  # the most characters of a given value in a message
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -135,22 +135,24 @@ def certify(
         raise ModelError(f"claims = {claims!r}: give 'all', or requests such as [Decay()]")
     if claims is not None and claims != "all" and decay_rate is not None:
         raise ModelError("decay_rate and claims were given; give claims=[Decay(rate), ...] alone")
-    asked = [Decay(decay_rate)] if claims is None else [] if claims == "all" else _requests(claims)
-    if not asked and claims != "all":
+    if claims is None:
+        claims = [Decay(decay_rate)]
+    requests = [] if claims == "all" else _requests(claims)
+    if not requests and claims != "all":
         raise ModelError("no claims were asked for; give at least one request, such as Decay()")
-    model_data, claims_before, notes = plant_and_claim(model)
+    model_data, embedding_claims, notes = plant_and_claim(model)
     loop = ClaimedLoop.of(model, gains, model_data=model_data, law=law)
     unproved: Sequence[str] = ()
     if claims == "all":
         attempts, unproved = attempts_at_all(loop, decay_rate=decay_rate)
     else:
-        attempts = [attempted(request, loop) for request in asked]
-    return _certificate(loop, claims_before, attempts, {}, notes, unproved)
+        attempts = [attempted(request, loop) for request in requests]
+    return _certificate(loop, embedding_claims, attempts, {}, notes, unproved)
 
 
 def _certificate(
     loop: ClaimedLoop,
-    before: Sequence[Mapping[str, Any]],
+    embedding_claims: Sequence[Mapping[str, Any]],
     attempts: Sequence[Attempt],
     settings: object,
     notes: Sequence[str],
@@ -162,7 +164,7 @@ def _certificate(
     document = certificate_document(
         model=loop.model_data,
         gains=loop.gains_data,
-        claims=[*before, *(attempt.claim for attempt in attempts)],
+        claims=[*embedding_claims, *(attempt.claim for attempt in attempts)],
         provenance=provenance(
             settings, {str(attempt.claim["kind"]): attempt.solver for attempt in attempts}
         ),
@@ -178,21 +180,21 @@ def _requests(claims: object) -> list[Request]:
         raise TypeError(
             f"claims: {_named(claims)} was given; a list of requests is needed, such as [Decay()]"
         )
-    found = list(claims)
-    for k, one in enumerate(found):
-        if isinstance(one, type) or not callable(getattr(one, "attempt", None)):
+    requests = list(claims)
+    for k, request in enumerate(requests):
+        if isinstance(request, type) or not callable(getattr(request, "attempt", None)):
             raise TypeError(
-                f"claims[{k}]: {_named(one)} was given; a request is needed, such as Decay() of "
-                "takagi.certificates.requests"
+                f"claims[{k}]: {_named(request)} was given; a request is needed, such as Decay() "
+                "of takagi.certificates.requests"
             )
-    return found
+    return requests
 
 
-def _named(given: object) -> str:
-    if isinstance(given, type):
-        return f"the class {given.__name__}"
-    text = repr(given)
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+def _named(value: object) -> str:
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    text = repr(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}..."
 
 
 def refuse_sampled(model: TSModel) -> None:
@@ -263,18 +265,18 @@ def plant_certificate(
     ModelError : a premise whose bounds are sampled.
     """
     refuse_sampled(model)
-    model_data, before, notes = plant_and_claim(model)
+    model_data, embedding_claims, notes = plant_and_claim(model)
     if model_data is not None and files:
         model_data |= content_of(files)
     loop = ClaimedLoop.of(model, gains, model_data=model_data, law=law)
     plant = _referred(loop)
     if plant is not None and (observer is not None or not rests_exactly(plant)):
         loop = replace(loop, gains_data={**(loop.gains_data or {}), **observer_data(observer)})
-        attempts, before = list(_tracking(loop, observer)), []
+        attempts, embedding_claims = list(_tracking(loop, observer)), []
         tried: list[str] = []
     else:
         attempts, tried = _attempts(loop, requirements)
-    return _certificate(loop, before, attempts, settings, notes, tried, files=files)
+    return _certificate(loop, embedding_claims, attempts, settings, notes, tried, files=files)
 
 
 def _referred(loop: ClaimedLoop) -> Plant | None:
@@ -288,34 +290,31 @@ def _attempts(
     loop: ClaimedLoop, requirements: ClaimRequirements
 ) -> tuple[list[Attempt], list[str]]:
     decay = attempted(Decay(), loop)
-    wanted = requirements.decay_rate
-    if wanted is not None and not (decay.proved and decay.claim["decay_rate"] >= wanted):
-        decay = attempted(Decay(wanted), loop)
-    asked = [decay, *(attempted(request, loop) for request in _demanded(loop, requirements))]
-    asked += [*_sampled(loop, requirements.sample_time), *_under_noise(loop, requirements)]
-    asked += _tracking(loop)
+    rate = requirements.decay_rate
+    if rate is not None and not (decay.proved and decay.claim["decay_rate"] >= rate):
+        decay = attempted(Decay(rate), loop)
+    required = [decay, *(attempted(request, loop) for request in _demanded(loop, requirements))]
+    required += [*_sampled(loop, requirements.sample_time), *_under_noise(loop, requirements)]
+    required += _tracking(loop)
     if not decay.proved:
-        return asked, ["without decay nothing else was tried"]
+        return required, ["without decay nothing else was tried"]
     if len(loop.exact.groups()) > MOST_BLENDS:
-        return asked, [f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"]
-    limited = requirements.input_limits is not None
-    others = (
-        request
-        for request in requests_for(loop)
-        if not (limited and isinstance(request, InputLimits))
-    )
-    found, notes = proved_of(others, loop)
-    useful, more = useful_overshoot(loop, found)
-    return [*asked, *useful], [*notes, *more]
+        note = f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"
+        return required, [note]
+    limited = InputLimits if requirements.input_limits is not None else ()
+    further = (r for r in requests_for(loop) if not isinstance(r, limited))
+    proved, notes = proved_of(further, loop)
+    useful, overshoot_notes = useful_overshoot(loop, proved)
+    return [*required, *useful], [*notes, *overshoot_notes]
 
 
 def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
     """Yield the claim at a sample time; if it is not proved, the claim at the largest one below."""
     if step is None:
         return
-    wanted = SampledLoop(step).attempt(loop)
-    yield wanted
-    if not wanted.proved:
+    required = SampledLoop(step).attempt(loop)
+    yield required
+    if not required.proved:
         largest = SampledLoop(below=step).attempt(loop)
         if largest.proved:
             yield largest
@@ -333,16 +332,16 @@ def _under_noise(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator
                 "premises that depend on it"
             )
     noise = [requirements.noise.get(name, 0.0) for name in names]
-    held = [float(min(-box[k][0], box[k][1])) if k in box else 0.0 for k in names]
+    half_widths = [float(min(-box[k][0], box[k][1])) if k in box else 0.0 for k in names]
     # A signal that only schedules pushes no state.
-    bounds = np.where(loop.model.E.any(axis=(0, 1)), held, 0.0).tolist()
-    first = ExitProbability(noise, requirements.horizon, disturbance="disturbances")
+    bounds = np.where(loop.model.E.any(axis=(0, 1)), half_widths, 0.0).tolist()
+    request = ExitProbability(noise, requirements.horizon, disturbance="disturbances")
     if any(bounds):
-        found = attempted(replace(first, disturbance_bounds=bounds), loop)
-        if found.proved:
-            yield found
+        bounded = attempted(replace(request, disturbance_bounds=bounds), loop)
+        if bounded.proved:
+            yield bounded
             return
-    yield attempted(first, loop)
+    yield attempted(request, loop)
 
 
 def _tracking(loop: ClaimedLoop, observer: ConstantObserver | None = None) -> Iterator[Attempt]:
@@ -351,10 +350,10 @@ def _tracking(loop: ClaimedLoop, observer: ConstantObserver | None = None) -> It
     if plant is None:
         return
     yield Tracking("jumps", observer=observer).attempt(loop)
-    if any(one.rate is not None for one in plant.references):
-        wanted = Tracking("rate", observer=observer).attempt(loop)
-        yield wanted
-        if not wanted.proved:
+    if any(reference.rate is not None for reference in plant.references):
+        required = Tracking("rate", observer=observer).attempt(loop)
+        yield required
+        if not required.proved:
             slower = Tracking("rate", slower=True, observer=observer).attempt(loop)
             if slower.proved:
                 yield slower
@@ -381,41 +380,41 @@ SETS = ("invariant-ellipsoid", "input-limits")
 NAME = "overshoot and settling time, states over their half-widths of the invariant set"
 
 
-def useful_overshoot(loop: ClaimedLoop, found: list[Attempt]) -> tuple[list[Attempt], list[str]]:
+def useful_overshoot(loop: ClaimedLoop, attempts: list[Attempt]) -> tuple[list[Attempt], list[str]]:
     """Return the proved attempts with a useful bound of the overshoot or none, and notes.
 
     A bound above 10 is asked for again with the states over their half-widths of the proved set:
     a state without a range has no other natural size.  If that is above 10 too, none is claimed,
     and the note says so.
     """
-    kept, notes = [], []
-    for attempt in found:
+    useful, notes = [], []
+    for attempt in attempts:
         if attempt.claim["kind"] != "transient" or _overshoot(attempt) <= USEFUL:
-            kept.append(attempt)
+            useful.append(attempt)
             continue
-        scales = _half_widths(found)
-        again = None
+        scales = _half_widths(attempts)
+        proved = [attempt]
         if scales is not None:
-            again = attempted(Transient(scales=scales, name=NAME), loop)
-        proved = [attempt, *([again] if again is not None and again.proved else [])]
+            rescaled = attempted(Transient(scales=scales, name=NAME), loop)
+            proved += [rescaled] if rescaled.proved else []
         best = min(proved, key=_overshoot)
         if _overshoot(best) <= USEFUL:
-            kept.append(best)
+            useful.append(best)
         else:
             notes.append(
                 f"Transient: an overshoot of at most {_overshoot(best):.4g} times is proved, which "
                 "says nothing beside the invariant set, and is not claimed"
             )
-    return kept, notes
+    return useful, notes
 
 
 def _overshoot(attempt: Attempt) -> float:
     return float(Fraction(str(attempt.claim["overshoot"])))
 
 
-def _half_widths(found: list[Attempt]) -> Floats | None:
+def _half_widths(attempts: list[Attempt]) -> Floats | None:
     """Return (n,) of the first proved set, to two digits; None without one."""
-    claim = next((a.claim for a in found if a.claim["kind"] in SETS), None)
+    claim = next((attempt.claim for attempt in attempts if attempt.claim["kind"] in SETS), None)
     if claim is None:
         return None
     P = np.array([[float(Fraction(str(entry))) for entry in row] for row in claim["P"]])

@@ -2,7 +2,8 @@
 
 A file of the current version keeps its texts, observer gains, trim table and the data about its own
 certificate. Programs, limits, ranges and units are computed from the certified model. If they
-differ from the file, ``takagi check --gains`` will refuse it, and ``told`` reports this beforehand.
+differ from the file, ``takagi check --gains`` will refuse it, and ``differences_in_words`` reports
+this beforehand.
 For an older file all members other than the law are kept, if its numbers that belong to the model
 are those of the model.
 """
@@ -39,18 +40,18 @@ def gain_file_of(document: Mapping[str, Any]) -> dict[str, Any]:
 
     ``certificate.sha256`` holds the certificate's hashes of model, law, claims and controller.
     """
-    own = document["controller"]
-    found = plain(file_content(document["model"], document["gains"], own))
-    found["certificate"]["sha256"] = dict(document["provenance"]["sha256"])
-    middle = [key for key in found if key not in (*ORDER, *LAST)]
-    return {key: found[key] for key in (*ORDER, *middle, *LAST) if key in found}
+    controller = document["controller"]
+    content = plain(file_content(document["model"], document["gains"], controller))
+    content["certificate"]["sha256"] = dict(document["provenance"]["sha256"])
+    middle = [key for key in content if key not in (*ORDER, *LAST)]
+    return {key: content[key] for key in (*ORDER, *middle, *LAST) if key in content}
 
 
 def plain(value: Any) -> Any:
     """Return the value with numbers of the strict reader as JSON has them."""
     if isinstance(value, Number):
-        whole = value.lstrip("-").isdigit()
-        return int(value) if whole else float(value)
+        is_integer = value.lstrip("-").isdigit()
+        return int(value) if is_integer else float(value)
     if isinstance(value, Mapping):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -59,14 +60,14 @@ def plain(value: Any) -> Any:
 
 
 # Members that model and law do not determine; they are taken from the file.
-FREE = ("name", "turbine", "plant", "notes", "trim", "start", "observer", "measurement",
-        "certificate")  # fmt: skip
+FROM_THE_FILE = ("name", "turbine", "plant", "notes", "trim", "start", "observer",
+                 "measurement", "certificate")  # fmt: skip
 NEEDED = ("trim", "observer")  # of a turbine's file
-MOST = 3
+MOST_DIFFERENCES = 3
 
 
 def bound_to_file(
-    document: Mapping[str, Any], path: Path, own: Mapping[str, Any] | None = None
+    document: Mapping[str, Any], path: Path, controller: Mapping[str, Any] | None = None
 ) -> Mapping[str, Any]:
     """Return the certificate bound to a gain file; unchanged if the file contains only a law.
 
@@ -82,18 +83,21 @@ def bound_to_file(
     file = read_json(path)
     beside = {key: plain(value) for key, value in file.items() if key not in ("format", "law")}
     if not beside:
-        return document if own is None else bound(document, own)
+        return document if controller is None else bound(document, controller)
     if str(file.get("version")) == str(VERSION):
-        if own is not None and "sampling" not in file:
+        if controller is not None and "sampling" not in file:
             # A file of before: its program does not hold estimates in the box.
-            own = {key: value for key, value in own.items() if key != "sampling"}
-        return _of_today(document, beside, own)
-    _compare_previous(document, file, own, path)
+            controller = {key: value for key, value in controller.items() if key != "sampling"}
+        return _of_today(document, beside, controller)
+    _compare_previous(_determined(document, controller), file, path)
     return bound(document, {"version": beside.get("version"), **beside})
 
 
 def refreshed(
-    document: Mapping[str, Any], path: Path, own: Mapping[str, Any], statement: Mapping[str, Any]
+    document: Mapping[str, Any],
+    path: Path,
+    controller: Mapping[str, Any],
+    statement: Mapping[str, Any],
 ) -> tuple[Mapping[str, Any], dict[str, Any]]:
     """Return the certificate bound to the gain file written anew, and the content of that file.
 
@@ -102,49 +106,50 @@ def refreshed(
     CertificateError : the file cannot be read, or lacks what does not follow from the model.
     """
     file = {key: plain(value) for key, value in read_json(path).items()}
-    kept = {key: file[key] for key in FREE if key in file} | {"certificate": statement}
-    found = _of_today(document, kept, own)
-    if "controller" not in found:
+    members = {key: file[key] for key in FROM_THE_FILE if key in file} | {"certificate": statement}
+    certificate = _of_today(document, members, controller)
+    if "controller" not in certificate:
         raise CertificateError(
             f"{path}: it has no {' and no '.join(k for k in NEEDED if k not in file)}, so no whole "
             "gain file can be written; give the gains.json of a design, or design anew"
         )
-    return found, gain_file_of(found)
+    return certificate, gain_file_of(certificate)
 
 
-def told(document: Mapping[str, Any], path: Path) -> str:
+def differences_in_words(document: Mapping[str, Any], path: Path) -> str:
     """Return the fields in which a gain file differs from that of a certificate, or leaves out."""
     data, file = read_text(json.dumps(document), "certificate"), read_json(path)
     expected = expected_file(data) if "controller" in data else {}
     compared = file if expected else {}
-    wanted = {key: expected.get(key) for key in compared}
-    found = [
-        f"{one.place} is {there} there, {ours} for this model"
-        for one in islice(differences_between(compared, wanted), MOST)
-        for there, ours in [shown(one)]
+    members = {key: expected.get(key) for key in compared}
+    differences = [
+        f"{change.place} is {there} there, {ours} for this model"
+        for change in islice(differences_between(compared, members), MOST_DIFFERENCES)
+        for there, ours in [shown(change)]
     ] or left_out(file, expected, data)
-    if not found:
+    if not differences:
         return ""
     return (
         f"{path}: 'takagi check --gains' will refuse it beside this certificate: "
-        f"{'; '.join(found)}. --gains-out FILE writes it anew for this model, with the same law"
+        f"{'; '.join(differences)}. --gains-out FILE writes it anew for this model, with the "
+        "same law"
     )
 
 
 def _of_today(
-    document: Mapping[str, Any], file: Mapping[str, Any], own: Mapping[str, Any] | None
+    document: Mapping[str, Any], file: Mapping[str, Any], controller: Mapping[str, Any] | None
 ) -> Mapping[str, Any]:
-    found = {**(own or {}), **{key: file[key] for key in FREE if key in file}}
+    members = {**(controller or {}), **{key: file[key] for key in FROM_THE_FILE if key in file}}
     if document["gains"]["name"] != "pdc":
         if "sampling" in file:
-            found["sampling"] = file["sampling"]
-        if not all(isinstance(found.get(key), Mapping) for key in NEEDED):
+            members["sampling"] = file["sampling"]
+        if not all(isinstance(members.get(key), Mapping) for key in NEEDED):
             return document
-        _require_measurement(found.get("measurement"))
-        observer = {key: v for key, v in found["observer"].items() if key != "equations"}
-        found |= {"observer": observer, "states": file.get("states", [])}
-    found.setdefault("certificate", {})
-    return bound(document, found)
+        _require_measurement(members.get("measurement"))
+        observer = {key: v for key, v in members["observer"].items() if key != "equations"}
+        members |= {"observer": observer, "states": file.get("states", [])}
+    members.setdefault("certificate", {})
+    return bound(document, members)
 
 
 def _require_measurement(stated: Any) -> None:
@@ -185,38 +190,37 @@ def _number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _compare_previous(
-    document: Mapping[str, Any], file: Mapping[str, Any], own: Mapping[str, Any] | None, path: Path
-) -> None:
+def _compare_previous(expected: Mapping[str, Any], file: Mapping[str, Any], path: Path) -> None:
     """Refuse a file whose limits, equilibria, ranges, units or formulas are not the model's."""
-    data = read_text(json.dumps(dict(document)), "certificate")
-    wanted = _known(data, own)
-    for key, value in wanted.items():
+    for key, value in expected.items():
         if key not in file:
             continue
         stated = file[key]
-        for one in differences_between(stated, _like(stated, value), (key,)):
-            there, ours = shown(one)
+        for difference in differences_between(stated, _like(stated, value), (key,)):
+            there, ours = shown(difference)
             raise CertificateError(
-                f"{path}: {one.place} is {there} there, {ours} for this model: the file was "
+                f"{path}: {difference.place} is {there} there, {ours} for this model: the file was "
                 "written for another one; mend it, or design anew"
             )
 
 
-def _known(data: Mapping[str, Any], own: Mapping[str, Any] | None) -> dict[str, Any]:
+def _determined(
+    document: Mapping[str, Any], controller: Mapping[str, Any] | None
+) -> dict[str, Any]:
     """Return the contents of an older file that follow from model and law."""
+    data = read_text(json.dumps(dict(document)), "certificate")
     law = data["gains"]
-    words = read_text(json.dumps(own or {}), "controller")
+    words = read_text(json.dumps(controller or {}), "controller")
     filled = {"observer": {}, "start": None, "certificate": {}, **words}
-    whole = file_content(data["model"], law, filled)
+    content = file_content(data["model"], law, filled)
     keys = ("states", "inputs", "formulas") if law["name"] == "pdc" else ("limits", "ramp")
-    return {key: whole[key] for key in keys if key in whole}
+    return {key: content[key] for key in keys if key in content}
 
 
-def _like(stated: Any, wanted: Any) -> Any:
+def _like(stated: Any, expected: Any) -> Any:
     """Return the part of ``wanted`` with the keys of ``stated``: older files have fewer keys."""
-    if isinstance(stated, dict) and isinstance(wanted, dict):
-        return {key: _like(stated[key], wanted.get(key)) for key in stated}
-    if isinstance(stated, list) and isinstance(wanted, list) and len(stated) == len(wanted):
-        return [_like(s, w) for s, w in zip(stated, wanted, strict=True)]
-    return wanted
+    if isinstance(stated, dict) and isinstance(expected, dict):
+        return {key: _like(stated[key], expected.get(key)) for key in stated}
+    if isinstance(stated, list) and isinstance(expected, list) and len(stated) == len(expected):
+        return [_like(s, w) for s, w in zip(stated, expected, strict=True)]
+    return expected

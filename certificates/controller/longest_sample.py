@@ -40,11 +40,13 @@ SAMPLES_A_PERIOD = 6
 EULER_SHARE = 0.5
 # A plant's: share of the decay in continuous time; shortest time tried, as a share of the fastest
 # mode's; the factor from one time to the next, and that at which bisection ends.
-DECAY_SHARE, SHORTEST, FACTOR, ENOUGH = 0.5, 1e-4, 1.2, 1.002
-# So many vertices are looked at, evenly spread: more take seconds.
+DECAY_SHARE, SHORTEST, STEP_FACTOR, CLOSE_RATIO = 0.5, 1e-4, 1.2, 1.002
+# The largest number of vertices that are tried, evenly spread: more take seconds.
 MOST_VERTICES = 128
-SLOW = "with a longer one the loop at a vertex decays less than half as fast as in continuous time"
-CONSTANT = "it is the time constant of the loop's slowest mode"
+TOO_SLOW = (
+    "with a longer one the loop at a vertex decays less than half as fast as in continuous time"
+)
+TIME_CONSTANT = "it is the time constant of the loop's slowest mode"
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,35 +77,21 @@ def longest_of_turbine(
     document : with the members ``measurement``, ``observer`` and ``law`` of a gain file.
     programs : names of the programs that are run.
     """
-    found: list[tuple[float, str]] = []
+    limits: list[tuple[float, str]] = []
     stop = document.get("measurement", {}).get("torsion_filter")
     if "speed filter" in programs and stop:
         frequency = float(stop["frequency"])
-        found.append(
-            (
-                2 * pi / (SAMPLES_A_PERIOD * frequency),
-                f"the band-stop at {frequency:g} rad/s needs {SAMPLES_A_PERIOD} samples a period",
-            )
-        )
+        reason = f"the band-stop at {frequency:g} rad/s needs {SAMPLES_A_PERIOD} samples a period"
+        limits.append((2 * pi / (SAMPLES_A_PERIOD * frequency), reason))
+    step = "takes steps of at most half its time constant"
     if "observer" in programs:
         gain = float(document["observer"]["l1"])
-        found.append(
-            (
-                EULER_SHARE / gain,
-                f"the observer, with l1 = {gain:g} 1/s, takes steps of at most half its time "
-                "constant",
-            )
-        )
+        limits.append((EULER_SHARE / gain, f"the observer, with l1 = {gain:g} 1/s, {step}"))
     law = document["law"]
     if law["name"] == "baseline" and "law" in programs:
         corner = float(law["speed_filter"])
-        found.append(
-            (
-                EULER_SHARE / corner,
-                f"its low-pass at {corner:g} rad/s takes steps of at most half its time constant",
-            )
-        )
-    return LongestSample(_two_digits(min(found)[0]), min(found)[1]) if found else None
+        limits.append((EULER_SHARE / corner, f"its low-pass at {corner:g} rad/s {step}"))
+    return LongestSample(_two_digits(min(limits)[0]), min(limits)[1]) if limits else None
 
 
 def longest_of_plant(
@@ -120,27 +108,29 @@ def longest_of_plant(
 
     if model.sample_time is not None:
         return LongestSample(Decimal(repr(model.sample_time)), "the law is in discrete time")
-    loops = [one for one in _loops(plant, model, law) if one.decay > 0]
+    loops = [loop for loop in _loops(plant, model, law) if loop.decay > 0]
     if not loops:
         return None
-    last = 1 / min(one.decay for one in loops)
-    good, bad = SHORTEST / max(one.fastest for one in loops), 0.0
-    while not bad and good < last:
-        longer = min(FACTOR * good, last)
-        good, bad = (longer, 0.0) if all(one.holds(longer) for one in loops) else (good, longer)
-    while bad > ENOUGH * good:
-        middle = float(np.sqrt(good * bad))
-        good, bad = (middle, bad) if all(one.holds(middle) for one in loops) else (good, middle)
-    if proved is not None and proved >= good:
+    last = 1 / min(loop.decay for loop in loops)
+    holding, failing = SHORTEST / max(loop.fastest for loop in loops), 0.0
+    while holding < last and not failing or failing > CLOSE_RATIO * holding:
+        step = min(STEP_FACTOR * holding, last)
+        if failing:
+            step = float(np.sqrt(holding * failing))
+        if all(loop.holds(step) for loop in loops):
+            holding = step
+        else:
+            failing = step
+    if proved is not None and proved >= holding:
         return LongestSample(Decimal(repr(proved)), "the loop is proved at this sample time")
-    return LongestSample(_two_digits(good), SLOW if bad else CONSTANT)
+    return LongestSample(_two_digits(holding), TOO_SLOW if failing else TIME_CONSTANT)
 
 
-def sampling_member(found: LongestSample | None) -> dict[str, Any]:
+def sampling_member(longest: LongestSample | None) -> dict[str, Any]:
     """Return the member ``sampling`` of a plant's gain file."""
-    if found is None:
+    if longest is None:
         return {"longest": None, "reason": "no loop at a vertex decays"}
-    return found.member
+    return longest.member
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,7 +139,8 @@ class _Loop:
 
     Attributes
     ----------
-    A, B : of the plant.   K : u = -K x.   kept : (n,), the states that the program integrates.
+    A, B : of the plant.   K : u = -K x.
+    integrated : (n,), the states that the program integrates.
     C, L : of an observer of the other states; None without one.
     decay, fastest : [1/s] of the slowest mode in continuous time; size of the fastest.
     """
@@ -157,7 +148,7 @@ class _Loop:
     A: Floats
     B: Floats
     K: Floats
-    kept: Any
+    integrated: Any
     C: Floats | None
     L: Floats | None
     decay: float
@@ -175,21 +166,22 @@ class _Loop:
         from scipy.linalg import expm
 
         n, m = self.B.shape
-        whole = np.zeros((n + m, n + m))
-        whole[:n] = np.hstack([self.A, self.B])
-        # What the program keeps is constant within a sample.
-        whole[:n][self.kept] = 0
-        moved = expm(step * whole)[:n]
-        moved[self.kept] += step * np.hstack([self.A, self.B])[self.kept]
-        A, B = moved[:, :n], moved[:, n:]
+        augmented = np.zeros((n + m, n + m))
+        augmented[:n] = np.hstack([self.A, self.B])
+        # What the program integrates is constant within a sample.
+        augmented[:n][self.integrated] = 0
+        transition = expm(step * augmented)[:n]
+        transition[self.integrated] += step * np.hstack([self.A, self.B])[self.integrated]
+        A, B = transition[:, :n], transition[:, n:]
         if self.C is None or self.L is None:
             return np.asarray(A - B @ self.K)
-        # The law takes estimates, but what it keeps itself it knows.
-        known, free = np.diag(self.kept.astype(float)), np.eye(n)[:, ~self.kept]
-        rate = (self.A - self.B @ self.K)[~self.kept] - self.L @ self.C
-        own = np.eye(free.shape[1]) + step * rate @ free
-        seen = step * (rate @ known + self.L @ self.C)
-        return np.block([[A - B @ self.K @ known, -B @ self.K @ free], [seen, own]])
+        # The law takes estimates, but knows what it integrates itself.
+        known, estimated = np.diag(self.integrated.astype(float)), np.eye(n)[:, ~self.integrated]
+        rate = (self.A - self.B @ self.K)[~self.integrated] - self.L @ self.C
+        estimates = np.eye(estimated.shape[1]) + step * rate @ estimated
+        measured = step * (rate @ known + self.L @ self.C)
+        feedback = [A - B @ self.K @ known, -B @ self.K @ estimated]
+        return np.block([feedback, [measured, estimates]])
 
 
 def _loops(plant: Plant, model: TSModel, law: Mapping[str, Any]) -> list[_Loop]:
@@ -199,27 +191,28 @@ def _loops(plant: Plant, model: TSModel, law: Mapping[str, Any]) -> list[_Loop]:
     pairs = [(i, i if len(K) == r else 0) for i in range(r)]
     if len(K) not in (1, r):
         pairs = [(i, j) for i in range(r) for j in range(len(K))]
-    integrated = {one["integral"] for one in law.get("references", ())}
-    integrated |= {law["blending"]["effort"]} if "blending" in law else set()
-    kept = np.array([v.name in integrated for v in plant.states])
-    observer, rows, L = law.get("observer"), [], np.zeros((0, 0, 0))
+    integrals = {reference["integral"] for reference in law.get("references", ())}
+    integrals |= {law["blending"]["effort"]} if "blending" in law else set()
+    integrated = np.array([v.name in integrals for v in plant.states])
+    observer, measured, L = law.get("observer"), [], np.zeros((0, 0, 0))
     if observer is not None:
         outputs = [y.name for y in plant.outputs]
-        rows = [outputs.index(name) for name in observer["measured"]]
+        measured = [outputs.index(name) for name in observer["measured"]]
         L = np.asarray(observer["L"], dtype=np.float64)
-    found = []
+    loops = []
     for i, j in pairs[:: -(-len(pairs) // MOST_VERTICES)]:
         A, B = model.A[i], model.B[i]
         modes = np.linalg.eigvals(A - B @ K[j])
-        C, own = None, None
+        C, observer_gain = None, None
         if observer is not None:
-            C, own = model.C[i][rows], L[i if len(L) == r else 0]
-            own = own if len(own) < len(kept) else own[~kept]
-            error = A[~kept][:, ~kept] - own @ C[:, ~kept]
+            C, observer_gain = model.C[i][measured], L[i if len(L) == r else 0]
+            if len(observer_gain) == len(integrated):
+                observer_gain = observer_gain[~integrated]
+            error = A[~integrated][:, ~integrated] - observer_gain @ C[:, ~integrated]
             modes = np.concatenate([modes, np.linalg.eigvals(error)])
         decay, fastest = -float(modes.real.max()), float(np.abs(modes).max())
-        found.append(_Loop(A, B, K[j], kept, C, own, decay, fastest))
-    return found
+        loops.append(_Loop(A, B, K[j], integrated, C, observer_gain, decay, fastest))
+    return loops
 
 
 def _two_digits(time: float) -> Decimal:

@@ -10,8 +10,7 @@ from takagi.certificates.controller.removable_points import removable_points
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
     from takagi.models.ts.model import TSModel
 
 
@@ -28,7 +27,7 @@ def plant_members(
 
     ``proved_sample`` : a sample time [s] at which the sampled loop is proved.
     """
-    near, words = removable_points(model, law.get("premises"))
+    removable, words = removable_points(model, law.get("premises"))
     return {
         "name": f"{plant.name}, law {'of outputs, ' if 'observer' in law else ''}by rules",
         "plant": plant.name,
@@ -40,7 +39,7 @@ def plant_members(
         },
         "states": [*map(_signal, plant.states, law["trim"]["state"])],
         "inputs": [*map(_signal, plant.inputs, law["trim"]["input"])],
-        "removable": near,
+        "removable": removable,
         "sampling": sampling_member(longest_of_plant(plant, model, law, proved_sample)),
         "notes": [*notes, *words],
         "certificate": statement(checked),
@@ -51,32 +50,33 @@ def _observer_units(plant: Plant, law: Mapping[str, Any]) -> dict[str, str]:
     """Return the units of L, and of constant A, B and C, of a law with an observer."""
     if "observer" not in law:
         return {}
-    units = {y.name: y.unit for y in plant.outputs}
+    output_units = {y.name: y.unit for y in plant.outputs}
     rate = "" if plant.sample_time is not None else "/s"
-    integrals = {one.integral for one in plant.references}
-    own = [x for x in plant.states if x.name not in integrals]
-    found = {
-        f"observer.L, {x.name} per {name}": f"{_per(x.unit, units[name])}{rate}"
-        for x in own
-        for name in law["observer"]["measured"]
-    }
+    integrals = {reference.integral for reference in plant.references}
+    estimated = [x for x in plant.states if x.name not in integrals]
+    measured = law["observer"]["measured"]
+    pairs = [("L", x.name, y, x.unit, output_units[y], rate) for x in estimated for y in measured]
     if law["observer"]["weights"] == "constant":
-        found |= {f"observer.A, {x.name} per {y.name}": f"{_per(x.unit, y.unit)}/s" for x in own
-                  for y in own}  # fmt: skip
-        found |= {f"observer.B, {x.name} per {u.name}": f"{_per(x.unit, u.unit)}/s" for x in own
-                  for u in plant.inputs}  # fmt: skip
-        found |= {f"observer.C, {name} per {x.name}": _per(units[name], x.unit) for x in own
-                  for name in law["observer"]["measured"]}  # fmt: skip
-    return found
+        pairs += [("A", x.name, y.name, x.unit, y.unit, "/s") for x in estimated for y in estimated]
+        pairs += [
+            ("B", x.name, u.name, x.unit, u.unit, "/s") for x in estimated for u in plant.inputs
+        ]
+        pairs += [
+            ("C", y, x.name, output_units[y], x.unit, "") for x in estimated for y in measured
+        ]
+    return {
+        f"observer.{matrix}, {row} per {column}": f"{_per(above, below)}{suffix}"
+        for matrix, row, column, above, below, suffix in pairs
+    }
 
 
-def _signal(variable: Variable, rest: float) -> dict[str, Any]:
+def _signal(variable: Variable, equilibrium: float) -> dict[str, Any]:
     """Return a variable; where the certificate has the plant, its numbers come from there."""
     side = variable.range
     return {
         "name": variable.name,
         "unit": variable.unit,
-        "rest": float(rest),
+        "rest": float(equilibrium),
         "range": None if side is None else [float(side.lower), float(side.upper)],
         "description": variable.description,
     }

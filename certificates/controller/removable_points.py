@@ -4,13 +4,10 @@ Premises such as sin(x)/x have a limit at x = 0, but no value in floating point;
 lose digits, (1 - cos x)/x^2 all of them below 1e-8.  For each factor of the denominator that
 vanishes in the box a polynomial in that factor is written, and the distance within which it is
 nearer to the premise than floating point is.  Both are tried against ball arithmetic at points
-near that distance; the error is at most ``NEAR`` of the premise's size there.
+near that distance; the error is at most ``RELATIVE_ACCURACY`` of the premise's size there.
 
-A table's spline as the two polynomials that it is beside a point.
-
-A cubic spline has two continuous derivatives; its third jumps at knots.  Where a premise such as
-friction(omega)/omega is 0/0, the spline is one cubic below the point and one above it, so the
-premise is one quadratic on each side.
+Where a premise with a table is 0/0, as friction(omega)/omega, its spline is one cubic below the
+point and another above it, so that a polynomial is written for each side.
 """
 
 from __future__ import annotations
@@ -27,11 +24,11 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.intervals.interval import Interval
-    from takagi.models.splines.curve import Curve
+    from takagi.models.splines.spline import Curve
     from takagi.models.ts.model import TSModel
 
 # Relative accuracy of the polynomial that replaces a premise near 0/0.
-NEAR = 1e-12
+RELATIVE_ACCURACY = 1e-12
 # Distances to try, as shares of the factor's largest size in the box; and powers of the factor.
 SHARES = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 ORDERS = (3, 4, 6, 8, 10)
@@ -41,7 +38,7 @@ OUTSIDE, INSIDE = (1.0, -1.0, 1.3, -1.7, 3.0, -3.0), (1.0, -1.0, 0.6, -0.3)
 
 
 def removable_points(
-    model: TSModel, own: Sequence[Mapping[str, Any]] | None = None
+    model: TSModel, law_premises: Sequence[Mapping[str, Any]] | None = None
 ) -> tuple[dict[str, list[dict[str, Any]]], tuple[str, ...]]:
     """Return premise -> [{of, within, formula, limit}], and messages for premises without one.
 
@@ -52,17 +49,17 @@ def removable_points(
     own : the premises of a law, which may have weights of its own; None for those of the model.
     """
     form = None if model.derivation is None else model.derivation.form
-    found: dict[str, list[dict[str, Any]]] = {}
+    points_of: dict[str, list[dict[str, Any]]] = {}
     words: list[str] = []
     if form is None:
-        return found, ()
+        return points_of, ()
     constants = {s: rational_symbol(v) for s, v in form.factored.constants.items()}
     expressions = {
         premise.name: expression.xreplace(constants)
         for premise, expression in zip(model.premises, form.factored.premises.values(), strict=True)
     }
-    if own is not None and all("expression" in premise for premise in own):
-        expressions = _of_the_law(own, expressions, form.problem.sides, words)
+    if law_premises is not None and all("expression" in premise for premise in law_premises):
+        expressions = _of_the_law(law_premises, expressions, form.problem.sides, words)
     for name, written in expressions.items():
         points = list(_jumps(written, form.problem.sides))
         jumping = {point["of"] for point in points}
@@ -74,12 +71,12 @@ def removable_points(
             except ModelError as error:
                 words.append(f"premise {name} is 0/0 where {factor} = 0: {error}")
         if points:
-            found[name] = points
-    return found, tuple(words)
+            points_of[name] = points
+    return points_of, tuple(words)
 
 
 def _of_the_law(
-    own: Sequence[Mapping[str, Any]],
+    premises: Sequence[Mapping[str, Any]],
     expressions: Mapping[str, sp.Expr],
     box: Mapping[sp.Symbol, Interval],
     words: list[str],
@@ -87,16 +84,18 @@ def _of_the_law(
     """Return the premises of a law: the model's where the texts agree, others as they are read."""
     from takagi.models.expressions.parser import Scope, parse_expression
 
-    known = {text_data(one): one for one in expressions.values()}
+    model_premises = {text_data(expression): expression for expression in expressions.values()}
     scope = Scope({symbol.name: symbol for symbol in box})
-    found: dict[str, sp.Expr] = {}
-    for premise in own:
+    law_expressions: dict[str, sp.Expr] = {}
+    for premise in premises:
         name, text = str(premise["name"]), str(premise["expression"])
         try:
-            found[name] = known[text] if text in known else parse_expression(text, scope)
+            law_expressions[name] = (
+                model_premises[text] if text in model_premises else parse_expression(text, scope)
+            )
         except ModelError:
             words.append(f"premise {name}: whether it is 0/0 somewhere is not known")
-    return found
+    return law_expressions
 
 
 def _jumps(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> Iterator[dict[str, Any]]:
@@ -121,7 +120,7 @@ def _jumps(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> Iterator[d
         below, above = text_data(sides[0]), text_data(sides[-1])
         yield {
             "of": symbol.name,
-            "within": NEAR * float(box[symbol].magnitude),
+            "within": RELATIVE_ACCURACY * float(box[symbol].magnitude),
             "formula": f"choose({symbol.name}, {below}, {above})",
             "limit": text_data(limits[-1]),
         }
@@ -136,24 +135,24 @@ def _vanishing(
     if not any(p.exp.is_negative and p.base.free_symbols for p in expression.atoms(sp.Pow)):
         return
     for factor in sp.Mul.make_args(sp.factor(sp.fraction(sp.together(expression))[1])):
-        part = factor.as_base_exp()[0]
+        base = factor.as_base_exp()[0]
         linear = [
-            s for s in sorted(part.free_symbols, key=str)
-            if s in box and part.is_polynomial(s) and sp.degree(part, s) == 1
+            s for s in sorted(base.free_symbols, key=str)
+            if s in box and base.is_polynomial(s) and sp.degree(base, s) == 1
         ]  # fmt: skip
-        if linear and _low(part, box) <= 0 <= -_low(-part, box):
-            yield part, linear[0]
+        if linear and _low(base, box) <= 0 <= -_low(-base, box):
+            yield base, linear[0]
 
 
-def _low(part: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> float:
+def _low(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> float:
     from takagi.models.ranges.expression_range import expression_range
 
-    if part.is_Symbol:
-        return float(box[part].lower)
-    if (-part).is_Symbol:
-        return -float(box[-part].upper)
-    domain = {s: box[s] for s in part.free_symbols}
-    return float(expression_range(part, domain).outer.lower)
+    if expression.is_Symbol:
+        return float(box[expression].lower)
+    if (-expression).is_Symbol:
+        return -float(box[-expression].upper)
+    domain = {s: box[s] for s in expression.free_symbols}
+    return float(expression_range(expression, domain).outer.lower)
 
 
 def _stand_in(
@@ -167,14 +166,16 @@ def _stand_in(
     back = (t - factor.subs(symbol, 0)) / slope
     size = max(abs(float(end)) for end in (_low(factor, box), -_low(-factor, box)))
     others = {s: box[s] for s in expression.free_symbols if s != symbol}
-    rows = [{s: float(side.lower) * k + float(side.upper) * (1 - k) for s, side in others.items()}
-            for k in (0.0, 0.35, 1.0)]  # fmt: skip
-    pieces = beside(expression, symbol, back.subs(t, 0))
-    if pieces is not None:
-        return _stand_in_of_pieces(pieces, factor, symbol, back, t, rows, size)
-    moved = expression.subs(symbol, back)
+    rows = [
+        {s: float(side.lower) * k + float(side.upper) * (1 - k) for s, side in others.items()}
+        for k in (0.0, 0.35, 1.0)
+    ]
+    polynomials = one_sided(expression, symbol, back.subs(t, 0))
+    if polynomials is not None:
+        return _stand_in_of_pieces(polynomials, factor, symbol, back, t, rows, size)
+    substituted = expression.subs(symbol, back)
     for order in ORDERS:
-        terms = _terms(moved, t, order)
+        terms = _terms(substituted, t, order)
         for share in SHARES:
             distance = float(f"{share * size:.3g}")
             trial = _Trial(expression, symbol, back, t, terms, distance)
@@ -189,7 +190,7 @@ def _stand_in(
 
 
 def _stand_in_of_pieces(
-    pieces: tuple[sp.Expr, sp.Expr, float],
+    polynomials: tuple[sp.Expr, sp.Expr, float],
     factor: sp.Expr,
     symbol: sp.Symbol,
     back: sp.Expr,
@@ -200,25 +201,25 @@ def _stand_in_of_pieces(
     """Return the replacement of an expression with tables: one polynomial on each side."""
     import sympy as sp
 
-    *sides, reach = pieces
+    *sides, reach = polynomials
     # The factor is slope times a deviation of the variable, which moves by ``reach`` to a knot.
-    most = reach * abs(float(factor.diff(symbol)))
+    reach_of_factor = reach * abs(float(factor.diff(symbol)))
     for order in ORDERS:
         terms = [_terms(side.subs(symbol, back), t, order) for side in sides]
         for share in SHARES:
             distance = float(f"{share * size:.3g}")
-            if distance >= most:
+            if distance >= reach_of_factor:
                 continue
             trials = [
-                _Trial(side, symbol, back, t, own, distance)
-                for side, own in zip(sides, terms, strict=True)
+                _Trial(side, symbol, back, t, coefficients, distance)
+                for side, coefficients in zip(sides, terms, strict=True)
             ]
             if all(
-                trial.good(rows, sign=sign, most=most)
+                trial.good(rows, sign=sign, largest_factor=reach_of_factor)
                 for trial, sign in zip(trials, (-1, 1), strict=True)
             ):
                 text = text_data(factor)
-                below, above = (_written(own, text) for own in terms)
+                below, above = (_written(coefficients, text) for coefficients in terms)
                 same = sp.simplify(terms[0][0] - terms[1][0]) == 0
                 if not same:
                     raise ModelError("its limits from both sides differ")
@@ -231,11 +232,11 @@ def _stand_in_of_pieces(
     raise ModelError("no polynomials were found that stand in for it")
 
 
-def _terms(moved: sp.Expr, t: sp.Symbol, count: int) -> list[sp.Expr]:
+def _terms(quotient: sp.Expr, t: sp.Symbol, count: int) -> list[sp.Expr]:
     """Return the coefficients of t^0, t^1, ... of N(t) / D(t), D = t^p G, by division of series."""
     import sympy as sp
 
-    top, bottom = sp.fraction(sp.together(moved))
+    top, bottom = sp.fraction(sp.together(quotient))
     order = next(
         (k for k, c in enumerate(_derivatives(bottom, t, MOST_ORDER)) if not _vanishes(c)), None
     )
@@ -245,23 +246,23 @@ def _terms(moved: sp.Expr, t: sp.Symbol, count: int) -> list[sp.Expr]:
     above = _derivatives(top, t, count + order)
     if not all(_vanishes(c) for c in above[:order]):
         raise ModelError("it is a pole: the numerator does not vanish with it")
-    found: list[sp.Expr] = []
+    coefficients: list[sp.Expr] = []
     for k in range(count):
-        rest = above[k + order] - sum(found[j] * below[k - j + order] for j in range(k))
-        found.append(_plain(rest / below[order]))
-    return found
+        remainder = above[k + order] - sum(coefficients[j] * below[k - j + order] for j in range(k))
+        coefficients.append(_plain(remainder / below[order]))
+    return coefficients
 
 
 def _derivatives(expression: sp.Expr, t: sp.Symbol, count: int) -> list[sp.Expr]:
     """Return the Taylor coefficients at t = 0."""
-    found, part = [], expression
+    coefficients, derivative = [], expression
     for k in range(count):
-        value = part.subs(t, 0)
+        value = derivative.subs(t, 0)
         if not value.is_finite and value.is_finite is not None:
             raise ModelError("its numerator or denominator has no value there")
-        found.append(value / math.factorial(k))
-        part = part.diff(t)
-    return found
+        coefficients.append(value / math.factorial(k))
+        derivative = derivative.diff(t)
+    return coefficients
 
 
 def _plain(value: sp.Expr) -> sp.Expr:
@@ -297,26 +298,27 @@ class _Trial:
         self.polynomial = sp.lambdify([t, *self.others], polynomial, modules="math")
 
     def good(
-        self, rows: list[dict[sp.Symbol, float]], *, sign: int = 0, most: float = math.inf
+        self, rows: list[dict[sp.Symbol, float]], *, sign: int = 0, largest_factor: float = math.inf
     ) -> bool:
         """Return whether formula and polynomial are near the expression where each is used.
 
         ``sign`` : of the factor, where the expression holds on one side alone; 0 for both.
-        ``most`` : the largest factor at which it holds.
+        ``largest_factor`` : the largest factor at which it holds.
         """
 
         def on_side(shares: tuple[float, ...]) -> list[float]:
-            return [s for s in shares if s * sign >= 0 and abs(s) * self.within < most]
+            return [s for s in shares if s * sign >= 0 and abs(s) * self.within < largest_factor]
 
         for row in rows:
-            rest = [row[s] for s in self.others]
+            other_values = [row[s] for s in self.others]
             for share in on_side(OUTSIDE):
-                x = float(self.back(share * self.within, *rest))
-                if not self.near(float(self.own(x, *rest)), x, row):
+                x = float(self.back(share * self.within, *other_values))
+                if not self.near(float(self.own(x, *other_values)), x, row):
                     return False
             for share in on_side(INSIDE):
-                x = float(self.back(share * self.within, *rest))
-                if not self.near(float(self.polynomial(share * self.within, *rest)), x, row):
+                x = float(self.back(share * self.within, *other_values))
+                value = float(self.polynomial(share * self.within, *other_values))
+                if not self.near(value, x, row):
                     return False
         return True
 
@@ -324,7 +326,8 @@ class _Trial:
         from takagi.models.ranges.expression_range import expression_value
 
         exact = expression_value(self.expression, {**row, self.symbol: x})
-        return math.isfinite(value) and abs(value - exact) <= NEAR * max(abs(exact), 1e-30)
+        tolerance = RELATIVE_ACCURACY * max(abs(exact), 1e-30)
+        return math.isfinite(value) and abs(value - exact) <= tolerance
 
 
 def _written(terms: list[sp.Expr], factor: str) -> str:
@@ -339,21 +342,21 @@ def _written(terms: list[sp.Expr], factor: str) -> str:
 DEGREE = 3
 
 
-def beside(
-    expression: sp.Expr, symbol: sp.Symbol, place: sp.Expr
+def one_sided(
+    expression: sp.Expr, symbol: sp.Symbol, point: sp.Expr
 ) -> tuple[sp.Expr, sp.Expr, float] | None:
-    """Return the expression below and above ``symbol = place``, and how far from there they hold.
+    """Return the expression below and above ``symbol = point``, and how far from there they hold.
 
     None for an expression without tables.
 
     Raises
     ------
     ModelError : a table of two arguments, one of another argument than symbol plus a number, or a
-        place that is no rational number.
+        point that is no rational number.
     """
     import sympy as sp
 
-    from takagi.models.splines.curve import Curve
+    from takagi.models.splines.spline import Curve
     from takagi.models.splines.table_function import TableFunction
 
     calls = sorted(expression.atoms(TableFunction), key=str)
@@ -365,20 +368,20 @@ def beside(
     for call in calls:
         if symbol not in call.free_symbols:
             continue
-        (argument, *others) = call.args
+        (argument, *further) = call.args
         curve = call.func.table
-        if others or not isinstance(curve, Curve) or not (argument - symbol).is_Rational:
+        if further or not isinstance(curve, Curve) or not (argument - symbol).is_Rational:
             raise ModelError(f"{call} is no table of {symbol} alone, plus a number")
-        at = argument.subs(symbol, place)
-        if not at.is_Rational:
-            raise ModelError(f"{call} is 0/0 where {symbol} is {place}, which is no number")
-        x = Fraction(int(at.p), int(at.q))
+        argument_there = argument.subs(symbol, point)
+        if not argument_there.is_Rational:
+            raise ModelError(f"{call} is 0/0 where {symbol} is {point}, which is no number")
+        x = Fraction(int(argument_there.p), int(argument_there.q))
         (order,) = call.func.orders
-        for found, side in ((below, -1), (above, 1)):
+        for replacements, side in ((below, -1), (above, 1)):
             powers = _piece(curve, x, side)
-            t = argument - at
+            t = argument - argument_there
             cubic = sum(sp.Rational(*c.as_integer_ratio()) * t**k for k, c in enumerate(powers))
-            found[call] = sp.diff(cubic, symbol, order)
+            replacements[call] = sp.diff(cubic, symbol, order)
         reach = min(reach, _reach(curve, x))
     return expression.xreplace(below), expression.xreplace(above), reach
 
@@ -400,13 +403,13 @@ def _piece(curve: Curve, x: Fraction, side: int) -> list[Fraction]:
     for level in range(1, DEGREE + 1):
         for k in range(DEGREE, level - 1, -1):
             table[k] = (table[k] - table[k - 1]) / (points[k] - points[k - level])
-    found = [Fraction(0)] * (DEGREE + 1)
+    polynomial = [Fraction(0)] * (DEGREE + 1)
     for value, point in zip(table[::-1], points[::-1], strict=True):
-        shifted = [Fraction(0), *found[:-1]]
+        shifted = [Fraction(0), *polynomial[:-1]]
         offset = point - x
-        found = [a - offset * b for a, b in zip(shifted, found, strict=True)]
-        found[0] += value
-    return found
+        polynomial = [a - offset * b for a, b in zip(shifted, polynomial, strict=True)]
+        polynomial[0] += value
+    return polynomial
 
 
 def _de_boor(

@@ -1,5 +1,1 @@
-"""A certificate's matrices for the proof assistant Coq (Rocq).
-
-definite.v    the decision by computation, and its proof
-coq_export    the file: all matrices of a certificate, and shorter numbers that prove them
-"""
+"""A certificate's matrices as theorems for the proof assistant Coq (Rocq)."""

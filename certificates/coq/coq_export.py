@@ -58,16 +58,17 @@ def coq_file(certificate: Path) -> CoqFile:
         no theorem to be written.
     """
     theorems: dict[int, Theorems] = {}
-    checked = check(certificate, decider_of=lambda place: theorems.setdefault(place, Theorems()))
+    checked = check(certificate, decider_of=lambda index: theorems.setdefault(index, Theorems()))
     for number, claim in enumerate(checked.claims, start=1):
         if claim.verdict is Verdict.UNDECIDED:
             raise CertificateError(f"claim {number} is not proved: {claim.text}")
-    parts = [files("takagi.certificates.coq").joinpath("definite.v").read_text(encoding="utf-8")]
+    blocks = [files("takagi.certificates.coq").joinpath("definite.v").read_text(encoding="utf-8")]
     kinds = [claim["kind"] for claim in read_json(certificate)["claims"]]
-    parts += [theorems[i].section(f"claim {i + 1} ({kind})", i + 1) for i, kind in enumerate(kinds)]
+    for i, kind in enumerate(kinds):
+        blocks.append(theorems[i].section(f"claim {i + 1} ({kind})", i + 1))
     counts = {i + 1: theorems[i].count for i in range(len(kinds))}
-    parts.append(_summary(counts))
-    return CoqFile("\n".join(parts), counts)
+    blocks.append(_summary(counts))
+    return CoqFile("\n".join(blocks), counts)
 
 
 class Theorems:

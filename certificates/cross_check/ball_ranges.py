@@ -71,24 +71,24 @@ def _keeps_bounds(required: Enclosure) -> bool | None:
     expression = _Expression(ranges.graph, *parted(ranges.graph, required.node, vanishing))
     if not expression.variables <= sides.keys():
         return None
-    box = {name: sides[name] for name in expression.variables}
-    if not expression.has_limits(box):
+    whole_box = {name: sides[name] for name in expression.variables}
+    if not expression.has_limits(whole_box):
         return None
-    pieces: list[Box] = [box]
+    boxes: list[Box] = [whole_box]
     for _ in range(MOST_PIECES):
-        if not pieces:
+        if not boxes:
             return True
-        piece = pieces.pop()
-        slopes: Mapping[str, arb | None] = dict.fromkeys(piece)
+        box = boxes.pop()
+        slopes: Mapping[str, arb | None] = dict.fromkeys(box)
         try:
-            value = expression.value(piece)
+            value = expression.value(box)
             if low <= value and value <= high:
                 continue
-            slopes = {name: expression.slope(piece, name) for name in piece}
-            low_face, high_face, error = _faces(piece, slopes)
-            least = expression.mean_value(low_face, slopes) - error
+            slopes = {name: expression.slope(box, name) for name in box}
+            low_face, high_face, error = _faces(box, slopes)
+            lowest = expression.mean_value(low_face, slopes) - error
             largest = expression.mean_value(high_face, slopes) + error
-            if low <= least and largest <= high:
+            if low <= lowest and largest <= high:
                 continue
             for face in (low_face, high_face):
                 inside = expression.value(_middle(face))
@@ -96,8 +96,8 @@ def _keeps_bounds(required: Enclosure) -> bool | None:
                     return False
         except NotEnclosed:
             pass
-        pieces += _halves(piece, slopes, expression.powers)
-    return None if pieces else True
+        boxes += _halves(box, slopes, expression.powers)
+    return None if boxes else True
 
 
 class _Expression:
@@ -129,8 +129,8 @@ class _Expression:
         if not name or box[name][0] == box[name][1] or self.powers[name] + 2 >= HIGHEST_ORDER:
             return value
         zero, (low, high) = Fraction(0), box[name]
-        least = zero if low <= 0 <= high else min(low * low, high * high)
-        squared = ball((least, max(low * low, high * high)))
+        lowest = zero if low <= 0 <= high else min(low * low, high * high)
+        squared = ball((lowest, max(low * low, high * high)))
         there = {**box, name: (zero, zero)}
         linear = self._coefficient(there, 0) + self._coefficient(there, 1, name) * ball(box[name])
         return value.intersection(linear + squared * self._coefficient(box, 2, name))
@@ -184,22 +184,22 @@ class _Expression:
 def _series(graph: Graph, root: int, box: Box, along: str, length: int) -> arb_series:
     """Return the series of a node in t, where the variable ``along`` is its side plus t."""
     values: dict[int, arb_series] = {}
-    before, ctx.cap = ctx.cap, length
+    previous_cap, ctx.cap = ctx.cap, length
     try:
         for number in graph.below([root]):
             node = graph[number]
-            parts = [values[part] for part in node.parts]
-            series = _node(node, parts, box, along)
+            operands = [values[operand] for operand in node.operands]
+            series = _node(node, operands, box, along)
             # Zero times a series without a value would be zero.
             if not all(series[order].is_finite() for order in range(length)):
                 raise NotEnclosed("a part that has no value somewhere")
             values[number] = series
     finally:
-        ctx.cap = before
+        ctx.cap = previous_cap
     return values[root]
 
 
-def _node(node: Node, parts: list[arb_series], box: Box, along: str) -> arb_series:
+def _node(node: Node, children: list[arb_series], box: Box, along: str) -> arb_series:
     if node.op == "const":
         return arb_series([arb(fmpq_of(node.value))])
     if node.op == "pi":
@@ -209,15 +209,15 @@ def _node(node: Node, parts: list[arb_series], box: Box, along: str) -> arb_seri
             [ball(box[node.name]), 1] if node.name == along else [ball(box[node.name])]
         )
     if node.op == "add":
-        return parts[0] + parts[1]
+        return children[0] + children[1]
     if node.op == "multiply":
-        return parts[0] * parts[1]
+        return children[0] * children[1]
     if node.op == "divide":
-        return parts[0] / _nonzero(parts[1])
+        return children[0] / _nonzero(children[1])
     if node.op == "power":
-        return _power(parts[0], node.value)
+        return _power(children[0], node.value)
     if node.op == "call" and node.name in FUNCTIONS:
-        return FUNCTIONS[node.name](parts[0])
+        return FUNCTIONS[node.name](children[0])
     raise Unknown(node.op)
 
 
@@ -239,15 +239,15 @@ def _nonzero(series: arb_series) -> arb_series:
     return series
 
 
-def _faces(piece: Box, slopes: Mapping[str, arb | None]) -> tuple[Box, Box, arb]:
+def _faces(box: Box, slopes: Mapping[str, arb | None]) -> tuple[Box, Box, arb]:
     """Return where on a piece the expression is least and largest by its slopes, up to an error.
 
     Where a bound is attained a slope is 0, and its ball reaches beyond 0 by its rounding: with
     s >= -e the expression is nowhere below its value at the lower end by more than e times the
     width.
     """
-    low_face, high_face, error = dict(piece), dict(piece), arb(0)
-    for name, (low, high) in piece.items():
+    low_face, high_face, error = dict(box), dict(box), arb(0)
+    for name, (low, high) in box.items():
         slope = slopes[name]
         if slope is None or not slope.is_finite():
             continue
@@ -270,21 +270,22 @@ def _middle(box: Box) -> Box:
     return {name: ((low + high) / 2,) * 2 for name, (low, high) in box.items()}
 
 
-def _halves(piece: Box, slopes: Mapping[str, arb | None], powers: Mapping[str, int]) -> list[Box]:
+def _halves(box: Box, slopes: Mapping[str, arb | None], powers: Mapping[str, int]) -> list[Box]:
     """Return both halves, cut across the side along which the expression changes most."""
 
     def change(name: str) -> tuple[bool, float]:
-        width, slope = float(piece[name][1] - piece[name][0]), slopes[name]
-        known = slope is not None and slope.is_finite()
-        return not known, width * (float(abs(slope).upper()) if known and slope is not None else 1)
+        width, slope = float(box[name][1] - box[name][0]), slopes[name]
+        is_bounded = slope is not None and slope.is_finite()
+        steepness = float(abs(slope).upper()) if slope is not None and is_bounded else 1.0
+        return not is_bounded, width * steepness
 
-    name = max((n for n in piece if piece[n][0] < piece[n][1]), key=change, default="")
+    name = max((n for n in box if box[n][0] < box[n][1]), key=change, default="")
     if not name:
         raise NotEnclosed("a point at which the bounds are not decided")
-    low, high = piece[name]
+    low, high = box[name]
     # A side is cut at 0 where the variable divides, so that neither half has 0 inside.
     cut = Fraction(0) if name in powers and low < 0 < high else (low + high) / 2
-    return [{**piece, name: (low, cut)}, {**piece, name: (cut, high)}]
+    return [{**box, name: (low, cut)}, {**box, name: (cut, high)}]
 
 
 def ball(side: Side) -> arb:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.checker.kernel.result import Checked, Claim
 from takagi.certificates.checker.replay.certificate import (
     DeciderOf,
     check,
@@ -87,9 +87,9 @@ class VerdictComparison:
     def text(self) -> str:
         """One line for each claim, and a summary that names the claims not replayed."""
         wide = max(len(row.first) for row in self.rows)
-        other = max(len(row.second) for row in self.rows)
+        second = max(len(row.second) for row in self.rows)
         lines = [
-            f"  {row.first:<{wide}}  {row.second:<{other}}  {row.shown}"
+            f"  {row.first:<{wide}}  {row.second:<{second}}  {row.shown}"
             + (f" ({row.matrices} matrices)" if row.matrices else "")
             + (f": {row.reason}" if row.reason else "")
             for row in self.rows
@@ -117,21 +117,21 @@ def _compared(verdicts: Callable[[DeciderOf], Checked]) -> VerdictComparison:
     deciders: dict[int, FlintDecider] = {}
     try:
         first = verdicts(exact_decider)
-        second = verdicts(lambda place: deciders.setdefault(place, FlintDecider()))
+        second = verdicts(lambda index: deciders.setdefault(index, FlintDecider()))
     except CertificateError as error:
         return VerdictComparison(
             [VerdictRow("the file", REFUSED, REFUSED, 0, str(error), is_claim=False)]
         )
     return VerdictComparison([
-        _row(claim.name, claim.verdict.name, other.verdict.name, other.text, deciders[place])
-        for place, (claim, other) in enumerate(zip(first.claims, second.claims, strict=True))
+        _row(claim, by_flint, deciders[index])
+        for index, (claim, by_flint) in enumerate(zip(first.claims, second.claims, strict=True))
     ])  # fmt: skip
 
 
-def _row(name: str, first: str, second: str, text: str, decider: FlintDecider) -> VerdictRow:
-    reason = ""
+def _row(claim: Claim, by_flint: Claim, decider: FlintDecider) -> VerdictRow:
+    first, second, reason = claim.verdict.name, by_flint.verdict.name, ""
     if first != second:
-        reason = text
+        reason = by_flint.text
     elif decider.left_open:
         second, reason = NOT_REPLAYED, f"{decider.left_open} ranges, which balls do not settle"
-    return VerdictRow(name, first, second, decider.matrices, reason)
+    return VerdictRow(claim.name, first, second, decider.matrices, reason)

@@ -19,7 +19,7 @@ from takagi.certificates.checker.kernel.reader import Number, digest
 from takagi.certificates.checker.replay.certificate import FORMAT, VERSION
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.splines.surface import Surface
+from takagi.models.splines.spline import Surface
 from takagi.models.turbine.data import Turbine
 
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
@@ -42,13 +42,13 @@ def certificate_document(
     """
     if files:
         provenance = {**provenance, "files_sha256": files_sha256(files)}
-    parts = {"model": dict(model), "gains": gains, "claims": list(claims)}
-    read_back = {key: as_read(value) for key, value in parts.items()}
+    members = {"model": dict(model), "gains": gains, "claims": list(claims)}
+    read_back = {key: as_read(value) for key, value in members.items()}
     hashes = {key: digest(value) for key, value in read_back.items()}
     return {
         "format": FORMAT,
         "version": VERSION,
-        **parts,
+        **members,
         "provenance": {**provenance, "sha256": hashes},
     }
 
@@ -179,7 +179,7 @@ def plain(value: object) -> Any:
     if isinstance(value, Fraction):
         return float(value)
     if is_dataclass(value) and not isinstance(value, type):
-        return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+        return {member.name: plain(getattr(value, member.name)) for member in fields(value)}
     if isinstance(value, Mapping):
         return {name: plain(item) for name, item in value.items()}
     if isinstance(value, (list, tuple)):

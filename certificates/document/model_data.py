@@ -66,10 +66,10 @@ def pdc_law_data(model: TSModel, K: Floats) -> dict[str, Any]:
 
 def _inside(end: Fraction, direction: int) -> float:
     """Return the end of a range as a decimal that does not lie outside it."""
-    found = float(end)
-    while direction * (Fraction(repr(found)) - end) < 0:
-        found = float(np.nextafter(found, direction * np.inf))
-    return found
+    inner = float(end)
+    while direction * (Fraction(repr(inner)) - end) < 0:
+        inner = float(np.nextafter(inner, direction * np.inf))
+    return inner
 
 
 def _stack(matrices: Floats) -> list[list[list[float]]]:

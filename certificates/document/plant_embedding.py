@@ -32,9 +32,9 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.ball import Ball
+    from takagi.models.equations.equilibrium import Ball
     from takagi.models.equations.problem import Problem
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Variable
     from takagi.models.ts.model import SymbolicForm, TSModel
 
 
@@ -82,14 +82,14 @@ def law_members(model_data: Mapping[str, Any]) -> dict[str, Any]:
     return {"premises": model_data["embedding"]["premises"], "trim": trim, **blend}
 
 
-def _exact(rest: float | int | str | dict[str, Any]) -> Fraction:
-    if isinstance(rest, dict):
-        return _exact(rest["value"])
-    if not isinstance(rest, str):
-        return Fraction(repr(rest))
+def _exact(value: float | int | str | dict[str, Any]) -> Fraction:
+    if isinstance(value, dict):
+        return _exact(value["value"])
+    if not isinstance(value, str):
+        return Fraction(repr(value))
     from takagi.certificates.checker.plant.reading import constant_bracket
 
-    low, high = constant_bracket(rest)
+    low, high = constant_bracket(value)
     return (low + high) / 2
 
 
@@ -143,8 +143,8 @@ def _plant(form: SymbolicForm) -> dict[str, Any]:
     if form.plant is None:
         return _given_equations(form.problem)
     plant, problem = form.plant, form.problem
-    own: list[sp.Expr] = [*plant.equations, *(y.expression for y in plant.outputs)]
-    found: dict[str, Any] = {}
+    expressions: list[sp.Expr] = [*plant.equations, *(y.expression for y in plant.outputs)]
+    data: dict[str, Any] = {}
     deviations = (
         problem.equations.states,
         problem.equations.inputs,
@@ -154,52 +154,52 @@ def _plant(form: SymbolicForm) -> dict[str, Any]:
     for key, variables, symbols in zip(
         ("states", "inputs", "disturbances"), groups, deviations, strict=True
     ):
-        found[key] = [
+        data[key] = [
             _variable(variable, symbol, problem)
             for variable, symbol in zip(variables, symbols, strict=True)
         ]
-    found["parameters"] = {
+    data["parameters"] = {
         p.symbol.name: _ball(problem.balls[p.symbol])
         if p.symbol in problem.balls
         else number_data(p.value)
         for p in plant.parameters
     }
-    found["equations"] = _texts(plant.equations)
-    found["outputs"] = [
+    data["equations"] = _texts(plant.equations)
+    data["outputs"] = [
         {"name": y.name, "unit": y.unit, "expression": text}
         for y, text in zip(plant.outputs, _texts(y.expression for y in plant.outputs), strict=True)
     ]
     if plant.mass is not None:
-        found["mass"] = [_texts(plant.mass.row(i)) for i in range(plant.mass.rows)]
-        own += list(plant.mass)
-    return found | tables_data([*own, *form.factored.premises.values()])
+        data["mass"] = [_texts(plant.mass.row(i)) for i in range(plant.mass.rows)]
+        expressions += list(plant.mass)
+    return data | tables_data([*expressions, *form.factored.premises.values()])
 
 
 def _variable(variable: Variable, symbol: sp.Symbol, problem: Problem) -> dict[str, Any]:
-    rest = problem.rest[variable.symbol]
-    found: dict[str, Any] = {"name": variable.name, "unit": variable.unit, "range": None}
+    equilibrium = problem.rest[variable.symbol]
+    data: dict[str, Any] = {"name": variable.name, "unit": variable.unit, "range": None}
     if variable.unknown:
-        found["unknown"] = True
+        data["unknown"] = True
     side, ball = problem.box.get(symbol), problem.balls.get(variable.symbol)
     if ball is not None:
-        found["rest"] = _ball(ball)
+        data["rest"] = _ball(ball)
         if side is not None:
             ends = (side.lower + ball.side.lower, side.upper + ball.side.upper)
-            found["range"] = [number_data(end) for end in ends]
-    elif not rest.is_Rational:
-        found["rest"] = text_data(rest)
+            data["range"] = [number_data(end) for end in ends]
+    elif not equilibrium.is_Rational:
+        data["rest"] = text_data(equilibrium)
     else:
-        resting = Fraction(int(rest.p), int(rest.q))
-        found["rest"] = number_data(resting)
+        resting = Fraction(int(equilibrium.p), int(equilibrium.q))
+        data["rest"] = number_data(resting)
         # The box of the model, which may be less than the plant's ranges.
         if side is not None:
-            found["range"] = [number_data(end + resting) for end in (side.lower, side.upper)]
-    return found if symbol.name == variable.name else found | {"symbol": symbol.name}
+            data["range"] = [number_data(end + resting) for end in (side.lower, side.upper)]
+    return data if symbol.name == variable.name else data | {"symbol": symbol.name}
 
 
 def _ball(ball: Ball) -> dict[str, Any]:
-    found = {"value": number_data(ball.middle), "within": number_data(ball.radius)}
-    return found if ball.equals is None else found | {"equals": text_data(ball.equals)}
+    data = {"value": number_data(ball.middle), "within": number_data(ball.radius)}
+    return data if ball.equals is None else data | {"equals": text_data(ball.equals)}
 
 
 def _blend(model: TSModel) -> dict[str, Any]:
@@ -216,11 +216,11 @@ def _references(form: SymbolicForm) -> dict[str, Any]:
     rows = {v.name: row for v, row in zip(plant.states, plant.equations, strict=True)}
     listed = [
         {
-            "reference": one.name,
-            "integral": one.integral,
-            "follow": text_data(rows[one.integral] + sp.Symbol(one.name, real=True)),
+            "reference": reference.name,
+            "integral": reference.integral,
+            "follow": text_data(rows[reference.integral] + sp.Symbol(reference.name, real=True)),
         }
-        for one in plant.references
+        for reference in plant.references
     ]
     return {"references": listed}
 
@@ -310,12 +310,12 @@ def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
         ) from error
     numbers = "numbers" in data["embedding"]
     for letter in ("A", "B", "C", "D", "E"):
-        stack, given = getattr(loop, letter), getattr(model, letter)
+        stack, vertices = getattr(loop, letter), getattr(model, letter)
         exact = np.array([[[row / M.below for row in line] for line in M.rows] for M in stack])
         # The model's arrays are floats, and the vertices in the file are exact: equal up to
         # rounding, and up to the bounds of numbers that are no fractions.
-        size = 1e-12 * float(np.max(np.abs(given), initial=0.0)) if numbers else 1e-300
-        if stack and not np.allclose(exact, given, rtol=1e-12, atol=size):
+        size = 1e-12 * float(np.max(np.abs(vertices), initial=0.0)) if numbers else 1e-300
+        if stack and not np.allclose(exact, vertices, rtol=1e-12, atol=size):
             raise ModelError(
                 f"model {model.name!r}: the vertices of {letter} are not those of its derivation; "
                 "certify the model as sector_model returns it"
@@ -354,9 +354,9 @@ def slopes_data(slopes: TSModel) -> dict[str, Any]:
     ------
     ModelError : as ``plant_data``.
     """
-    found = dict(plant_data(slopes)["embedding"])
-    del found["form"]
-    return found
+    embedding = dict(plant_data(slopes)["embedding"])
+    del embedding["form"]
+    return embedding
 
 
 def slope_claim(name: str) -> dict[str, Any]:

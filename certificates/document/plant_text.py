@@ -1,9 +1,8 @@
 """A plant's numbers, expressions and tables as a certificate writes them: in plain decimals.
 
-A plant with a blend of two actuators, in a certificate: the blend, and the claim about it.
-
-The model of the certificate is the blended plant, with the share of the high actuator and the
-errors of both as signals; the claim ``effort-blend`` ties it to the plant with its two actuators.
+For a plant with two actuators the model of the certificate is the blended plant, with the share of
+the high actuator and the errors of both as signals; the claim ``effort-blend`` ties it to the plant
+with its two actuators.
 """
 
 from __future__ import annotations
@@ -51,17 +50,17 @@ def tables_data(expressions: Iterable[sp.Expr]) -> dict[str, Any]:
     tables = tables_class()
     if tables is None:
         return {}
-    found: dict[str, type[TableFunction]] = {}
+    kinds: dict[str, type[TableFunction]] = {}
     for expression in expressions:
         for call in expression.atoms(tables):
-            found[type(call).title] = type(call)
+            kinds[type(call).title] = type(call)
     return (
-        {"tables": {name: _spline(kind) for name, kind in sorted(found.items())}} if found else {}
+        {"tables": {name: _spline(kind) for name, kind in sorted(kinds.items())}} if kinds else {}
     )
 
 
 def _spline(kind: type[TableFunction]) -> Mapping[str, Any]:
-    from takagi.models.splines.curve import Curve
+    from takagi.models.splines.spline import Curve
 
     table = kind.table
     if isinstance(table, Curve):

@@ -1,30 +1,4 @@
-"""The requests for a certificate, ``certify(model, claims=[...])``.
-
-A request is a frozen dataclass with ``attempt(loop) -> Attempt``: it searches a candidate in
-floating point, rounds it to short decimals, and lets the checker decide. If this fails, it tries a
-weaker claim and reports this.
-
-    Decay                V = x'Px decays, one P for all blends
-    FuzzyDecay           V = x'P(h)x decays, P scheduled by the weights
-    Poles                eigenvalues of every blend in a region
-    GainRounding         the admissible error of every gain
-    Transient            overshoot and settling time that follow from it
-    InvariantEllipsoid   a set in the model's box that no solution leaves: region of attraction
-    InputLimits          amplitudes and rates of the inputs on such a set
-    FuzzyL2Gain          gain of energy, by a function that depends on the weights
-    L2Gain, H2Norm       gain of energy; variance under white noise
-    ExitProbability      probability of leaving a set under white noise
-    Peak                 gain of peaks, for bounded disturbances
-    ObserverError        decay of an observer's error
-    ObservedLoop         plant and observer of a law with measured outputs stay in a set
-    ObservedFeedback     decay of the loop with u = -K xhat
-    SampledLoop          decay with a law that runs every T seconds and holds its command
-
-``loop/`` has the loop and the search tools; ``attempts`` tries requests, also on pieces of the
-weights.
-
-Importing this package loads no large module: a name is imported when it is first used.
-"""
+"""The requests for a certificate, ``certify(model, claims=[...])``; each loads when it is used."""
 
 from __future__ import annotations
 

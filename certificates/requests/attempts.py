@@ -48,10 +48,10 @@ FALLING = (
     Peak,
     Transient,
 )
+METHOD_OF_PAIRS = "rules and means of pairs as vertices; a mean that fails excludes nothing"
 # Blends with shares in halves, quarters and eighths of the rules, or of each premise's weights;
-# and their largest number.
-WHOLE = "rules and means of pairs as vertices; a mean that fails excludes nothing"
-PARTS, MOST_POINTS, ROUNDS = (2, 4, 8), 260, 10
+# their largest number, and how often blends at which a candidate failed are added.
+SHARE_DENOMINATORS, MOST_POINTS, MOST_ROUNDS = (2, 4, 8), 260, 10
 
 
 def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
@@ -67,39 +67,39 @@ def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
         return request.attempt(loop)
     pairs = loop.is_double_sum or isinstance(request, ObserverError | ObservedFeedback)
     falls = isinstance(request, FALLING)
-    points = grid(loop.exact, PARTS[0], MOST_POINTS) if pairs else []
+    points = grid(loop.exact, SHARE_DENOMINATORS[0], MOST_POINTS) if pairs else []
     tried: tuple[str, ...] = ()
-    found = None
+    attempt = None
     if len(points) <= loop.exact.rules or not falls or _may_fall(loop):
-        found = request.attempt(loop)
-        tried = (WHOLE, *found.tried) if pairs else found.tried
-        if found.checked.verdict is not Verdict.UNDECIDED:
-            return found
-    for parts in () if isinstance(request, FuzzyDecay) else PARTS:
-        points = grid(loop.exact, parts, MOST_POINTS) if pairs else []
+        attempt = request.attempt(loop)
+        tried = (METHOD_OF_PAIRS, *attempt.tried) if pairs else attempt.tried
+        if attempt.checked.verdict is not Verdict.UNDECIDED:
+            return attempt
+    for denominator in () if isinstance(request, FuzzyDecay) else SHARE_DENOMINATORS:
+        points = grid(loop.exact, denominator, MOST_POINTS) if pairs else []
         if len(points) <= loop.exact.rules:
             break
-        for _ in range(ROUNDS):
-            at = loop.at(points)
-            if falls and not _may_fall(at):
-                why = f"V falls along {len(points)} blends of the loop for no common P"
-                return replace(found or request.attempt(loop), tried=(*tried, why))
-            again = request.attempt(at)
-            tried = (*tried, f"{len(points)} blends of the loop", *again.tried)
-            if again.checked.verdict is not Verdict.UNDECIDED:
-                return replace(again, tried=tried)
-            assert at.cuts is not None
-            fresh = [point for point in dict.fromkeys(at.cuts.failed) if point not in points]
-            points = [*points, *fresh]
-            if not fresh:
+        for _ in range(MOST_ROUNDS):
+            loop_at_points = loop.at(points)
+            if falls and not _may_fall(loop_at_points):
+                reason = f"V falls along {len(points)} blends of the loop for no common P"
+                return replace(attempt or request.attempt(loop), tried=(*tried, reason))
+            attempt_at_points = request.attempt(loop_at_points)
+            tried = (*tried, f"{len(points)} blends of the loop", *attempt_at_points.tried)
+            if attempt_at_points.checked.verdict is not Verdict.UNDECIDED:
+                return replace(attempt_at_points, tried=tried)
+            assert loop_at_points.cuts is not None
+            failed = [p for p in dict.fromkeys(loop_at_points.cuts.failed) if p not in points]
+            points = [*points, *failed]
+            if not failed:
                 break
-        found = found or again
+        attempt = attempt or attempt_at_points
     if isinstance(request, FuzzyDecay) and pairs:
         # A common P is a special case of a scheduled P(h), so it proves that claim too.
         common = attempted(Decay(request.decay_rate), loop)
         if common.proved:
             return replace(common, tried=(*tried, "one P for all weights", *common.tried))
-    return replace(found or request.attempt(loop), tried=tried)
+    return replace(attempt or request.attempt(loop), tried=tried)
 
 
 def _may_fall(loop: ClaimedLoop) -> bool:
@@ -122,16 +122,16 @@ def attempts_at_all(
     decay_rate : the requested alpha [1/s]; None takes the largest rate found.
     observer : L, (r, n, p) or (n, p), of an observer for the loop; None for none.
     """
-    first = attempted(Decay(decay_rate), loop)
-    if not first.proved:
-        return [first], ["without decay nothing else was tried"]
-    found, notes = proved_of(requests_for(loop, observer=observer), loop)
-    return [first, *found], notes
+    decay = attempted(Decay(decay_rate), loop)
+    if not decay.proved:
+        return [decay], ["without decay nothing else was tried"]
+    attempts, notes = proved_of(requests_for(loop, observer=observer), loop)
+    return [decay, *attempts], notes
 
 
 def proved_of(requests: Iterable[Request], loop: ClaimedLoop) -> tuple[list[Attempt], list[str]]:
     """Return the attempts that are proved, and a note for each request that is not."""
-    found: list[Attempt] = []
+    proved: list[Attempt] = []
     notes: list[str] = []
     for request in requests:
         name = type(request).__name__
@@ -141,11 +141,11 @@ def proved_of(requests: Iterable[Request], loop: ClaimedLoop) -> tuple[list[Atte
             notes.append(f"{name}: {error}")
             continue
         if attempt.proved:
-            found.append(attempt)
+            proved.append(attempt)
         else:
             words = attempt.tried[-1] if attempt.tried else "nothing was tried"
             notes.append(f"{name}: not proved ({attempt.checked.text}; last: {words})")
-    return found, notes
+    return proved, notes
 
 
 def requests_for(loop: ClaimedLoop, *, observer: ArrayLike | None = None) -> Iterator[Request]:

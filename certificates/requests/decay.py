@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.single_matrix import (
@@ -51,14 +51,15 @@ class Decay:
         # Larger numbers are not written to a certificate.
         functions = [P for P in functions if np.abs(P).max() < LARGEST]
         if not functions or (self.decay_rate is None and (answer.decay_rate or 0.0) <= 0):
-            no = no_common_decay(loop, self.decay_rate or 0.0, answer)
-            if self.decay_rate is None or no.checked.verdict is Verdict.DISPROVED:
-                return no
-            other = faster_function(loop, self.decay_rate)
-            if other is None:
-                return no
-            attempt = first_proved(loop, decay_claims(kind, [other], rates), solver)
-            return replace(attempt, tried=(*no.tried, "P of the fastest rate", *attempt.tried))
+            disproof = no_common_decay(loop, self.decay_rate or 0.0, answer)
+            if self.decay_rate is None or disproof.checked.verdict is Verdict.DISPROVED:
+                return disproof
+            fastest = faster_function(loop, self.decay_rate)
+            if fastest is None:
+                return disproof
+            attempt = first_proved(loop, decay_claims(kind, [fastest], rates), solver)
+            tried = (*disproof.tried, "P of the fastest rate", *attempt.tried)
+            return replace(attempt, tried=tried)
         A = loop.A
 
         def cannot_hold(claim: Mapping[str, Any]) -> bool:
@@ -69,8 +70,8 @@ class Decay:
         attempt = first_proved(loop, claims, solver, cannot_hold=cannot_hold)
         if attempt.proved or answer.P is not None:
             return attempt
-        no = no_common_decay(loop, self.decay_rate or 0.0, answer)
-        return replace(no, tried=attempt.tried + no.tried)
+        disproof = no_common_decay(loop, self.decay_rate or 0.0, answer)
+        return replace(disproof, tried=attempt.tried + disproof.tried)
 
 
 def common_function(loop: ClaimedLoop, decay_rate: float | None = None) -> Answer:
@@ -112,8 +113,8 @@ def _of_one_blend(loop: ClaimedLoop, rate: float) -> list[Floats]:
     if len(loop.A) > 1:
         return []
     G = loop.A[0]
-    found = (modal_function(G), equation_function(G, rate, loop.sample_time))
-    return [P for P in found if P is not None]
+    functions = (modal_function(G), equation_function(G, rate, loop.sample_time))
+    return [P for P in functions if P is not None]
 
 
 def decay_claims(
@@ -152,9 +153,9 @@ class Poles:
 
         answer = d_stability(loop.A, self.region, sample_time=loop.sample_time)
         solver = str(answer.solver.get("status", ""))
-        parts = [
+        regions = [
             {"L": np.asarray(L, dtype=float).tolist(), "M": np.asarray(M, dtype=float).tolist()}
-            for L, M in (part.matrices for part in self.region.parts)
+            for L, M in (region.matrices for region in self.region.parts)
         ]
         functions = [] if answer.P is None else [np.asarray(answer.P)]
         modal = modal_function(loop.A[0]) if len(loop.A) == 1 else None
@@ -165,17 +166,17 @@ class Poles:
                 {
                     "name": f"poles in {self.region}",
                     "kind": "region",
-                    "parts": parts,
+                    "parts": regions,
                     "P": short(P, digits).tolist(),
                 },
             )
             for P in functions or [np.eye(loop.A.shape[1])]
             for digits in DIGITS
         ]
-        found = first_proved(loop, claims, solver)
-        if found.proved or answer.found:
-            return found
-        return replace(found, tried=(answer.diagnosis, *found.tried))
+        attempt = first_proved(loop, claims, solver)
+        if attempt.proved or answer.found:
+            return attempt
+        return replace(attempt, tried=(answer.diagnosis, *attempt.tried))
 
 
 def no_common_decay(loop: ClaimedLoop, rate: float, answer: Answer) -> Attempt:
@@ -199,8 +200,8 @@ def no_common_decay(loop: ClaimedLoop, rate: float, answer: Answer) -> Attempt:
         "decay_rate": rate,
         "P": np.eye(loop.A.shape[1]).tolist(),
     }
-    found: Claim = loop.replay(unproved)
-    return Attempt(unproved, found, (*tried, "no exact reason against one was found"), solver)
+    tried.append("no exact reason against one was found")
+    return Attempt(unproved, loop.replay(unproved), tuple(tried), solver)
 
 
 def _evidence(
@@ -229,15 +230,15 @@ def _evidence(
         values, vectors = np.linalg.eigh(Z / np.abs(Z).max())
         factors = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * s[:, None]
         # Multipliers that are zero up to rounding are left out, so that the file names few rules.
-        used = [k for k, value in enumerate(values[:, -1]) if value > 1e-9 * values.max()]
-        if not used or not np.abs(factors).max() < LARGEST:
+        blends = [k for k, value in enumerate(values[:, -1]) if value > 1e-9 * values.max()]
+        if not blends or not np.abs(factors).max() < LARGEST:
             return
         for digits in (6, 9, 12):
             listed = [
                 {"blend": _named(loop, points[k]), "factor": _rounded(factors[k], s, digits)}
-                for k in used
+                for k in blends
             ]
-            yield f"multipliers of {len(used)} blends, {digits} digits", {"multipliers": listed}
+            yield f"multipliers of {len(blends)} blends, {digits} digits", {"multipliers": listed}
 
 
 def _named(loop: ClaimedLoop, point: Point) -> int | list[list[int]]:
@@ -263,15 +264,15 @@ def _multipliers(A: Floats, rate: float, step: float | None) -> Floats | None:
     If some states act on no others, multipliers of these states alone suffice. There may be no
     others: a further state that decays by itself prevents a definite sum over all states.
     """
-    from takagi.lmi.analysis.impossibility import impossibility_multipliers
+    from takagi.lmi.analysis.common_quadratic import impossibility_multipliers
 
     for states in _closed_sets(A):
-        part = A[:, states][:, :, states]
-        Z = impossibility_multipliers(part, decay_rate=rate, sample_time=step)
+        submatrices = A[:, states][:, :, states]
+        Z = impossibility_multipliers(submatrices, decay_rate=rate, sample_time=step)
         if Z is not None:
-            whole = np.zeros_like(A)
-            whole[np.ix_(range(len(A)), states, states)] = Z
-            return whole
+            multipliers = np.zeros_like(A)
+            multipliers[np.ix_(range(len(A)), states, states)] = Z
+            return multipliers
     return None
 
 
@@ -288,8 +289,8 @@ def _closed_sets(A: Floats) -> list[list[int]]:
 
 def _rounded(factor: Floats, s: Floats, digits: int) -> list[list[float]]:
     """Return the factor with so many decimals, relative to each state's size."""
-    places = np.clip(digits - np.round(np.log10(s)), -30, 30).astype(int).tolist()
+    decimals = np.clip(digits - np.round(np.log10(s)), -30, 30).astype(int).tolist()
     return [
-        [round(float(entry), place) for entry in row]
-        for row, place in zip(factor, places, strict=True)
+        [round(float(entry), count) for entry in row]
+        for row, count in zip(factor, decimals, strict=True)
     ]

@@ -16,10 +16,10 @@ from takagi.certificates.requests.loop.decimals import (
     short,
     stack_of,
 )
-from takagi.certificates.requests.loop.disturbance_channel import way_of
+from takagi.certificates.requests.loop.disturbance_channel import entrance_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import box_rows
-from takagi.certificates.requests.request import Attempt, first_proved, or_else, require_positive
+from takagi.certificates.requests.request import Attempt, first_proved, require_positive
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 DIGITS = (6, 9, 12)
 # Relative margins of the box, the multipliers, the exponent and the probability.
 ROOM, AROUND, INSIDE, ABOVE = 1e-9, 1e-4, 1e-6, 1e-6
-# Shown where it is less: the file's numbers go to 1e-48.
-LEAST = 1e-40
+# Claimed where the bound is less: the file's numbers go to 1e-48.
+LEAST_PROBABILITY = 1e-40
 # Fractions of the rate with which a given P is tried.
 SLOWER = (1.0, 0.999, 0.99, 0.97, 0.94, 0.9)
 
@@ -83,18 +83,18 @@ class ExitProbability:
         evidence = self._evidence(loop)
         system = self._system(loop, evidence)
         if self.P is not None:
-            found = self._given(system)
+            function = self._given(system)
         else:
-            found = exit_function(system, self.horizon, start=self.start, rate=self.rate)
-        if found is None:
-            why = "no function was found: a vertex is not stable, or there is no common one"
-            return first_proved(loop, [(why, self._idle(loop, evidence))])
-        claims = self._claims(evidence, system, found)
+            function = exit_function(system, self.horizon, start=self.start, rate=self.rate)
+        if function is None:
+            reason = "no function was found: a vertex is not stable, or there is no common one"
+            return first_proved(loop, [(reason, self._idle(loop, evidence))])
+        claims = self._claims(evidence, system, function)
         words = (
-            f"the bound is not below 1 (exponent {found.exponent:.3g} at rate {found.rate:.3g} "
-            "1/s); a smaller horizon, less noise or a larger set may be proved"
+            f"the bound is not below 1 (exponent {function.exponent:.3g} at rate "
+            f"{function.rate:.3g} 1/s); a smaller horizon, less noise or a larger set may be proved"
         )
-        return first_proved(loop, or_else(claims, (words, self._idle(loop, evidence))))
+        return first_proved(loop, claims, idle=(words, self._idle(loop, evidence)))
 
     def _given(self, system: NoisyVertices) -> ExitFunction | None:
         """Return the function of the given shape, with the largest set, at about the best rate."""
@@ -110,24 +110,24 @@ class ExitProbability:
         # A solver's P is at the limit of its rate; a smaller rate leaves a margin for rounding.
         rates = [self.rate * share for share in SLOWER] if self.rate else []
         rates = rates or list(slowest * np.geomspace(0.01, 1, 60))
-        tried = [with_exponent(system, P, float(a), np.zeros(0)) for a in rates if a > 0]
-        known = [one for one in tried if one is not None]
-        return min(known, key=lambda f: f.logarithm(self.horizon, self.start), default=None)
+        tried = (with_exponent(system, P, float(a), np.zeros(0)) for a in rates if a > 0)
+        functions = [function for function in tried if function is not None]
+        return min(functions, key=lambda f: f.logarithm(self.horizon, self.start), default=None)
 
     def _evidence(self, loop: ClaimedLoop) -> dict[str, Any]:
         exact = loop.exact
         if exact.is_discrete:
             raise ModelError("white noise as it is meant here enters loops in continuous time")
-        way = way_of(loop, self.disturbance)
-        q = (exact.E if way == "disturbances" else exact.B)[0].shape[1]
+        entrance = entrance_of(loop, self.disturbance)
+        q = (exact.E if entrance == "disturbances" else exact.B)[0].shape[1]
         sizes = {"noise": self.noise}
         if self.disturbance_bounds is not None:
             sizes["disturbance_bounds"] = self.disturbance_bounds
-        evidence: dict[str, Any] = {"disturbance": way}
-        for name, given in sizes.items():
-            row = np.asarray(given, dtype=np.float64)
+        evidence: dict[str, Any] = {"disturbance": entrance}
+        for name, value in sizes.items():
+            row = np.asarray(value, dtype=np.float64)
             if row.shape != (q,) or not np.all(np.isfinite(row) & (row >= 0)):
-                raise ModelError(f"{name} = {given!r}: {q} numbers >= 0 are needed")
+                raise ModelError(f"{name} = {value!r}: {q} numbers >= 0 are needed")
             evidence[name] = row.tolist()
         if not any(evidence["noise"]):
             raise ModelError("noise: all entries are 0; give at least one intensity above 0")
@@ -143,10 +143,10 @@ class ExitProbability:
                 "give state_limits"
             )
         stack = loop.exact.E if evidence["disturbance"] == "disturbances" else loop.exact.B
-        E = np.array([floats(blend.of(stack)) for blend in loop.seen.blends()])
+        E = np.array([floats(blend.of(stack)) for blend in loop.searched.blends()])
         noise = np.array(evidence["noise"])
         bounds = np.array(evidence.get("disturbance_bounds", np.zeros_like(noise)))
-        A = stack_of(blend.A for blend in loop.seen.blends())
+        A = stack_of(blend.A for blend in loop.searched.blends())
         return NoisyVertices(A, E[:, :, bounds > 0] * bounds[bounds > 0],
                              E[:, :, noise > 0] * noise[noise > 0], rows)  # fmt: skip
 
@@ -163,38 +163,39 @@ class ExitProbability:
         return rows
 
     def _claims(
-        self, evidence: dict[str, Any], system: NoisyVertices, found: ExitFunction
+        self, evidence: dict[str, Any], system: NoisyVertices, function: ExitFunction
     ) -> Iterator[tuple[str, dict[str, Any]]]:
-        reach = largest_reach(system.rows, found.P)
-        rate = rounded_down(found.rate, 4)
+        reach = largest_reach(system.rows, function.P)
+        rate = rounded_down(function.rate, 4)
         for digits in DIGITS:
             # The margin covers the rounding, so that the set still lies in the box.
-            P = short(found.P * reach * (1 + ROOM + 2 * 10.0 ** (1 - digits)), digits)
+            P = short(function.P * reach * (1 + ROOM + 2 * 10.0 ** (1 - digits)), digits)
             if largest_reach(system.rows, P) > 1:
                 continue
-            b = [rounded_up(one * (1 + AROUND), 4) for one in found.multipliers]
-            again = with_exponent(system, P, rate, np.array(b))
-            if again is None:
+            b = [rounded_up(multiplier * (1 + AROUND), 4) for multiplier in function.multipliers]
+            rounded_function = with_exponent(system, P, rate, np.array(b))
+            if rounded_function is None:
                 continue
-            bound = float(np.exp(min(again.logarithm(self.horizon, self.start), 1.0)))
-            probability = self.probability or rounded_up(max(bound * (1 + ABOVE), LEAST), 4)
+            bound = float(np.exp(min(rounded_function.logarithm(self.horizon, self.start), 1.0)))
+            above = max(bound * (1 + ABOVE), LEAST_PROBABILITY)
+            probability = self.probability or rounded_up(above, 4)
             if probability >= 1 or bound > probability:
                 continue
-            claim = self._claim(evidence, P, again, probability)
+            claim = self._claim(evidence, P, rounded_function, probability)
             yield f"probability {probability:.4g}, P to {digits} digits", claim
 
     def _claim(
-        self, evidence: dict[str, Any], P: Floats, one: ExitFunction, probability: float
+        self, evidence: dict[str, Any], P: Floats, function: ExitFunction, probability: float
     ) -> dict[str, Any]:
-        many = {"multipliers": one.multipliers.tolist()} if len(one.multipliers) else {}
+        b = function.multipliers.tolist()
         return {
             "name": "probability of leaving a set under white noise",
             "kind": "exit-probability",
             **evidence,
             "P": P.tolist(),
-            "rate": one.rate,
-            "exponent": one.factor,
-            **many,
+            "rate": function.rate,
+            "exponent": function.factor,
+            **({"multipliers": b} if b else {}),
             "start": self.start,
             "horizon": self.horizon,
             "probability": probability,
@@ -205,9 +206,9 @@ class ExitProbability:
         from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction
 
         count = sum(bound > 0 for bound in evidence.get("disturbance_bounds", ()))
-        one = np.eye(loop.exact.order)
-        nothing = ExitFunction(one, 1.0, self.rate or 1.0, np.ones(count), 1.0)
-        return self._claim(evidence, one, nothing, self.probability or 0.5)
+        identity = np.eye(loop.exact.order)
+        function = ExitFunction(identity, 1.0, self.rate or 1.0, np.ones(count), 1.0)
+        return self._claim(evidence, identity, function, self.probability or 0.5)
 
 
 def largest_reach(rows: Floats, P: Floats) -> float:
@@ -243,8 +244,8 @@ def with_exponent(
     unit = unit_diagonal(P)
     if unit is None or (len(multipliers) and multipliers.min() <= 0):
         return None
-    one, Q = system.in_states(np.diag(unit)), _in(P, unit)
-    PA, PD, PS = Q @ one.A, Q @ one.D, Q @ one.S
+    scaled, Q = system.in_states(np.diag(unit)), _in(P, unit)
+    PA, PD, PS = Q @ scaled.A, Q @ scaled.D, Q @ scaled.S
     X = -(PA + PA.transpose(0, 2, 1)) - rate * Q
     if len(multipliers):
         X = X - (PD / multipliers) @ PD.transpose(0, 2, 1)
@@ -252,6 +253,6 @@ def with_exponent(
         return None
     through = PS.transpose(0, 2, 1) @ np.linalg.solve(X, PS)
     largest = float(np.linalg.eigvalsh((through + through.transpose(0, 2, 1)) / 2).max())
-    trace = float(np.einsum("nij,nij->n", one.S, PS).max())
+    trace = float(np.einsum("nij,nij->n", scaled.S, PS).max())
     factor = rounded_down((1 - INSIDE) / (2 * largest), 6)
     return ExitFunction(P, factor, rate, multipliers, float(multipliers.sum()) + trace)

@@ -39,13 +39,13 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
-    from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov
+    from takagi.lmi.polynomials import PolynomialLyapunov
 
 BACK_OFF = (1.0, 0.99, 0.9, 0.5, 0.0)
 POLYA = (0, 1, 2, 4, 7)
 # Blends whose weights are multiples of 1/4, at most this many; and how often the blends at which
 # P(h) failed are added to them.
-PARTS, MOST_POINTS, ROUNDS = 4, 81, 10
+SHARE_DENOMINATOR, MOST_POINTS, MOST_ROUNDS = 4, 81, 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,11 +115,11 @@ class FuzzyDecay:
 
         idle = self._claim(loop, None, 0.0, DIGITS[0], 0)
         solver = ""
-        points = grid(loop.exact, PARTS, MOST_POINTS)
-        for _ in range(ROUNDS if points else 0):
+        points = grid(loop.exact, SHARE_DENOMINATOR, MOST_POINTS)
+        for _ in range(MOST_ROUNDS if points else 0):
             answer = function_at_points(
                 loop.model,
-                [[v / sum(row) for row in point for v in row] for point in points],
+                [[count / sum(row) for row in point for count in row] for point in points],
                 rate_bounds=self.rate_bounds,
                 degree=self.degree if isinstance(self.degree, int) else tuple(self.degree),
                 decay_rate=self.decay_rate,
@@ -130,17 +130,17 @@ class FuzzyDecay:
                 tried = (*tried, f"no P(h) at {len(points)} blends of the loop")
                 break
             claim = self._claim(loop, answer.lyapunov_function, self.decay_rate, DIGITS[-1], 0)
-            found = cut(claim, loop.exact)
+            subdivision = cut(claim, loop.exact)
             words = f"P(h) from {len(points)} blends of the loop"
-            if found.halvings:
-                claim["halvings"] = found.halvings
-                words += f", on {found.halvings.count([])} pieces of the weights"
+            if subdivision.halvings:
+                claim["halvings"] = subdivision.halvings
+                words += f", on {subdivision.halvings.count([])} pieces of the weights"
                 return Attempt(claim, loop.replay(claim), (*tried, words), solver)
             tried = (*tried, words)
-            fresh = [point for point in dict.fromkeys(found.failed) if point not in points]
-            if not fresh:
+            failed = [p for p in dict.fromkeys(subdivision.failed) if p not in points]
+            if not failed:
                 break
-            points = [*points, *fresh]
+            points = [*points, *failed]
         return Attempt(idle, loop.replay(idle), tried, solver)
 
     def _claims(
@@ -193,32 +193,33 @@ class Cut:
 
 def cut(claim: dict[str, Any], exact: PolytopicLoop) -> Cut:
     """Return the pieces that prove a claim ``fuzzy-decay``; the longest edges are cut first."""
-    found = Cut()
+    subdivision = Cut()
     try:
         read = CheckedFuzzyDecay.read(read_text(json.dumps(claim), "claim"), exact, "claim")
         conditions = [X for X, _ in read.conditions()]
     except CertificateError:
-        return found
+        return subdivision
     tree: list[list[int]] = []
-    left = [(conditions, corners_of(exact))]
-    while left and len(tree) < MOST_PIECES:
-        conditions, places = left.pop()
-        open_ = [X for X in conditions if not _is_positive(X)]
-        if not open_:
+    pieces = [(conditions, corners_of(exact))]
+    while pieces and len(tree) < MOST_PIECES:
+        conditions, corners = pieces.pop()
+        undecided = [X for X in conditions if not _is_positive(X)]
+        if not undecided:
             tree.append([])
             continue
-        found.failed += [point_at(exact, places, rule) for rule in _failing_rules(open_, exact)]
-        if found.failed:
-            return found
-        premise, i, j = _longest(places)
+        rules = _failing_rules(undecided, exact)
+        subdivision.failed += [point_at(exact, corners, rule) for rule in rules]
+        if subdivision.failed:
+            return subdivision
+        premise, i, j = _longest(corners)
         tree.append([premise, i, j])
-        for kept, moved in ((j, i), (i, j)):
+        for fixed, halved in ((j, i), (i, j)):
             # A coefficient that is positive on a piece is positive on its halves.
-            half = [X.halved(premise, kept, moved) for X in open_]
-            left.append((half, halved_corners(places, premise, kept, moved)))
-    if not left:
-        found.halvings = tree
-    return found
+            half = [X.halved(premise, fixed, halved) for X in undecided]
+            pieces.append((half, halved_corners(corners, premise, fixed, halved)))
+    if not pieces:
+        subdivision.halvings = tree
+    return subdivision
 
 
 def _is_positive(X: Polynomial) -> bool:
@@ -231,20 +232,20 @@ def _failing_rules(conditions: list[Polynomial], exact: PolytopicLoop) -> Iterat
     corners = exact.corners or tuple((i,) for i in range(exact.rules))
     for rule, corner in enumerate(corners):
         for X in conditions:
-            place = tuple(
-                tuple(degree * (c == at) for c in range(size))
-                for size, degree, at in zip(X.sizes, X.degrees, corner, strict=True)
+            exponent = tuple(
+                tuple(degree * (c == chosen) for c in range(size))
+                for size, degree, chosen in zip(X.sizes, X.degrees, corner, strict=True)
             )
-            if place not in X.terms or not X.terms[place].is_positive_definite:
+            if exponent not in X.terms or not X.terms[exponent].is_positive_definite:
                 yield rule
                 break
 
 
-def _longest(places: Corners) -> tuple[int, int, int]:
+def _longest(corners: Corners) -> tuple[int, int, int]:
     """Return the premise and the two corners that are furthest apart."""
     edges = [
         (sum((a - b) ** 2 for a, b in zip(rows[i], rows[j], strict=True)), -premise, -i, -j)
-        for premise, rows in enumerate(places)
+        for premise, rows in enumerate(corners)
         for i, j in combinations(range(len(rows)), 2)
     ]
     _, premise, i, j = max(edges)
@@ -281,15 +282,15 @@ def scheduled_function(
             ([a[s:e].tolist() for s, e in zip(starts[:-1], starts[1:], strict=True)], P)
             for a, P in zip(function.basis.exponents, function.members, strict=True)
         ]
-    stated: dict[str, Any] = {
+    members: dict[str, Any] = {
         "degrees": degrees,
         "polya": polya,
         "P": [{"powers": a, "matrix": short(P, digits).tolist()} for a, P in rows],
     }
     if loop.sample_time is None:
         # A bound must be a number in a JSON file: a premise without one has None, not infinity.
-        stated["rates"] = [
+        members["rates"] = [
             [rounded_up(float(bound)) for bound in row] if np.isfinite(row).all() else None
             for row in membership_rates(space, rate_bounds)
         ]
-    return stated
+    return members

@@ -120,14 +120,14 @@ def _channel(loop: ClaimedLoop, evidence: dict[str, Any]) -> tuple[Floats, Float
     model, r = loop.model, len(loop.model.A)
     inputs = evidence["disturbance"] == "inputs"
     entering = np.asarray(model.B if inputs else model.E, dtype=np.float64)
-    given = evidence.get("output", {})
-    C = given.get("C", model.C)
+    output = evidence.get("output", {})
+    C = output.get("C", model.C)
     C = np.asarray(C, dtype=np.float64)
     m = 0 if model.B is None else model.B.shape[2]
     p, q = C.shape[1], entering.shape[2]
-    D = given.get("D") if given else model.D
+    D = output.get("D") if output else model.D
     D = np.zeros((r, p, m)) if D is None else np.asarray(D, dtype=np.float64)
-    F = given.get("F")
+    F = output.get("F")
     F = np.zeros((r, p, q)) if F is None else np.asarray(F, dtype=np.float64)
-    C, D, F = (np.broadcast_to(part, (r, *part.shape[1:])) for part in (C, D, F))
+    C, D, F = (np.broadcast_to(stack, (r, *stack.shape[1:])) for stack in (C, D, F))
     return entering, C, D, F + D if inputs else F

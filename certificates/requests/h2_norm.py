@@ -50,12 +50,12 @@ class H2Norm:
         """Return the claim ``h2-norm``."""
         evidence = channel_evidence(loop, self.disturbance, self.output)
         path = disturbance_channel(loop, evidence)
-        known = list(self._of_one_vertex(loop, path))
-        if known:
+        functions = list(self._of_one_vertex(loop, path))
+        if functions:
             words = "Lyapunov equation"
-            found = first_proved(loop, self._of_each(evidence, path, known, SLIGHTLY), words)
-            if found.proved:
-                return found
+            attempt = first_proved(loop, self._of_each(evidence, path, functions, SLIGHTLY), words)
+            if attempt.proved:
+                return attempt
         return self._by_program(loop, evidence, path)
 
     def _of_one_vertex(
@@ -68,13 +68,13 @@ class H2Norm:
         if len(A) > 1 or (loop.sample_time is None and D.any()):
             return
         # A requested norm may have little margin; P is then searched for the least norm.
-        for more in (*INSIDE, AT_LEAST) if self.norm else INSIDE:
+        for tolerance in (*INSIDE, AT_LEAST) if self.norm else INSIDE:
             P = gramian_with_room(
-                A[0], B[0], C[0], sample_time=loop.sample_time, tolerance=2 * more
+                A[0], B[0], C[0], sample_time=loop.sample_time, tolerance=2 * tolerance
             )
             if P is not None:
-                shown = float(np.sum(B[0] * (P @ B[0])) + (D[0] ** 2).sum())
-                yield P, float(np.sqrt(shown))
+                variance = float(np.sum(B[0] * (P @ B[0])) + (D[0] ** 2).sum())
+                yield P, float(np.sqrt(variance))
 
     def _by_program(
         self,
@@ -85,39 +85,44 @@ class H2Norm:
         from takagi.lmi import h2_norm
 
         answers = [
-            h2_norm(*path, sample_time=loop.sample_time, tolerance=more)
-            for more in ((INSIDE[0], AT_LEAST) if self.norm else INSIDE[:1])
+            h2_norm(*path, sample_time=loop.sample_time, tolerance=tolerance)
+            for tolerance in ((INSIDE[0], AT_LEAST) if self.norm else INSIDE[:1])
         ]
         solver = str(answers[0].solver.get("status", ""))
-        known = [(one.P, one.gain) for one in answers if one.P is not None and one.gain is not None]
-        if not known:
-            one = np.eye(path[0].shape[1])
-            claim = _claim(evidence, self.norm or 1.0, one)
+        functions = [(a.P, a.gain) for a in answers if a.P is not None and a.gain is not None]
+        if not functions:
+            bound = np.eye(path[0].shape[1])
+            claim = _claim(evidence, self.norm or 1.0, bound)
             words = answers[0].diagnosis or "no bound was found"
             return first_proved(loop, [(words, claim)], solver)
-        return first_proved(loop, self._of_each(evidence, path, known, BACK_OFF), solver)
+        return first_proved(loop, self._of_each(evidence, path, functions, BACK_OFF), solver)
 
     def _of_each(
         self,
         evidence: dict[str, Any],
         path: tuple[Floats, Floats, Floats, Floats],
-        known: list[tuple[Floats, float]],
+        functions: list[tuple[Floats, float]],
         back_off: tuple[float, ...],
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         _, B, _, D = path
-        for P, least in known:
-            more = back_off
+        for P, least_norm in functions:
+            increases = back_off
             if self.norm is not None:
-                left = (self.norm / least) ** 2 - 1
-                more = tuple(share * max(left, 0.0) for share in SHARES)
-            yield from self._claims(evidence, P, B, D, more)
+                margin = (self.norm / least_norm) ** 2 - 1
+                increases = tuple(share * max(margin, 0.0) for share in SHARES)
+            yield from self._claims(evidence, P, B, D, increases)
 
     def _claims(
-        self, evidence: dict[str, Any], P: Floats, B: Floats, D: Floats, more: tuple[float, ...]
+        self,
+        evidence: dict[str, Any],
+        P: Floats,
+        B: Floats,
+        D: Floats,
+        increases: tuple[float, ...],
     ) -> Iterator[tuple[str, dict[str, Any]]]:
-        for share in more:
+        for increase in increases:
             for digits in DIGITS:
-                rounded = short((1 + share) * P, digits)
+                rounded = short((1 + increase) * P, digits)
                 variance = np.einsum("ijk,jl,ilk->i", B, rounded, B) + (D**2).sum(axis=(1, 2))
                 norm = self.norm or rounded_up(float(np.sqrt(variance.max())) * (1 + 1e-9))
                 claim = _claim(evidence, norm, rounded)

@@ -29,7 +29,7 @@ from takagi.certificates.requests.loop.set_level import (
     largest_level,
     state_halves,
 )
-from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -43,8 +43,8 @@ SHARES = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 # approach the equilibrium.
 SHARE_OF_RATE, FASTEST = 0.25, 1e6
 LOOSEST = 1e6  # of an input without a limit
-# Pairs of a vertex and a gain, whose own pairs the solver is given.
-MOST_OWN = 40
+# Largest number of pairs of a vertex and a gain whose double sum the solver is given.
+MOST_PAIRS = 40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +85,7 @@ class InvariantEllipsoid:
 
 def candidate_set(
     loop: ClaimedLoop,
-    given: ArrayLike | None,
+    shape: ArrayLike | None,
     decay_rate: float | None,
     bounds: ArrayLike | None,
     limits: Floats | None = None,
@@ -96,8 +96,8 @@ def candidate_set(
     ----------
     limits : (m,) on the inputs, in addition to those of the box; None for none.
     """
-    if given is not None:
-        P = np.asarray(given, dtype=np.float64)
+    if shape is not None:
+        P = np.asarray(shape, dtype=np.float64)
         if P.shape != (loop.exact.order,) * 2 or not np.allclose(P, P.T):
             raise ModelError(f"P has shape {P.shape}; it must be symmetric, of the states' order")
         return "given", P, ""
@@ -115,15 +115,16 @@ def _best_set(
     bounds: ArrayLike | None,
     kind: dict[str, Any],
     idle: dict[str, Any],
-    why: str,
+    reason: str,
     completed: Callable[[dict[str, Any]], dict[str, Any]] = dict,
 ) -> Attempt:
     """Return the first proved claim about a set of the candidate's shape, or an idle one."""
     solver, P, diagnosis = candidate
     sets = claimed_sets(loop, P, bounds) if P is not None else iter(())
     claims = ((words, kind | completed(evidence)) for words, evidence in sets)
-    nothing = {"P": np.eye(loop.exact.order).tolist(), "level": 1.0, "multiplier": 1.0}
-    return first_proved(loop, or_else(claims, (diagnosis or why, kind | nothing | idle)), solver)
+    identity_set = {"P": np.eye(loop.exact.order).tolist(), "level": 1.0, "multiplier": 1.0}
+    unproved = (diagnosis or reason, kind | identity_set | idle)
+    return first_proved(loop, claims, solver, idle=unproved)
 
 
 def claimed_sets(
@@ -144,12 +145,13 @@ def claimed_sets(
                 yield words, evidence | {"multiplier": rate}
             continue
         w, shares = _bounds(loop, bounds)
-        held, s = best_multiplier(loop.A, box_corners(loop.E, w), rounded, discrete=discrete)
-        if not np.isfinite(held):
+        W = box_corners(loop.E, w)
+        least_level, s = best_multiplier(loop.A, W, rounded, discrete=discrete)
+        if not np.isfinite(least_level):
             continue
         for share in shares:
             size = [float(f"{share * b:.6g}") for b in w]
-            if held * share**2 > level and len(shares) > 1:
+            if least_level * share**2 > level and len(shares) > 1:
                 continue
             disturbed = {
                 "multiplier": rounded_down(s, 9),
@@ -187,16 +189,16 @@ def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Ans
 
     halves, inputs = state_halves(loop), bounded_inputs(loop.exact)
     if loop.gains is not None and (inputs or limits is not None):
-        narrow = np.full(loop.gains.shape[1], LOOSEST) if limits is None else limits.copy()
+        narrowed_limits = np.full(loop.gains.shape[1], LOOSEST) if limits is None else limits.copy()
         for k, side in inputs.items():
-            narrow[k] = min(narrow[k], float(min(-side[0], side[1])))
+            narrowed_limits[k] = min(narrowed_limits[k], float(min(-side[0], side[1])))
         if not loop.exact.shared_weights:
-            return _of_own_weights(loop, halves, narrow, decay_rate)
+            return _of_own_weights(loop, halves, narrowed_limits, decay_rate)
         return attraction_ellipsoid(
             loop.model,
             gains=loop.gains,
             state_box=halves,
-            input_limit=narrow,
+            input_limit=narrowed_limits,
             decay_rate=decay_rate,
             # If the claim fails for the pairs of rules, it is proved on pieces of the weights.
             relaxation="liu-zhang" if loop.points else "wang-tanaka-griffin",
@@ -212,7 +214,7 @@ def _of_own_weights(loop: ClaimedLoop, halves: Floats, limits: Floats, decay_rat
     from takagi.lmi import attraction_ellipsoid
     from takagi.models.ts.model import TSModel
 
-    if len(loop.A) > MOST_OWN or len(loop.A) != loop.pairs.shape[1]:
+    if len(loop.A) > MOST_PAIRS or len(loop.A) != loop.pairs.shape[1]:
         # The set is then made smaller, until the limits hold in it.
         return attraction_ellipsoid(
             loop.A, state_box=halves, decay_rate=decay_rate, sample_time=loop.sample_time
@@ -238,7 +240,7 @@ def _filled_least(loop: ClaimedLoop) -> Answer:
     from takagi.lmi import peak_gain
 
     rows = box_rows(loop)
-    E = stack_of(blend.E for blend in loop.seen.blends())
+    E = stack_of(blend.E for blend in loop.searched.blends())
     C = np.broadcast_to(rows, (len(E), *rows.shape))
     return peak_gain(loop.A, E, C, sample_time=loop.sample_time)
 
@@ -300,14 +302,14 @@ class InputLimits:
         P, level = np.array(evidence["P"]), float(evidence["level"])
         reach = input_bounds(loop, P, level)
         if limits is None:
-            shown = [rounded_up(float(value) * (1 + SPARE), 4) for value in reach]
+            input_limits = [rounded_up(float(value) * (1 + SPARE), 4) for value in reach]
         else:
-            shown = limits.tolist()
+            input_limits = limits.tolist()
             share = float(np.min(limits / np.maximum(reach, 1e-300)))
             if share < 1:
                 level = rounded_down((1 - SPARE) * level * share**2)
-        found = evidence | {"level": level, "input_limits": shown}
-        return found | self._rates(loop, found, P, level) if self.rates else found
+        limited = evidence | {"level": level, "input_limits": input_limits}
+        return limited | self._rates(loop, limited, P, level) if self.rates else limited
 
     def _rates(
         self, loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, level: float
@@ -320,7 +322,7 @@ class InputLimits:
             push = np.abs(np.einsum("rmn,snq->rsmq", loop.gains, loop.model.E))
             total = total + (push @ np.array(evidence["disturbance_bounds"])).max(axis=(0, 1))
         shares: dict[str, Any] = {"motion": motion}
-        moving: dict[str, Any] = {}
+        stated: dict[str, Any] = {"rate_shares": shares}
         if len(loop.exact.K) > 1 and loop.sample_time is None:
             phi = self._membership_rates(len(loop.gains))
             corners = np.array(
@@ -330,20 +332,20 @@ class InputLimits:
                 _reach(np.tensordot(corners, loop.gains, axes=1), P, level)
             )
             total = total + shares["memberships"]
-            moving = {"membership_rates": [float(rate) for rate in phi]}
+            stated["membership_rates"] = [float(rate) for rate in phi]
         limits = [rounded_up(float(value) * (1 + SPARE), 4) for value in total]
-        return {"rate_limits": limits, "rate_shares": shares, **moving}
+        return {"rate_limits": limits} | stated
 
     def _membership_rates(self, r: int) -> list[Any]:
         from fractions import Fraction
 
-        given = None if self.membership_rates is None else np.asarray(self.membership_rates)
-        if given is None or given.shape not in ((), (r,)):
+        rates = None if self.membership_rates is None else np.asarray(self.membership_rates)
+        if rates is None or rates.shape not in ((), (r,)):
             raise ModelError(
                 "the gains differ from rule to rule, so the input moves with the memberships; "
                 f"give membership_rates, {r} bounds on |h_j'| in 1/s"
             )
-        return [Fraction(repr(float(rate))) for rate in np.broadcast_to(given, (r,))]
+        return [Fraction(repr(float(rate))) for rate in np.broadcast_to(rates, (r,))]
 
 
 def _reach(rows: Floats, P: Floats, level: float) -> Floats:

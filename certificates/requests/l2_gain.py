@@ -56,16 +56,16 @@ class L2Gain:
         """Return the claim ``l2-gain``."""
         evidence = channel_evidence(loop, self.disturbance, self.output)
         path = disturbance_channel(loop, evidence)
-        known = list(self._of_one_vertex(loop, path))
-        if known:
+        functions = list(self._of_one_vertex(loop, path))
+        if functions:
             claims = (
                 claim
-                for P, gain in known
+                for P, gain in functions
                 for claim in self._claims(loop, evidence, P, [self.gain or gain])
             )
-            found = first_proved(loop, claims, "Riccati equation")
-            if found.proved:
-                return found
+            attempt = first_proved(loop, claims, "Riccati equation")
+            if attempt.proved:
+                return attempt
         return self._by_program(loop, evidence, path)
 
     def _of_one_vertex(self, loop: ClaimedLoop, path: Path) -> Iterator[tuple[Floats, float]]:
@@ -74,12 +74,12 @@ class L2Gain:
 
         if len(path[0]) > 1 or loop.sample_time is not None:
             return
-        A, B, C, D = (part[0] for part in path)
+        A, B, C, D = (stack[0] for stack in path)
         # Of a gain that is given, little may be left: then P is looked for at the least one.
-        for more in (*ROOM, AT_LEAST) if self.gain else ROOM:
-            P = bounded_real(A, B, C, D, tolerance=more)
+        for tolerance in (*ROOM, AT_LEAST) if self.gain else ROOM:
+            P = bounded_real(A, B, C, D, tolerance=tolerance)
             if P is not None:
-                yield P, rounded_up(norm_seen(A, B, C, D) * (1 + more))
+                yield P, rounded_up(norm_seen(A, B, C, D) * (1 + tolerance))
 
     def _by_program(self, loop: ClaimedLoop, evidence: dict[str, Any], path: Path) -> Attempt:
         from takagi.lmi import hinf_norm
@@ -87,26 +87,26 @@ class L2Gain:
         A, B, C, D = path
         # Of a gain that is given, little may be left: then P is looked for at the least one.
         answers = [
-            hinf_norm(A, B, C, D, sample_time=loop.sample_time, tolerance=more)
-            for more in ((INSIDE, AT_LEAST) if self.gain else (INSIDE,))
+            hinf_norm(A, B, C, D, sample_time=loop.sample_time, tolerance=tolerance)
+            for tolerance in ((INSIDE, AT_LEAST) if self.gain else (INSIDE,))
         ]
         answer = answers[0]
         solver = str(answer.solver.get("status", ""))
-        shown = [(one.P, one.gain) for one in answers if one.P is not None and one.gain is not None]
-        if not shown:
+        functions = [(a.P, a.gain) for a in answers if a.P is not None and a.gain is not None]
+        if not functions:
             words = answer.diagnosis or "no bound was found"
             return first_proved(
                 loop, [(words, _claim(evidence, self.gain or 1.0, np.eye(len(A[0]))))], solver
             )
         claims = (
             claim
-            for P, least in shown
-            for claim in self._claims(loop, evidence, P, self._gains(least))
+            for P, least_gain in functions
+            for claim in self._claims(loop, evidence, P, self._gains(least_gain))
         )
         return first_proved(loop, claims, solver)
 
-    def _gains(self, least: float) -> list[float]:
-        return [self.gain] if self.gain else [rounded_up(least * (1 + s)) for s in BACK_OFF]
+    def _gains(self, least_gain: float) -> list[float]:
+        return [self.gain] if self.gain else [rounded_up(least_gain * (1 + s)) for s in BACK_OFF]
 
     def _claims(
         self, loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, gains: list[float]

@@ -61,7 +61,7 @@ class ObserverError:
             evidence["secants"] = np.atleast_3d(np.asarray(self.secants)).tolist()
         read = as_read(evidence)
         loops = secant_loops if self.secants is not None else error_loops
-        A = stack_of(G for _, G in loops(read, loop.seen, "claim"))
+        A = stack_of(G for _, G in loops(read, loop.searched, "claim"))
         named = {"name": "error of the observer", "kind": "observer", **evidence}
         return _attempt(loop, A, named, self.decay_rate)
 
@@ -89,20 +89,20 @@ class ObservedFeedback:
         if loop.gains is None:
             raise ModelError("a loop with an observer has gains K as well; give them to certify")
         evidence = _evidence(loop, self.L)
-        A = stack_of(G for _, G in joint_loops(as_read(evidence), loop.seen, "claim"))
+        A = stack_of(G for _, G in joint_loops(as_read(evidence), loop.searched, "claim"))
         named = {"name": "loop with the observer", "kind": "observed-feedback", **evidence}
         return _attempt(loop, A, named, self.decay_rate)
 
 
-def _evidence(loop: ClaimedLoop, given: ArrayLike) -> dict[str, Any]:
-    L = np.asarray(given, dtype=np.float64)
+def _evidence(loop: ClaimedLoop, gains: ArrayLike) -> dict[str, Any]:
+    L = np.asarray(gains, dtype=np.float64)
     L = L[None] if L.ndim == 2 else L
     r, n = loop.model.A.shape[:2]
     p = loop.model.C.shape[1]
     if not p:
         raise ModelError(f"model {loop.model.name!r} has no output to observe from; give C")
     if L.shape not in ((r, n, p), (1, n, p)) or not np.isfinite(L).all():
-        raise ModelError(f"L has shape {np.shape(given)}; ({r}, {n}, {p}) or ({n}, {p}) is needed")
+        raise ModelError(f"L has shape {np.shape(gains)}; ({r}, {n}, {p}) or ({n}, {p}) is needed")
     return {"L": (L[:1] if (L == L[0]).all() else L).tolist()}
 
 
@@ -165,11 +165,11 @@ class ObservedLoop:
             )
         if self.input_limits is None:
             return {}
-        found = np.asarray(self.input_limits, dtype=np.float64)
+        input_limits = np.asarray(self.input_limits, dtype=np.float64)
         m = loop.model.B.shape[2]
-        if found.shape != (m,) or not (found > 0).all():
-            raise ModelError(f"input_limits: {m} positive numbers are needed, not {found}")
-        return {"input_limits": found.tolist()}
+        if input_limits.shape != (m,) or not (input_limits > 0).all():
+            raise ModelError(f"input_limits: {m} positive numbers are needed, not {input_limits}")
+        return {"input_limits": input_limits.tolist()}
 
 
 def loops_and_limits(loop: ClaimedLoop, limits: dict[str, Any]) -> tuple[Floats, Floats]:
@@ -204,10 +204,10 @@ def _candidate(
         if answer.P is None or not (answer.decay_rate or 0.0) > 0:
             return None, answer.diagnosis or "no function decays", answer.status
         rate = SHARE_OF_RATE * min(answer.decay_rate or 0.0, FASTEST)
-    found = start_set(
+    answer_ = start_set(
         G, rows, starts_of(loop), decay_rate=1.0001 * rate, sample_time=loop.sample_time
     )
-    return found.P, found.diagnosis, found.words
+    return answer_.P, answer_.diagnosis, answer_.words
 
 
 def _claims(
@@ -216,13 +216,13 @@ def _claims(
     G: Floats,
     rows: Floats,
     P: Floats,
-    asked: float | None,
+    decay_rate: float | None,
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield claims with their words, the strongest first."""
-    shares = BACK_OFF if asked is None else (1.0,)
-    found = rate_of(P, G, loop.sample_time) if asked is None else asked
+    shares = BACK_OFF if decay_rate is None else (1.0,)
+    largest_rate = rate_of(P, G, loop.sample_time) if decay_rate is None else decay_rate
     for share in shares:
-        rate = rounded_down(share * found) if asked is None else asked
+        rate = rounded_down(share * largest_rate) if decay_rate is None else decay_rate
         for digits in DIGITS:
             Q = short(P, digits)
             reach = np.einsum("ti,ij,tj->t", rows, np.linalg.inv(Q), rows).max()

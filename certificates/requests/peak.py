@@ -21,7 +21,7 @@ from takagi.certificates.requests.loop.disturbance_channel import (
 )
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import best_multiplier, input_bounds, largest_level
-from takagi.certificates.requests.request import Attempt, first_proved, or_else, require_positive
+from takagi.certificates.requests.request import Attempt, first_proved, require_positive
 from takagi.lmi.analysis.disturbance.peak_to_peak import largest_eigenvalue
 from takagi.models.arrays import Floats
 
@@ -61,9 +61,9 @@ class Peak:
         evidence = channel_evidence(loop, self.disturbance, self.output)
         path = disturbance_channel(loop, evidence)
         if len(path[0]) == 1:
-            found = self._by_equation(loop, evidence, path)
-            if found is not None and found.proved:
-                return found
+            attempt = self._by_equation(loop, evidence, path)
+            if attempt is not None and attempt.proved:
+                return attempt
         return self._by_program(loop, evidence, path)
 
     def _by_equation(
@@ -72,15 +72,15 @@ class Peak:
         """Return the bound proved by P of one vertex's Lyapunov equation; None if there is no P."""
         from takagi.lmi.analysis.disturbance.guessed_function import OneVertex
 
-        vertex = OneVertex.of(*(part[0] for part in path), step=loop.sample_time)
+        vertex = OneVertex.of(*(stack[0] for stack in path), step=loop.sample_time)
         rate = vertex.best_rate() if self.decay_rate is None else self.decay_rate
         if rate is None:
             return None
-        sets = (vertex.with_room(rate, room) for room in ROOM)
-        known = ((P, vertex.sigma(rate)) for P in sets if P is not None)
+        shapes = (vertex.with_room(rate, room) for room in ROOM)
+        functions = ((P, vertex.sigma(rate)) for P in shapes if P is not None)
         claims = (
             claim
-            for P, multiplier in known
+            for P, multiplier in functions
             for claim in self._claims(loop, evidence, path, P, multiplier, SLIGHTLY)
         )
         first = next(claims, None)
@@ -91,14 +91,15 @@ class Peak:
 
         answer = peak_gain(*path, sample_time=loop.sample_time, decay_rate=self.decay_rate)
         solver = str(answer.solver.get("status", ""))
-        one = np.eye(path[0].shape[1])
-        idle = _claim(evidence, one, 1.0, 1.0, self.disturbance_norm or 1.0, self.gain or 1.0)
+        identity = np.eye(path[0].shape[1])
+        idle = _claim(evidence, identity, 1.0, 1.0, self.disturbance_norm or 1.0, self.gain or 1.0)
         if answer.P is None:
             return first_proved(loop, [(answer.diagnosis or "no bound was found", idle)], solver)
         rate, step = answer.decay_rate or 0.0, loop.sample_time
         multiplier = 2.0 * rate if step is None else -float(np.expm1(-2.0 * rate * step))
         claims = self._claims(loop, evidence, path, answer.P, multiplier, BACK_OFF)
-        return first_proved(loop, or_else(claims, ("no set fits the model's box", idle)), solver)
+        unproved = ("no set fits the model's box", idle)
+        return first_proved(loop, claims, solver, idle=unproved)
 
     def _claims(
         self,
@@ -111,25 +112,26 @@ class Peak:
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         A, B, C, D = path
         discrete = loop.sample_time is not None
-        for more in back_off:
-            found = []
+        for increase in back_off:
+            candidates = []
             for digits in DIGITS:
                 rounded = short(P, digits)
-                held, s = best_multiplier(A, B, rounded, discrete=discrete, known=multiplier)
-                if not np.isfinite(held):
+                unit_level, s = best_multiplier(A, B, rounded, discrete=discrete, start=multiplier)
+                if not np.isfinite(unit_level):
                     continue
-                size = self.disturbance_norm or _fitting(loop, evidence, rounded, held)
-                s, level = rounded_down(s, 9), rounded_up(held * size**2 * (1 + more), 9)
+                size = self.disturbance_norm or _fitting(loop, evidence, rounded, unit_level)
+                s, level = rounded_down(s, 9), rounded_up(unit_level * size**2 * (1 + increase), 9)
                 if s <= 0 or size <= 0 or level <= 0:
                     continue
-                least, share = least_peak(C, D, rounded / level * size**2)
-                gain = self.gain or rounded_up(least * (1 + more))
+                least_gain, share = least_peak(C, D, rounded / level * size**2)
+                gain = self.gain or rounded_up(least_gain * (1 + increase))
                 claim = _claim(evidence, rounded, level, s, size, gain)
                 words = f"peak gain {gain:.6g} for |w| <= {size:.6g}, P to {digits} digits"
-                found.append((least, words, claim | ({"share": share} if share else {})))
+                candidates.append((least_gain, words, claim | ({"share": share} if share else {})))
             # Short numbers are preferred if they hardly increase the bound.
-            enough = min((one[0] for one in found), default=0.0) * (1 + max(more, SHORT))
-            yield from ((words, claim) for least, words, claim in found if least <= enough)
+            accepted = min((gain for gain, _, _ in candidates), default=0.0)
+            accepted *= 1 + max(increase, SHORT)
+            yield from ((words, claim) for gain, words, claim in candidates if gain <= accepted)
 
 
 def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
@@ -143,37 +145,37 @@ def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
     spread = largest_eigenvalue(C @ np.linalg.solve(ellipsoid, C.transpose(0, 2, 1)))
     if not D.any():
         return float(np.sqrt(spread)), 0.0
-    whole = np.concatenate([C, D], axis=2)
+    CD = np.concatenate([C, D], axis=2)
     q = D.shape[2]
 
     def gamma(t: float) -> float:
         weight = block_diag((1 - t) * ellipsoid, t * np.eye(q))
-        return largest_eigenvalue(whole @ np.linalg.solve(weight, whole.transpose(0, 2, 1)))
+        return largest_eigenvalue(CD @ np.linalg.solve(weight, CD.transpose(0, 2, 1)))
 
     best = minimize_scalar(gamma, bounds=(1e-6, 1 - 1e-6), method="bounded")
     share = float(f"{best.x:.6g}")
     return float(np.sqrt(gamma(share))), share
 
 
-def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, held: float) -> float:
-    """Return the largest b <= 1 whose set lies in the model's box; ``held`` is c for b = 1."""
-    exact, added = loop.exact, evidence["disturbance"] == "inputs"
+def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, unit_level: float) -> float:
+    """Return the largest b <= 1 whose set lies in the box; ``unit_level`` is c for b = 1."""
+    exact, at_input = loop.exact, evidence["disturbance"] == "inputs"
     limits = [1.0]
-    if not added:
+    if not at_input:
         limits += [
             float(min(-side[0], side[1]))
             for name, side in (exact.other_box or {}).items()
             if name in exact.disturbances
             and loop.model.E[:, :, exact.disturbances.index(name)].any()
         ]
-    sides = bounded_inputs(exact) if added and loop.gains is not None else {}
+    sides = bounded_inputs(exact) if at_input and loop.gains is not None else {}
     for k, side in sides.items():
         # |K x|_k <= b reach, and the disturbance at the input adds b.
-        reach = input_bounds(loop, P, held)[k]
+        reach = input_bounds(loop, P, unit_level)[k]
         limits.append(0.999 * float(min(-side[0], side[1])) / (reach + 1))
     level = largest_level(loop, P)
     if np.isfinite(level):
-        limits.append(0.999 * float(np.sqrt(level / held)))
+        limits.append(0.999 * float(np.sqrt(level / unit_level)))
     return rounded_down(min(limits), 4)
 
 

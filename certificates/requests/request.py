@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any, Protocol
@@ -54,36 +54,36 @@ def first_proved(
     claims: Iterable[tuple[str, Mapping[str, Any]]],
     solver: str = "",
     *,
+    idle: tuple[str, Mapping[str, Any]] | None = None,
     cannot_hold: Callable[[Mapping[str, Any]], bool] = lambda claim: False,
 ) -> Attempt:
     """Return the first of (words, claim) that the checker proves, else the last.
 
-    The strongest claim comes first, and there is at least one. The weaker ones are computed only
-    when they are needed.  ``cannot_hold`` skips claims that fail in floating point, which saves
-    exact arithmetic; the last claim is always given to the checker.
+    The strongest claim comes first; the weaker ones are computed only when they are needed.
+
+    Parameters
+    ----------
+    idle : taken where there are no claims; it states the reason.
+    cannot_hold : skips claims that fail in floating point, which saves exact arithmetic; the last
+        claim is always given to the checker.
     """
     tried: list[str] = []
-    for words, claim in claims:
+    claims = iter(claims)
+    first = next(claims, idle)
+    assert first is not None  # without an idle claim there is always another
+    for words, claim in chain([first], claims):
         if cannot_hold(claim):
             checked = None
             tried.append(f"{words}: fails in floats")
             continue
-        claim, checked = loop.shown(claim)
+        claim, checked = loop.with_pieces(claim)
         cut = claim.get("halvings", ())
         tried.append(f"{words}, on {cut.count([])} pieces of the weights" if cut else words)
         if checked.verdict is Verdict.PROVED:
             break
     if checked is None:
-        claim, checked = loop.shown(claim)
+        claim, checked = loop.with_pieces(claim)
     return Attempt(claim, checked, tuple(tried), solver)
-
-
-def or_else(
-    claims: Iterator[tuple[str, Mapping[str, Any]]], idle: tuple[str, Mapping[str, Any]]
-) -> Iterable[tuple[str, Mapping[str, Any]]]:
-    """Return the claims; if there are none, the idle claim, which states the reason."""
-    first = next(claims, None)
-    return [idle] if first is None else chain([first], claims)
 
 
 def require_positive(**numbers: float | None) -> None:

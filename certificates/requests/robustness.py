@@ -57,7 +57,7 @@ class GainRounding:
             rate = rounded_down(RATE_SHARE * min(max(answer.decay_rate or 0.0, 0.0), 1e6))
         # The function of the fastest decay is often nearly singular. A function for the rate that
         # must remain is better conditioned, and usually allows larger errors.
-        functions = [one.P for one in (common_function(loop, rate), answer) if one.P is not None]
+        functions = [P for P in (common_function(loop, rate).P, answer.P) if P is not None]
         searches = [
             _Search.of(loop, short(np.asarray(P), P_DIGITS), rate, shape)
             for P in functions or [np.eye(loop.A.shape[1])]
@@ -70,14 +70,14 @@ def _shape(absolute: ArrayLike | None, loop: ClaimedLoop) -> Floats | None:
     if absolute is None:
         return None
     assert loop.gains is not None
-    found = np.asarray(absolute, dtype=np.float64)
-    wanted = loop.gains.shape[1:]
-    if found.shape != wanted or not (np.isfinite(found).all() and found.min() >= 0 and found.any()):
+    steps = np.asarray(absolute, dtype=np.float64)
+    shape = loop.gains.shape[1:]
+    if steps.shape != shape or not (np.isfinite(steps).all() and steps.min() >= 0 and steps.any()):
         raise ModelError(
-            f"absolute has shape {found.shape}; steps >= 0 of shape {wanted}, one for each gain, "
+            f"absolute has shape {steps.shape}; steps >= 0 of shape {shape}, one for each gain, "
             "are needed, not all 0"
         )
-    return found
+    return steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ class _Search:
     P: Floats
     rate: float
     shape: Floats | None
-    kept: Floats
+    decrease: Floats
     effect: Floats
     unit: Floats
     weights: Floats
@@ -99,11 +99,11 @@ class _Search:
         step = loop.sample_time
         PG = P @ loop.A
         if step is None:
-            kept = -(PG + PG.transpose(0, 2, 1) + 2 * rate * P)
+            decrease = -(PG + PG.transpose(0, 2, 1) + 2 * rate * P)
         else:
             top = np.broadcast_to(np.exp(-2 * rate * step) * P, PG.shape)
             low = np.broadcast_to(P, PG.shape)
-            kept = np.block([[top, PG.transpose(0, 2, 1)], [PG, low]])
+            decrease = np.block([[top, PG.transpose(0, 2, 1)], [PG, low]])
         r = len(loop.model.B)
         columns = P @ loop.model.B
         delta = np.abs(loop.gains) if shape is None else np.broadcast_to(shape, loop.gains.shape)
@@ -117,17 +117,20 @@ class _Search:
         effect = loop.per_pair(np.einsum("ink,k,imk->inm", columns, weights, columns), "vertex")
         unit = np.einsum("jkl,k->jl", steps, 1 / weights)
         diagonal = loop.per_pair(unit[:, :, None] * np.eye(len(P)), "gain")
-        return cls(loop, P, rate, shape, kept, effect, diagonal, weights)
+        return cls(loop, P, rate, shape, decrease, effect, diagonal, weights)
 
     def holds(self, size: float, t: float) -> bool:
         """Return whether all inequalities hold at a step and a factor of tau, in floats."""
         effect, step = t * self.effect, size**2 / t * self.unit
-        whole = self.kept - effect - step if self.loop.sample_time is None else self.kept.copy()
-        if self.loop.sample_time is not None:
+        inequality = self.decrease.copy()
+        if self.loop.sample_time is None:
+            inequality -= effect
+            inequality -= step
+        else:
             n = len(self.P)
-            whole[:, :n, :n] -= step
-            whole[:, n:, n:] -= effect
-        return bool(np.linalg.eigvalsh(whole)[:, 0].min() > 0)
+            inequality[:, :n, :n] -= step
+            inequality[:, n:, n:] -= effect
+        return bool(np.linalg.eigvalsh(inequality)[:, 0].min() > 0)
 
     def claims(self) -> Iterator[tuple[str, dict[str, Any]]]:
         """Yield the claims, the largest step first."""
@@ -153,7 +156,7 @@ class _Search:
     @cached_property
     def largest(self) -> tuple[float, float]:
         """Return the largest step, and its factor of tau, over a grid of factors."""
-        best, at = 0.0, 1.0
+        best, best_factor = 0.0, 1.0
         # The best factor is not known beforehand. The bisection runs only where the best step so
         # far can be exceeded.
         for t in np.logspace(-8, 4, 73):
@@ -165,5 +168,5 @@ class _Search:
             for _ in range(HALVINGS):
                 middle = (low + high) / 2
                 low, high = (middle, high) if self.holds(middle, t) else (low, middle)
-            best, at = low, float(t)
-        return best, at
+            best, best_factor = low, float(t)
+        return best, best_factor

@@ -26,10 +26,11 @@ DIGITS = (6, 9, 12)
 DEGREES, HIGHEST = (2, 4), 8
 # Fractions of the largest rate in continuous time: for a large set, and for any set.
 OF_A_LARGE_SET, OF_ANY = (0.2, 0.05), (0.5, 0.1, 0.0)
-NEAR = 0.8  # allowed distance of a large set's function from that of continuous time
+# A large set's function is at least this share of that of continuous time.
+LEAST_SHARE = 0.8
 # For the search of the largest sample time: the shortest to try [s], the factor from one to the
 # next, and the ratio of upper to lower bound at which bisection ends.
-SHORTEST, STEP, ENOUGH = 1e-5, 2.0, 1.02
+SHORTEST, STEP_FACTOR, CLOSE_RATIO = 1e-5, 2.0, 1.02
 # Fractions of the sample time found, tried until the rounded numbers prove the claim.
 BACK_OFF = (0.998, 0.99, 0.97, 0.9, 0.7)
 # The level is lowered by this share, so that its rounding cannot leave the box.
@@ -67,9 +68,9 @@ class SampledLoop:
         rate = answer.decay_rate or 0.0
         if answer.P is None or rate <= 0:
             return self._undecided(loop, "no common function in continuous time")
-        found = _Search(loop, np.asarray(answer.P), rate)
+        search = _Search(loop, np.asarray(answer.P), rate)
         claims = (
-            found.largest(self.below) if self.sample_time is None else found.at(self.sample_time)
+            search.largest(self.below) if self.sample_time is None else search.at(self.sample_time)
         )
         first = next(claims, None)
         if first is None:
@@ -114,9 +115,9 @@ class _Search:
 
     def at(self, step: float) -> Iterator[tuple[str, dict[str, Any]]]:
         """Yield (words, claim) at a sample time, the best first."""
-        large = self._of_a_large_set()
-        for share in OF_A_LARGE_SET if large is not None else ():
-            yield from self._claims(step, large, share, DEGREES[0], NEAR)
+        large_set_shape = self._of_a_large_set()
+        for share in OF_A_LARGE_SET if large_set_shape is not None else ():
+            yield from self._claims(step, large_set_shape, share, DEGREES[0], LEAST_SHARE)
         for degree in (*DEGREES, HIGHEST):
             for share in OF_ANY:
                 yield from self._claims(step, self.P, share, degree, 0.0)
@@ -135,34 +136,35 @@ class _Search:
         def holds(step: float) -> bool:
             return self._function(step, self.P, 0.0, HIGHEST) is not None
 
-        low = below / STEP
+        low = below / STEP_FACTOR
         while not holds(low):
-            low /= STEP
+            low /= STEP_FACTOR
             if low < SHORTEST:
                 return 0.0
-        high = STEP * low
-        while high > ENOUGH * low:
+        high = STEP_FACTOR * low
+        while high > CLOSE_RATIO * low:
             middle = float(np.sqrt(low * high))
             low, high = (middle, high) if holds(middle) else (low, middle)
         return low
 
     def _claims(
-        self, step: float, near: Floats | None, share: float, degree: int, least: float
+        self, step: float, shape: Floats | None, share: float, degree: int, least_share: float
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         rate = rounded_down(share * self.rate, 3)
-        found = self._function(step, self.P if near is None else near, rate, degree, least)
-        if found is None:
+        shape = self.P if shape is None else shape
+        candidate = self._function(step, shape, rate, degree, least_share)
+        if candidate is None:
             return
         for digits in DIGITS:
-            P = short(found.P, digits)
-            functions = np.array([short(one, digits) for one in found.functions])
+            P = short(candidate.P, digits)
+            functions = np.array([short(function, digits) for function in candidate.functions])
             level = self._level(P, functions)
             words = f"a sample every {step:g} s, rate {rate:g} 1/s, degree {degree}"
             written = SampledClaim(P, functions, step).written(self.loop, level, rate)
             yield f"{words}, to {digits} digits", written
 
     def _function(
-        self, step: float, near: Floats, rate: float, degree: int, least: float = 0.0
+        self, step: float, shape: Floats, rate: float, degree: int, least_share: float = 0.0
     ) -> SampledFunction | None:
         from takagi.lmi.analysis.sampled_loop import sampled_function
 
@@ -173,10 +175,10 @@ class _Search:
             model.B,
             np.unique(gains, axis=0),
             step,
-            near=near,
+            near_function=shape,
             degree=degree,
             decay_rate=rate,
-            least=least,
+            smallest=least_share,
         )
 
     def _of_a_large_set(self) -> Floats | None:
@@ -188,10 +190,10 @@ class _Search:
             return 1.0
         halves = state_halves(self.loop)
         level = largest_level(self.loop, P)
-        for one in functions:
-            if np.linalg.eigvalsh(one)[0] <= 0:
+        for function in functions:
+            if np.linalg.eigvalsh(function)[0] <= 0:
                 continue
-            reach = np.diag(np.linalg.inv(one))[: len(halves)] / halves**2
+            reach = np.diag(np.linalg.inv(function))[: len(halves)] / halves**2
             if reach.max() > 0:
                 level = min(level, float((1 - SPARE) / reach.max()))
         return rounded_down(level)

@@ -17,25 +17,25 @@ from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt
-from takagi.lmi.analysis.tracking import tracking_function
+from takagi.lmi.analysis.start_set import tracking_function
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
-from takagi.models.plant.plant import Plant
-from takagi.models.tracking import (
+from takagi.models.equilibrium_line import (
     ConstantObserver,
     EquilibriumLine,
     equilibrium_line,
     placed_gain,
-    signals_of,
 )
+from takagi.models.errors import ModelError
+from takagi.models.plant.plant import Plant
+from takagi.models.tracking import signals_of
 
 # Shares of the largest decay rate that are tried for the function.
 SHARES = (0.9, 0.6, 0.35, 0.15)
-QUICK = (0.5, 0.15)
+QUICK_SHARES = (0.5, 0.15)
 # Evidence with this share of the largest jump is taken if its decay rate is larger.
-NEARLY = 0.9
+NEARLY_BEST = 0.9
 # Shares of the set for the residuals; the least is for residuals that are rounding only.
-LEFT = (0.02, 0.1, 0.3, 0.6)
+RESIDUAL_SHARES = (0.02, 0.1, 0.3, 0.6)
 DIGITS = (6, 9, 12)
 MOST_SIGNALS = 4  # of a quadratic function: the corners of their ranges double with each
 # Relative margin that is added to norms and residuals computed in floating point.
@@ -44,9 +44,9 @@ SLACK = 1 + 1e-6
 # at the level of rounding costs the checkers many boxes.
 SPARE = 1e-6
 # The weights of the residuals are claimed larger by this factor than they were found.
-WIDER = 1 + 1e-4
+WEIGHT_FACTOR = 1 + 1e-4
 # Shares of a rate that are tried if the whole rate is not proved.
-SLOWER = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
+RATE_SHARES = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,15 +72,15 @@ class Tracking:
         ------
         ModelError : the model has no references, or there are no gains.
         """
-        found = self._found(loop, quick=False)
-        if found is not None:
-            search, best = found
-            tried = f"the best of {len(SHARES)} decay rates: {best['decay_rate']:g} 1/s"
+        search_and_evidence = self._best_evidence(loop, quick=False)
+        if search_and_evidence is not None:
+            search, evidence = search_and_evidence
+            tried = f"the best of {len(SHARES)} decay rates: {evidence['decay_rate']:g} 1/s"
         else:
             search = self._search(loop)
-            best = search.nearest()
+            evidence = search.nearest()
             tried = "no set was found in which outputs follow their references, within the ranges"
-        claim = {"name": search.name(), "kind": "tracking", **best}
+        claim = {"name": search.name(), "kind": "tracking", **evidence}
         return Attempt(claim, search.replay(claim), (tried,))
 
     def candidate(self, loop: ClaimedLoop) -> dict[str, Any] | None:
@@ -90,14 +90,16 @@ class Tracking:
         ------
         ModelError : as ``attempt``.
         """
-        found = self._found(loop, quick=True)
-        return None if found is None else found[1]
+        search_and_evidence = self._best_evidence(loop, quick=True)
+        return None if search_and_evidence is None else search_and_evidence[1]
 
-    def _found(self, loop: ClaimedLoop, *, quick: bool) -> tuple[_Search, dict[str, Any]] | None:
+    def _best_evidence(
+        self, loop: ClaimedLoop, *, quick: bool
+    ) -> tuple[_Search, dict[str, Any]] | None:
         """Return evidence about a linear function of the signals, else about a quadratic one."""
         search = self._search(loop, quick=quick)
-        best = search.evidence(quick=quick)
-        return None if best is None else (search, best)
+        evidence = search.evidence(quick=quick)
+        return None if evidence is None else (search, evidence)
 
     def _search(self, loop: ClaimedLoop, *, quick: bool = False) -> _Search:
         """Return the search about a linear function of the signals, or a quadratic one.
@@ -141,7 +143,7 @@ def _vertices(
     plant: Plant, loop: ClaimedLoop, observer: ConstantObserver | None
 ) -> tuple[Floats, Floats]:
     """Return A (N, n, n) and B (N, n, m) of z' = A z + B (u - u*), z = X or (X, s)."""
-    A, B = (np.asarray(part, dtype=np.float64) for part in (loop.model.A, loop.model.B))
+    A, B = (np.asarray(stack, dtype=np.float64) for stack in (loop.model.A, loop.model.B))
     if observer is None:
         return A, B
     r, n, k = len(A), A.shape[1], len(observer.A)
@@ -156,8 +158,8 @@ def decay_limit(A: Floats) -> float:
     """Return the largest rate [1/s] of one quadratic function for all vertices, 0 for none."""
     from takagi.lmi import max_decay_rate
 
-    found = max_decay_rate(A).decay_rate
-    return 0.0 if found is None else max(float(found), 0.0)
+    rate = max_decay_rate(A).decay_rate
+    return 0.0 if rate is None else max(float(rate), 0.0)
 
 
 class _Search:
@@ -166,38 +168,37 @@ class _Search:
         loop: ClaimedLoop,
         plant: Plant,
         line: EquilibriumLine,
-        asked: Tracking,
+        request: Tracking,
         *,
         quick: bool,
         top: float | None = None,
     ) -> None:
-        self.loop, self.plant, self.line, self.asked = loop, plant, line, asked
-        self.K = placed_gain(plant, _gain(loop), asked.observer)
-        free, B = _vertices(plant, loop, asked.observer)
+        self.loop, self.plant, self.line, self.request = loop, plant, line, request
+        self.K = placed_gain(plant, _gain(loop), request.observer)
+        free, B = _vertices(plant, loop, request.observer)
         self.A = free - B @ self.K
         self.rows = self._rows()
-        self.integrals = [
-            [v.name for v in plant.states].index(one.integral) for one in plant.references
-        ]
-        self.C = [np.unique(free[:, row, :], axis=0) for row in self.integrals]
+        states = [v.name for v in plant.states]
+        integrals = [states.index(reference.integral) for reference in plant.references]
+        self.C = [np.unique(free[:, row, :], axis=0) for row in integrals]
         names = [v.name for v in signals_of(plant)]
-        self.references = [names.index(one.name) for one in plant.references]
+        self.references = [names.index(reference.name) for reference in plant.references]
         self.rates = np.zeros(len(names))
-        for place, one in zip(self.references, plant.references, strict=True):
-            self.rates[place] = float(one.rate or 0)
+        for index, reference in zip(self.references, plant.references, strict=True):
+            self.rates[index] = float(reference.rate or 0)
         if top is None:
             poles = float(np.linalg.eigvals(self.A).real.max())
             top = max(-poles, 0.0) if quick else decay_limit(self.A)
         self.top = top
-        small = 1e-6 * np.abs(self.A @ line.D).sum() + 1e-9
-        self.leaves_residuals = bool(np.any(line.residuals > small))
+        rounding_size = 1e-6 * np.abs(self.A @ line.D).sum() + 1e-9
+        self.leaves_residuals = bool(np.any(line.residuals > rounding_size))
 
     def _rows(self) -> Floats:
         """Return rows h_i with |h_i' z| <= 1 inside the ranges, about every Xhat(s)."""
         rows = []
         kinds = ((self.loop.model.states, np.eye(len(self.K[0]))), (self.loop.model.inputs, self.K))
         ranges = (self.line.state_range, self.line.input_range)
-        for (labels, found), ends in zip(kinds, ranges, strict=True):
+        for (labels, unit_rows), ends in zip(kinds, ranges, strict=True):
             for k, label in enumerate(labels):
                 if label not in self.loop.model.box:
                     continue
@@ -208,66 +209,72 @@ class _Search:
                         f"plant {self.plant.name!r}: {label} has no room beside the references' "
                         "rests; narrow their ranges"
                     )
-                rows.append(found[k] / room)
+                rows.append(unit_rows[k] / room)
         return np.array(rows).reshape(-1, len(self.K[0]))
 
     def evidence(self, *, quick: bool = False) -> dict[str, Any] | None:
         """Return the best evidence that holds in floats; None for none."""
-        for share in SLOWER if self.asked.slower else (1.0,):
-            found = [
-                one
-                for part in (QUICK if quick else SHARES)
-                for left in self._left(quick=quick)
-                for one in self._at(rounded_down(part * self.top, 4), share, left)
+        for rate_share in RATE_SHARES if self.request.slower else (1.0,):
+            candidates = [
+                candidate
+                for decay_share in (QUICK_SHARES if quick else SHARES)
+                for residual_share in self._residual_shares(quick=quick)
+                for candidate in self._at(decay_share, rate_share, residual_share)
             ]
-            if found:
-                return self._best(found)
+            if candidates:
+                return self._best(candidates)
         return None
 
-    def _best(self, found: list[dict[str, Any]]) -> dict[str, Any]:
+    def _best(self, candidates: list[dict[str, Any]]) -> dict[str, Any]:
         """Return the evidence with the least error, or the fastest with about the largest jumps."""
-        best = max(found, key=self._worth)
-        if self.asked.kind == "rate":
+        best = max(candidates, key=self._worth)
+        if self.request.kind == "rate":
             return best
-        near = [one for one in found if self._worth(one) >= NEARLY * self._worth(best)]
-        return max(near, key=lambda one: float(one["decay_rate"]), default=best)
+        least_worth = NEARLY_BEST * self._worth(best)
+        nearly_best = [c for c in candidates if self._worth(c) >= least_worth]
+        return max(nearly_best, key=lambda c: float(c["decay_rate"]), default=best)
 
-    def _left(self, *, quick: bool) -> tuple[float, ...]:
+    def _residual_shares(self, *, quick: bool) -> tuple[float, ...]:
         """Return the shares of the set for the residuals of the equations."""
         if not self.leaves_residuals:
-            return LEFT[:1]
-        return LEFT[2:] if quick else LEFT
+            return RESIDUAL_SHARES[:1]
+        return RESIDUAL_SHARES[2:] if quick else RESIDUAL_SHARES
 
-    def _at(self, alpha: float, share: float, left: float) -> Iterator[dict[str, Any]]:
+    def _at(self, decay: float, rate: float, residual: float) -> Iterator[dict[str, Any]]:
+        """Yield the evidence at these shares of the decay rate, of the rates and of the set."""
+        alpha = rounded_down(decay * self.top, 4)
         if alpha <= 0:
             return
-        found = self._function(alpha, share, left)
-        if found is not None:
-            yield from islice(self._evidence(*found, alpha, share), 1)
+        function = self._function(alpha, rate, residual)
+        if function is not None:
+            yield from islice(self._evidence(*function, alpha, rate), 1)
 
     def name(self) -> str:
         """Return what follows what."""
-        pairs = ", ".join(f"{one.follows} follows {one.name}" for one in self.plant.references)
-        return pairs if self.asked.kind == "jumps" else f"{pairs} while it moves"
+        pairs = ", ".join(f"{r.follows} follows {r.name}" for r in self.plant.references)
+        return pairs if self.request.kind == "jumps" else f"{pairs} while it moves"
 
     def _function(
-        self, alpha: float, share: float, left: float
+        self, alpha: float, share: float, residual_share: float
     ) -> tuple[Floats, Floats | None] | None:
         """Return P, and weights u of the residuals where they are more than rounding."""
         D, residuals = self.line.D, self.line.residuals
         pushes: list[Floats] = []
         weighed: dict[str, Any] = {}
         if self.leaves_residuals:
-            weighed = {"residuals": self._counted(), "left": left}
+            weighed = {"residuals": self._counted(), "left": residual_share}
         else:
-            some = [k for k, e in enumerate(residuals) if e > 0]
-            pushes = [np.eye(len(D))[k] * residuals[k] * len(some) / (alpha * left) for k in some]
+            unbalanced = [k for k, e in enumerate(residuals) if e > 0]
+            pushes = [
+                np.eye(len(D))[k] * residuals[k] * len(unbalanced) / (alpha * residual_share)
+                for k in unbalanced
+            ]
         widths = np.array([high - low for low, high in self.line.sides])
-        if self.asked.kind == "jumps":
+        if self.request.kind == "jumps":
             rows = np.array(pushes).reshape(-1, len(D))
             jumps = np.vstack([self.line.slopes(j) * widths[j] for j in self.references])
             return tracking_function(self.A, alpha, self.rows, rows, jumps=jumps, **weighed)
-        moving = np.count_nonzero(self.rates) * share * self.rates / (alpha * (1 - left))
+        moving = np.count_nonzero(self.rates) * share * self.rates / (alpha * (1 - residual_share))
         pushes += [
             slope * speed
             for j, speed in enumerate(moving)
@@ -287,17 +294,17 @@ class _Search:
         self, P: Floats, u: Floats | None, alpha: float, share: float
     ) -> Iterator[dict[str, Any]]:
         """Yield evidence that holds in floating point, with few digits first."""
-        rates = share * self.rates if self.asked.kind == "rate" else 0 * self.rates
+        rates = share * self.rates if self.request.kind == "rate" else 0 * self.rates
         rates = np.array([float(f"{rate:.4g}") for rate in rates])
         for digits in DIGITS:
             P_ = short(P, digits)
             if np.linalg.eigvalsh(P_)[0] <= 0:
                 continue
-            found = self._filled(P_, alpha, rates, u)
-            push = found["residual_norm"] + float(np.dot(found["slope_norms"], rates))
-            falls = self._falls(P_, found.get("residual_weights"), alpha)
-            if falls >= alpha and falls * found["radius"] >= push * SLACK:
-                yield found
+            evidence = self._filled(P_, alpha, rates, u)
+            push = evidence["residual_norm"] + float(np.dot(evidence["slope_norms"], rates))
+            rate_in_floats = self._falls(P_, evidence.get("residual_weights"), alpha)
+            if rate_in_floats >= alpha and rate_in_floats * evidence["radius"] >= push * SLACK:
+                yield evidence
 
     def _filled(
         self, P: Floats, alpha: float, rates: Floats, u: Floats | None = None
@@ -309,7 +316,7 @@ class _Search:
         residuals = np.array([rounded_up(e * SLACK + 1e-12, 4) for e in self.line.residuals])
         norm, weighed = float(np.sqrt(residuals @ np.abs(P) @ residuals)), {}
         if u is not None:
-            weights = [rounded_up(w * WIDER, 6) for w in u / self._counted() ** 2]
+            weights = [rounded_up(w * WEIGHT_FACTOR, 6) for w in u / self._counted() ** 2]
             spare = 2 * alpha * SPARE * radius**2 / len(residuals)
             residuals = np.maximum(residuals, [rounded_up(np.sqrt(spare / w), 4) for w in weights])
             norm = float(np.sqrt(alpha * (weights @ residuals**2) / 2))
@@ -344,18 +351,18 @@ class _Search:
 
     def _worth(self, evidence: dict[str, Any]) -> float:
         """Return the least jump over the ranges' widths, or minus the largest error."""
-        if self.asked.kind == "jumps":
+        if self.request.kind == "jumps":
             return min(jump_shares(self.plant, evidence))
         push = evidence["residual_norm"] + float(np.dot(evidence["slope_norms"], evidence["rates"]))
         return -max(float(c * push / evidence["decay_rate"]) for c in evidence["error_factors"])
 
     def nearest(self) -> dict[str, Any]:
         """Return the numbers of a function that falls, in a set that is too small; not proved."""
-        alpha = max(rounded_down(QUICK[0] * self.top, 4), 1e-6)
+        alpha = max(rounded_down(QUICK_SHARES[0] * self.top, 4), 1e-6)
         none = np.zeros((0, len(self.A[0])))
         jumps = np.vstack([self.line.slopes(j) for j in self.references])
-        found = tracking_function(self.A, alpha, self.rows, none, jumps=jumps)
-        P = _of_the_middle(self.A.mean(axis=0)) if found is None else found[0]
+        function = tracking_function(self.A, alpha, self.rows, none, jumps=jumps)
+        P = _of_the_middle(self.A.mean(axis=0)) if function is None else function[0]
         return self._filled(short(P, DIGITS[0]), alpha, self.rates)
 
     def replay(self, claim: dict[str, Any]) -> Claim:
@@ -381,11 +388,11 @@ def _of_the_middle(A: Floats) -> Floats:
 def jump_shares(plant: Plant, claim: Mapping[str, Any]) -> list[float]:
     """Return, for each reference, the largest jump from rest over the width of its range."""
     signals = {v.name: (k, v.range) for k, v in enumerate(signals_of(plant))}
-    rest = claim["residual_norm"] / claim["decay_rate"]
-    found = []
-    for one in plant.references:
-        place, side = signals[one.name]
+    residual_radius = claim["residual_norm"] / claim["decay_rate"]
+    shares = []
+    for reference in plant.references:
+        index, side = signals[reference.name]
         assert side is not None  # a reference has one
-        step = claim["slope_norms"][place] * float(side.width)
-        found.append((claim["radius"] - rest) / max(step, 1e-300))
-    return found
+        step = claim["slope_norms"][index] * float(side.width)
+        shares.append((claim["radius"] - residual_radius) / max(step, 1e-300))
+    return shares

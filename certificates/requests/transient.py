@@ -55,10 +55,10 @@ class Transient:
         """Return the claim ``transient``."""
         scales = self._scales(loop)
         if self.decay_rate is None:
-            most = common_function(loop)
-            found = min(most.decay_rate or 0.0, 1e6)
-            rates = [rounded_down(share * found) for share in SHARES if found > 0]
-            diagnosis = most.diagnosis
+            fastest = common_function(loop)
+            largest_rate = min(fastest.decay_rate or 0.0, 1e6)
+            rates = [rounded_down(share * largest_rate) for share in SHARES if largest_rate > 0]
+            diagnosis = fastest.diagnosis
         else:
             rates, diagnosis = [self.decay_rate], ""
         claims: list[tuple[float, str, dict[str, Any]]] = []

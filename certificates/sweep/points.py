@@ -46,11 +46,10 @@ from takagi.certificates.document.certificate_file import (
 from takagi.lmi.turbine.effort import EffortSettings, effort_gains
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.regional_schedule import coupling_filter
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
@@ -227,8 +226,8 @@ def published_point(
     speed = at.get(SPEED, law.coupling.speed_ramp.width)
     torque = at.get(TORQUE, law.coupling.torque_overlap)
     coupling_filter(turbine, speed_overlap=speed, torque_overlap=torque)
-    moved = with_overlaps(law, speed_overlap=speed, torque_overlap=torque)
-    windows = certified_windows(moved, [(v, round(v + WINDOW, DIGITS)) for v in winds])
+    shifted = with_overlaps(law, speed_overlap=speed, torque_overlap=torque)
+    windows = certified_windows(shifted, [(v, round(v + WINDOW, DIGITS)) for v in winds])
     proved = [window for window in windows if window["verdict"] == "PROVED"]
     failing = next((window for window in windows if window not in proved), None)
     first = None if failing is None else failing["from [m/s]"]
@@ -245,8 +244,8 @@ def published_point(
 
 @lru_cache(maxsize=2)
 def _law(name: str, turbine: Turbine) -> PublishedLaw:
-    asked = replace(default_settings(turbine), law=name)
-    return designed_law(turbine, asked, regional_design(turbine))
+    settings = replace(default_settings(turbine), law=name)
+    return designed_law(turbine, settings, regional_design(turbine))
 
 
 def certified_windows(law: PublishedLaw, winds: Sequence[Span]) -> list[dict[str, Any]]:
@@ -269,9 +268,9 @@ def _proved(candidate: PublishedCandidate, windows: Sequence[Span]) -> set[Span]
     """Return the windows that the checker proves, each by a claim of its own."""
     claims = []
     for span in windows:
-        cells = tuple(each for each in candidate.cells if _inside(each.cell.wind, span))
-        alone = replace(candidate, winds=(span,), cells=cells, unproved=())
-        claims.append(published_claim(alone))
+        cells = tuple(found for found in candidate.cells if _inside(found.cell.wind, span))
+        of_window = replace(candidate, winds=(span,), cells=cells, unproved=())
+        claims.append(published_claim(of_window))
     checked = _checked(candidate.law.turbine, published_law_data(candidate.law), claims)
     pairs = zip(windows, checked, strict=True)
     return {span for span, claim in pairs if claim.verdict is Verdict.PROVED}
@@ -279,14 +278,14 @@ def _proved(candidate: PublishedCandidate, windows: Sequence[Span]) -> set[Span]
 
 def _window(candidate: PublishedCandidate, span: Span, proved: bool) -> dict[str, Any]:
     rest = candidate.rests[span[0]]
-    cells = [found for found in candidate.cells if proved and _inside(found.cell.wind, span)]
+    cells = [cell for cell in candidate.cells if proved and _inside(cell.cell.wind, span)]
     reason = _reason(candidate, span) or "the checker did not confirm what was found"
     return {
         "from [m/s]": span[0],
         "to [m/s]": span[1],
         "verdict": "PROVED" if proved else "UNDECIDED",
-        "decay_rate [1/s]": min((found.decay_rate for found in cells), default=None),
-        "half_width [rad/s]": min((float(found.cell.box[0]) for found in cells), default=None),
+        "decay_rate [1/s]": min((cell.decay_rate for cell in cells), default=None),
+        "half_width [rad/s]": min((float(cell.cell.box[0]) for cell in cells), default=None),
         "rest": rest.kind,
         "power_ratio [-]": None if rest.kind == "none" else round(rest.power_ratio, 6),
         "reason": None if proved else reason,
@@ -301,5 +300,5 @@ def _reason(candidate: PublishedCandidate, span: Span) -> str | None:
     return next((gap.reason for gap in gaps if _inside(gap.wind, span)), "no cell was found")
 
 
-def _inside(span: Span, other: Span) -> bool:
-    return other[0] <= span[0] and span[1] <= other[1]
+def _inside(span: Span, outer: Span) -> bool:
+    return outer[0] <= span[0] and span[1] <= outer[1]

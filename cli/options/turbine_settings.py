@@ -14,7 +14,7 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.models.intervals.interval import Interval
-    from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+    from takagi.models.laws.effort_sharing.law import LoopUncertainty
     from takagi.models.turbine.data import Turbine
 
 EFFORT_SHARING = "coherent"  # the default law of a turbine
@@ -252,7 +252,7 @@ def uncertainty_asked(given: Mapping[str, Any]) -> LoopUncertainty:
     ModelError : an inertia or a power coefficient that is not an interval around 1.
     """
     from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY
-    from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+    from takagi.models.laws.effort_sharing.law import LoopUncertainty
 
     default = DEFAULT_UNCERTAINTY
     span, power = default.inertia, default.power_coefficient

@@ -86,14 +86,14 @@ class PlantMaker:
         ModelError : they cannot, so that the law has weights of its own.
         CertificateError : the gain file is unreadable, or not for this plant.
         """
-        from takagi.certificates.design.given.kept_model import MOVED
+        from takagi.certificates.design.given.kept_model import REST_MOVED
         from takagi.certificates.design.plant.design import certify_filed
 
         plant, settings = self._question()
         found = certify_filed(plant, gains, settings, files=self.source.files, tell=tell)
-        if MOVED in found.notes:
+        if REST_MOVED in found.notes:
             raise ModelError(
-                f"{gains}: the law cannot be simulated on this plant: {MOVED} (of 'takagi "
+                f"{gains}: the law cannot be simulated on this plant: {REST_MOVED} (of 'takagi "
                 "certify'); simulate the law on its own plant, or the new one on this plant"
             )
         if found.gains is not None and found.law is None and found.output_law is None:

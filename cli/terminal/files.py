@@ -92,7 +92,7 @@ _HEAD = ("file of certificates/checker", "lines of code", "executed")
 def trusted_text(trusted: Trusted) -> str:
     """Return a table of the files with their sum, and a note on the code of the sentences."""
     total = (f"{len(trusted.files)} files", str(trusted.lines), str(trusted.executed))
-    rows = [_HEAD, *((f.place, str(f.lines), str(f.executed)) for f in trusted.files), total]
+    rows = [_HEAD, *((f.path, str(f.lines), str(f.executed)) for f in trusted.files), total]
     width = max(len(row[0]) for row in rows)
     table = [f"  {row[0]:<{width}}  {row[1]:>13}  {row[2]:>8}" for row in rows]
     words = sum(file.lines for file in trusted.words)
@@ -114,4 +114,4 @@ def as_data(trusted: Trusted) -> dict[str, Any]:
 
 
 def _row(file: File) -> dict[str, Any]:
-    return {"file": file.place, "lines": file.lines, "executed": file.executed}
+    return {"file": file.path, "lines": file.lines, "executed": file.executed}

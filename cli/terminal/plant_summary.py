@@ -13,7 +13,7 @@ from takagi.cli.terminal.rows import (
     unbroken,
     wrapped_claims,
 )
-from takagi.models.plant.file_units import file_unit
+from takagi.models.plant.plant import file_unit
 from takagi.reports.page.text import behind, name_of, unit_of
 from takagi.reports.sections.plant.summary import starts_alone, summary_rows
 

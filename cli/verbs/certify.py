@@ -95,9 +95,9 @@ def certify(
     difference = None if old is None else compared(old, document, checked, share)
     warned = ""
     if gains is not None:
-        from takagi.certificates.controller.content import told
+        from takagi.certificates.controller.content import differences_in_words
 
-        differs = told(document, gains) if gains_out is None else ""
+        differs = differences_in_words(document, gains) if gains_out is None else ""
         warned = "\n".join((*found.notes, *([differs] if differs else ())))
     _print(out, checked, gains_out or gains, old, difference, warned, alone=alone, as_json=as_json)
     kept = difference is None or difference.passes

@@ -51,7 +51,7 @@ def block(paths: Mapping[str, Path]) -> str:
 def row(name: str, trusted: Trusted) -> str:
     """Return one row of the table."""
     rooms = [
-        sum(file.lines for file in trusted.files if file.place.startswith(f"{room}/"))
+        sum(file.lines for file in trusted.files if file.path.startswith(f"{room}/"))
         for room in ROOMS
     ]
     words = sum(file.lines for file in trusted.words)

@@ -1,4 +1,6 @@
-r"""How fast the inputs of a given law move on an ellipsoid: |u_k'|, or |u_k(x+) - u_k(x)|.
+"""How fast the inputs of a given law move, and the vertices of its loop.
+
+How fast the inputs of a given law move on an ellipsoid: |u_k'|, or |u_k(x+) - u_k(x)|.
 
 Continuous time, u = -K(h) x with G_il = A_i - B_i K_l:
 
@@ -23,12 +25,13 @@ design without these states needs.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations_with_replacement, permutations, product
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.loop_pairs import gain_stack, pair_means, pairs_of
+from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,
     input_stack,
@@ -39,6 +42,51 @@ from takagi.lmi.argument_checks import (
 from takagi.lmi.condition.term import Array
 from takagi.models import TSModel
 from takagi.models.errors import ModelError
+from takagi.models.ts.vertex_arrays import finite_array
+
+
+def gain_stack(gains: ArrayLike, r: int, m: int, n: int) -> Array:
+    """Return K, (r, m, n), of u = -sum_j h_j K_j x; one (m, n) gain stands for all rules.
+
+    Raises
+    ------
+    ModelError : another shape, or an entry that is not finite.
+    """
+    K = finite_array("K", gains)
+    if K.shape not in ((r, m, n), (1, m, n), (m, n)):
+        raise ModelError(
+            f"gains have shape {K.shape}; ({r}, {m}, {n}) is needed, or ({m}, {n}) for the same "
+            "gain in every rule"
+        )
+    return np.broadcast_to(K, (r, m, n))
+
+
+def pairs_of(X: Array, Y: Array, K: Array) -> Array:
+    """Return (X_i - Y_i K_j + X_j - Y_j K_i) / 2 for i <= j, (r (r + 1) / 2, ., .).
+
+    sum_ij h_i h_j (X_i - Y_i K_j) is a blend of these, with weights h_i^2 and 2 h_i h_j.
+
+    Parameters
+    ----------
+    X, Y, K : (r, p, n), (r, p, m), (r, m, n).
+    """
+    i, j = np.triu_indices(len(X))
+    return np.asarray((X[i] - Y[i] @ K[j] + X[j] - Y[j] @ K[i]) / 2)
+
+
+def pair_means(X: Array) -> Array:
+    """Return (X_i + X_j) / 2 for i <= j: what does not depend on the gains, at the same pairs."""
+    i, j = np.triu_indices(len(X))
+    return np.asarray((X[i] + X[j]) / 2)
+
+
+def of_pairs(answer: Answer, gains: ArrayLike | None) -> Answer:
+    """Return a "no" whose vertices are rules and means of pairs, with what it proves."""
+    if answer.found or gains is None or not answer.diagnosis:
+        return answer
+    words = "the vertices are rules and means of pairs of rules; a mean that fails excludes nothing"
+    return replace(answer, diagnosis=f"{answer.diagnosis} ({words})")
+
 
 # The most rules for which the corners of the set of membership rates are listed, about r 2^(r-1).
 MOST_RULES = 12
@@ -75,8 +123,8 @@ def input_rate_bound(
     Q = np.linalg.inv(symmetric("P", P, n, definite=True))
     step = sample_time_of(model, sample_time)
     phi = membership_rates(rate_bounds, K, discrete=step is not None)
-    found = _largest(input_rate_rows(A, B, K, discrete=step is not None), Q)
-    return found if phi is None else found + _largest_of_rates(K, phi, Q)
+    bounds = _largest(input_rate_rows(A, B, K, discrete=step is not None), Q)
+    return bounds if phi is None else bounds + _largest_of_rates(K, phi, Q)
 
 
 def input_rate_rows(A: Array, B: Array, K: Array, *, discrete: bool = False) -> Array:
@@ -141,15 +189,15 @@ def membership_corners(phi: Array) -> Array:
             f"{r} rules have up to {r * 2 ** (r - 1)} corners of membership rates; at most "
             f"{MOST_RULES} rules are listed: bound the rate with input_rate_bound instead"
         )
-    found = []
+    corners = []
     for free in range(r):
-        others = np.delete(phi, free)
+        other_bounds = np.delete(phi, free)
         for signs in product((1.0, -1.0), repeat=r - 1):
-            rest = np.array(signs) * others
-            last = -rest.sum()
+            others = np.array(signs) * other_bounds
+            last = -others.sum()
             if abs(last) <= phi[free]:
-                found.append(np.insert(rest, free, last))
-    return np.unique(np.array(found), axis=0)
+                corners.append(np.insert(others, free, last))
+    return np.unique(np.array(corners), axis=0)
 
 
 def _largest(rows: Array, Q: Array) -> Array:
@@ -163,7 +211,7 @@ def _largest_of_rates(K: Array, phi: Array, Q: Array) -> Array:
     if len(K) <= MOST_RULES:
         return _largest(np.tensordot(membership_corners(phi), K, axes=1), Q)
     # The rates sum to zero, so the same gain may be subtracted from all gains.
-    apart = np.stack([_norms(K - other, Q) for other in (*K, K.mean(axis=0))])
+    apart = np.stack([_norms(K - reference, Q) for reference in (*K, K.mean(axis=0))])
     return np.asarray((phi[:, None] * apart).sum(axis=1).min(axis=0))
 
 
@@ -188,13 +236,13 @@ def with_input_states(model: TSModel) -> TSModel:
         raise ModelError(f"model {model.name!r} has no inputs; there is nothing to make a state")
     input_stack(model, A)
     discrete = model.sample_time is not None
-    one = np.broadcast_to(np.eye(m), (r, m, m))
-    held = one if discrete else 0 * one
-    rest = np.zeros((r, m, n))
+    eye = np.broadcast_to(np.eye(m), (r, m, m))
+    kept_inputs = eye if discrete else 0 * eye
+    zeros = np.zeros((r, m, n))
     measured, disturbed = model.C.shape[1] > 0, model.E.shape[2] > 0
     return TSModel(
-        np.block([[A, B], [rest, held]]),
-        np.concatenate([B if discrete else 0 * B, one], axis=1),
+        np.block([[A, B], [zeros, kept_inputs]]),
+        np.concatenate([B if discrete else 0 * B, eye], axis=1),
         C=np.concatenate([model.C, model.D], axis=2) if measured else None,
         D=(model.D if discrete else 0 * model.D) if measured else None,
         E=np.concatenate([model.E, np.zeros((r, m, model.E.shape[2]))], axis=1)

@@ -1,4 +1,6 @@
-r"""Common quadratic Lyapunov function: one P for all vertices.
+"""One quadratic function for all vertices, and why there is none.
+
+Common quadratic Lyapunov function: one P for all vertices.
 
     continuous   A_i' P + P A_i + 2 alpha P < 0      x' = sum_i h_i A_i x,  V' <= -2 alpha V
     discrete     A_i' P A_i - rho^2 P < 0            x+ = sum_i h_i A_i x,  V+ <= rho^2 V
@@ -14,6 +16,17 @@ Lyapunov equation is |x|^2, the mean decays equally in all directions, and verti
 almost equally. This only gives coordinates; nothing is claimed from it.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.7 (Lyapunov's equation).
+
+Multipliers that show that no common P exists.
+
+    continuous   find 0 <= Z_i <= I with  sum_i (A_i Z_i + Z_i A_i' + 2 alpha Z_i) >= t I,  t > 0,
+    discrete     find 0 <= Z_i <= I with  sum_i (A_i Z_i A_i' - e^(-2 alpha T) Z_i) >= t I,  t > 0.
+
+If such Z_i exist, there is no P > 0 with A_i'P + PA_i + 2 alpha P < 0, or A_i'P A_i < e^(-2 alpha
+T) P, at all vertices. The trace of P times the sum would be negative by these inequalities, and
+positive by those on Z_i.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of alternatives).
 """
 
 from __future__ import annotations
@@ -25,40 +38,37 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.quadratic_condition import (
-    answer_in_states,
-    capped,
-    common_lyapunov_condition,
-)
-from takagi.lmi.analysis.slow_modes import slow_vertex
+from takagi.lmi.analysis.decay_rate import answer_in_states, capped, common_lyapunov_condition
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,
     number,
     rate_parameter,
     sample_time_of,
+    slow_vertex,
     vertex_stack,
 )
 from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.answer_check import exactly_held
-from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.decision.vertex_rounds import decide_by_rounds
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.decision.outcome import Outcome, exactly_held
+from takagi.lmi.decision.rounds import decide_by_vertices
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
 
 # A margin that is missed by no more may be one that no solver sees.
-NEAR = 1e-6
+NEARLY_HELD_MARGIN = 1e-6
 
 
 def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None:
     """Return T of x = T xhat; None where the mean does not decay at the rate alpha [1/s]."""
     from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
-    one = np.eye(A.shape[1])
+    eye = np.eye(A.shape[1])
     if step is None:
-        mean = A.mean(axis=0) + alpha * one
+        mean = A.mean(axis=0) + alpha * eye
         falls = np.linalg.eigvals(mean).real.max() < 0
     else:
         mean = A.mean(axis=0) / np.sqrt(rate_parameter(alpha, step)["contraction"])
@@ -71,9 +81,9 @@ def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None
             # caller.
             warnings.simplefilter("ignore")
             if step is None:
-                P = solve_continuous_lyapunov(mean.T, -one)
+                P = solve_continuous_lyapunov(mean.T, -eye)
             else:
-                P = solve_discrete_lyapunov(mean.T, one)
+                P = solve_discrete_lyapunov(mean.T, eye)
         P = (P + P.T) / 2
         if not (np.isfinite(P).all() and np.diag(P).min() > 0):
             return None
@@ -133,14 +143,14 @@ def common_lyapunov(
     pose = common_lyapunov_condition if step is None else _sampled(scaled, step)
     # A change of states decides more cases, and in less time, than other solvers do; so other
     # solvers are called last.
-    condition, outcome = decide_by_rounds(scaled, alpha, pose, most=1)
+    condition, outcome = decide_by_vertices(scaled, alpha, pose, most=1)
     if outcome.status == "unknown":
         there = _where_the_mean_falls(A, s, alpha, step)
         if there is not None and there.found:
             return replace(there, tries=(*outcome.tries, *there.tries))
-        before = (*outcome.tries, *(there.tries if there is not None else ()))
-        condition, outcome = decide_by_rounds(scaled, alpha, pose)
-        outcome = _by_its_rate(condition, replace(outcome, tries=(*before, *outcome.tries)), A, s)
+        tries = (*outcome.tries, *(there.tries if there is not None else ()))
+        condition, outcome = decide_by_vertices(scaled, alpha, pose)
+        outcome = _by_its_rate(condition, replace(outcome, tries=(*tries, *outcome.tries)), A, s)
     return answer_in_states(condition, outcome, A, s, step=step)
 
 
@@ -152,8 +162,8 @@ def _by_its_rate(condition: Condition, outcome: Outcome, A: Floats, s: Floats) -
     from takagi.lmi.analysis.decay_rate import fast_decay
 
     all_posed = condition.lmis[-1].count == len(A)
-    near = outcome.status == "unknown" and outcome.margin > -NEAR
-    if not (near and all_posed) or out_of_time():
+    nearly_held = outcome.status == "unknown" and outcome.margin > -NEARLY_HELD_MARGIN
+    if not (nearly_held and all_posed) or out_of_time():
         return outcome
     step = 1.0 if "contraction" in condition.parameters else None
     fast = fast_decay(A, scales=s, sample_time=step)
@@ -162,11 +172,11 @@ def _by_its_rate(condition: Condition, outcome: Outcome, A: Floats, s: Floats) -
     P = fast.P * s * s[:, None]
     P = P / np.linalg.eigvalsh(P)[-1] / 2
     values = {"P": ((P + P.T) / 2)[None]}
-    held = exactly_held(
+    checked = exactly_held(
         condition, replace(outcome, values=values, margin=margin(condition, values))
     )
     tries = (*outcome.tries, *fast.tries)
-    return replace(held if held.status == "candidate" else outcome, tries=tries)
+    return replace(checked if checked.status == "candidate" else outcome, tries=tries)
 
 
 def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None) -> Answer | None:
@@ -182,7 +192,7 @@ def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None
     back = np.linalg.inv(T)
     inside = back @ scaled @ T
     pose = common_lyapunov_condition if step is None else _sampled(inside, step)
-    condition, outcome = decide_by_rounds(inside, alpha, pose, most=1)
+    condition, outcome = decide_by_vertices(inside, alpha, pose, most=1)
     answer = answer_in_states(condition, outcome, inside, np.ones(len(T)), step=step)
     if answer.P is None:
         return answer
@@ -226,3 +236,84 @@ def _no_by_one_vertex(
             "lower the decay rate, or shrink the box so that this vertex moves"
         ),
     )
+
+
+def impossibility_condition(
+    A: Floats, *, decay_rate: float = 0.0, sample_time: float | None = None
+) -> Condition:
+    """Pose the alternative to a common quadratic function; Z_i <= I fixes the scale.
+
+    Parameters
+    ----------
+    A : (N, n, n).
+    decay_rate : alpha [1/s].
+    sample_time : T in s of x+ = A x; None for x' = A x.
+    """
+    count, n = A.shape[:2]
+    Z = Unknown("Z", n, n, symmetric=True, count=count)
+    eye = np.eye(n)[None]
+    every = np.arange(count)
+    positive = LMI(
+        name="multiplier",
+        blocks=(n,),
+        terms=(Term(unknown=Z, left=eye, right=eye, items=every, members=every),),
+        count=count,
+        strict=False,
+    )
+    bounded = LMI(
+        name="scale of the multiplier",
+        blocks=(n,),
+        terms=(Term(unknown=Z, left=eye, right=eye, items=every, members=every),),
+        constants=(Constant(value=-eye, latex="-I"),),
+        sign=-1,
+        count=count,
+        strict=False,
+    )
+    alternative = LMI(name="alternative", blocks=(n,), terms=_sum(A, Z, decay_rate, sample_time))
+    return Condition(
+        name="no common quadratic function",
+        unknowns=(Z,),
+        lmis=(positive, bounded, alternative),
+        source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3",
+    )
+
+
+def _sum(A: Floats, Z: Unknown, rate: float, step: float | None) -> tuple[Term, ...]:
+    count, n = A.shape[:2]
+    eye, every, first = np.eye(n)[None], np.arange(count), np.zeros(count, dtype=np.intp)
+    if step is None:
+        shifted = A + rate * np.eye(n)
+        motion_term = Term(
+            unknown=Z,
+            left=shifted,
+            right=eye,
+            plus_transpose=True,
+            items=first,
+            members=every,
+            latex=("A_{i}", ""),
+        )
+        return (motion_term,)
+    ahead = A.transpose(0, 2, 1)
+    decay = -np.exp(-2.0 * rate * step) * eye
+    return (
+        Term(
+            unknown=Z,
+            left=A,
+            right=ahead,
+            items=first,
+            members=every,
+            latex=("A_{i}", r"A_{i}^\top"),
+        ),
+        Term(unknown=Z, left=decay, right=eye, items=first, members=every, latex=(r"-\rho^2", "")),
+    )
+
+
+def impossibility_multipliers(
+    A: ArrayLike, *, decay_rate: float = 0.0, sample_time: float | None = None
+) -> Floats | None:
+    """Return (N, n, n) multipliers Z_i in floating point, or None when none were found."""
+    condition = impossibility_condition(
+        vertex_stack(A), decay_rate=decay_rate, sample_time=sample_time
+    )
+    outcome = decide(condition)
+    return outcome.values["Z"] if outcome.status == "candidate" else None

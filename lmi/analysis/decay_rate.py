@@ -1,30 +1,176 @@
-"""The largest decay rate that one quadratic function shows: a generalised eigenvalue problem."""
+"""The condition of one quadratic function, and its largest decay rate."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.quadratic_condition import (
-    answer_in_states,
-    common_lyapunov_condition,
-    rate_of,
-    rates_of,
-    vertex_weight,
-)
 from takagi.lmi.answer import Answer, Try
-from takagi.lmi.argument_checks import Vertices, number, sample_time_of, vertex_stack
+from takagi.lmi.argument_checks import (
+    Vertices,
+    number,
+    rate_parameter,
+    sample_time_of,
+    vertex_stack,
+)
 from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.condition.term import Condition
-from takagi.lmi.cone.balance import state_units
+from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, identity_like, positive
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.decision.outcome import Outcome, promised
-from takagi.lmi.decision.vertex_rounds import first_vertices
+from takagi.lmi.decision.outcome import (
+    Outcome,
+    advice_about_limit,
+    asks_for_decay,
+    binding_items,
+    promised,
+)
+from takagi.lmi.decision.rounds import CHUNK, first_vertices
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
+
+
+def common_lyapunov_condition(
+    model: Vertices,
+    *,
+    decay_rate: float | Fraction = 0.0,
+    weight: float | None = None,
+    sample_time: float | None = None,
+) -> Condition:
+    """Pose A_i' P + P A_i + 2 alpha P < 0 at every vertex, with 0 < P <= I.
+
+    V = x' P x then decays as V' <= -2 alpha V along xdot = sum_i h_i A_i x for every h, however
+    fast it varies.  P <= I only fixes the scale.  alpha is the parameter ``alpha``; in discrete
+    time, A_i' P A_i - rho^2 P < 0, it is ``contraction``, rho^2 = e^(-2 alpha T).
+
+    Parameters
+    ----------
+    model : a model (its A), (N, n, n) or (n, n); entries may be Fractions.
+    decay_rate : alpha in 1/s; 0 asks for stability only.
+    weight : margin of the vertex inequalities for a margin 1 of P; None takes their own size,
+        max_i 2 |A_i|, so that the margin has no unit; see ``vertex_weight`` for discrete time.
+    sample_time : T in s of x+ = A x, where the model cannot say; None takes the model's own,
+        continuous time where it has none.
+
+    Raises
+    ------
+    ModelError : shapes, no vertices, entries that are not finite, a sample time that is not
+        positive or not the model's.
+
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1, quadratic stability; Tanaka
+    and Wang (2001), theorem 2, for discrete time.
+    """
+    A = vertex_stack(model)
+    alpha = number("decay_rate", decay_rate)
+    step = sample_time_of(model, sample_time)
+    n = A.shape[1]
+    P = Unknown("P", n, n, symmetric=True)
+    eye = identity_like(A, A.shape[1])
+    decay = LMI(
+        name="vertex",
+        blocks=(n,),
+        terms=_continuous(P, A, eye) if step is None else _discrete(P, A, eye),
+        sign=-1,
+        count=len(A),
+        weight=vertex_weight(A, step=step) if weight is None else weight,
+        index=rf"i = 1, \dots, {len(A)}",
+    )
+    return Condition(
+        name="common quadratic Lyapunov function",
+        unknowns=(P,),
+        lmis=(positive(P), bounded(P), decay),
+        parameters=rate_parameter(alpha, step),
+        source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1"
+        if step is None
+        else "Tanaka and Wang (2001), theorem 2",
+    )
+
+
+def _continuous(P: Unknown, A: Array, eye: Array) -> tuple[Term, ...]:
+    return (
+        Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{i}")),
+        Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
+    )
+
+
+def _discrete(P: Unknown, A: Array, eye: Array) -> tuple[Term, ...]:
+    behind = A.transpose(0, 2, 1)
+    return (
+        Term(unknown=P, left=behind, right=A, latex=(r"A_{i}^\top", "A_{i}")),
+        Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
+    )
+
+
+def answer_in_states(
+    condition: Condition, outcome: Outcome, A: Floats, s: Floats, *, step: float | None = None
+) -> Answer:
+    """Return the outcome with P in the model's own states, its smallest eigenvalue made 1."""
+    P, rate = None, None
+    if outcome.status == "candidate":
+        scaled = outcome.values["P"][0]
+        scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
+        P = scaled / s / s[:, None]
+        rate = rate_of(A * s / s[:, None], scaled, step=step)
+    diagnosis = "" if P is not None else _diagnosis(condition, outcome)
+    return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
+
+
+def rate_of(A: Floats, P: Floats, *, step: float | None = None) -> float:
+    """Return the largest alpha that P shows at every vertex, in 1/s.
+
+    A_i' P + P A_i + 2 alpha P <= 0, or A_i' P A_i <= e^(-2 alpha T) P where a step T is given.
+    """
+    return float(rates_of(A, P, step=step).min())
+
+
+def rates_of(A: Floats, P: Floats, *, step: float | None = None) -> Floats:
+    """Return (N,), one rate a vertex: -1/2 lambda_max(He(F_i)), F_i = L' A_i L'^-1, P = L L'.
+
+    In discrete time -ln(sigma_max(F_i)) / T; inf for a vertex that is zero.
+    """
+    R = np.linalg.cholesky(P).T
+    rates = []
+    for k in range(0, len(A), CHUNK):
+        inside = np.linalg.solve(R.T, (R @ A[k : k + CHUNK]).transpose(0, 2, 1))
+        if step is None:
+            symmetric = inside + inside.transpose(0, 2, 1)
+            rates.append(-np.linalg.eigvalsh(symmetric)[:, -1] / 2)
+        else:
+            with np.errstate(divide="ignore"):
+                rates.append(-np.log(np.linalg.norm(inside, 2, axis=(1, 2))) / step)
+    return np.concatenate(rates)
+
+
+def vertex_weight(A: Array, *, step: float | None = None) -> float:
+    """Return max_i 2 |A_i| (spectral norm), the natural size of the vertex inequalities.
+
+    In discrete time that of A_i' P A_i - P, max_i 2 |A_i - I| + |A_i - I|^2, but no more than 1,
+    which the margin of rho^2 P - A_i' P A_i cannot exceed.
+    """
+    largest = float(np.linalg.norm(motion(A, step).astype(np.float64), 2, axis=(1, 2)).max())
+    if step is not None:
+        return capped(largest)
+    return 2.0 * largest if largest > 0 else 1.0
+
+
+def capped(change: float) -> float:
+    return min(1.0, 2.0 * change + change**2) if change > 0 else 1.0
+
+
+def _diagnosis(condition: Condition, outcome: Outcome) -> str:
+    if outcome.status == "unknown":
+        return outcome.unsettled(f"{advice_about_limit(condition)}, or give scales")
+    slower = "lower the decay rate, " if asks_for_decay(condition) else ""
+    return (
+        f"no common P: {binding_items(condition, outcome.multipliers, 'vertex')}; {slower}"
+        "shrink the box that these vertices span, or use a Lyapunov function that depends "
+        "on the memberships"
+    )
+
 
 ROUNDS, ADDED = 40, 12
 # The search starts again in coordinates where the last P is the identity: so many times, each time
@@ -89,10 +235,12 @@ def max_decay_rate(
     s = state_units(A, scales, step=step)
     size = vertex_weight(A * s / s[:, None], step=step) / (step or 1.0)
     rate, bound = answer.decay_rate, answer.bound
-    known = abs(bound) if np.isfinite(bound) else 0.0
-    if bound <= rate + promised(tolerance) * max(known, 1e-3 * size):
+    largest_known = abs(bound) if np.isfinite(bound) else 0.0
+    if bound <= rate + promised(tolerance) * max(largest_known, 1e-3 * size):
         return answer
-    most = f"no P shows more than {bound:.6g} 1/s" if np.isfinite(bound) else "no bound is known"
+    upper_bound = (
+        f"no P shows more than {bound:.6g} 1/s" if np.isfinite(bound) else "no bound is known"
+    )
     return replace(
         answer,
         status="unknown",
@@ -100,8 +248,8 @@ def max_decay_rate(
         decay_rate=None,
         feasible=answer.values,
         diagnosis=(
-            f"the largest rate is not settled: a P shows {rate:.6g} 1/s, {most}; ask for a rate "
-            "between them, with common_lyapunov, or for a larger tolerance"
+            f"the largest rate is not settled: a P shows {rate:.6g} 1/s, {upper_bound}; ask for a "
+            "rate between them, with common_lyapunov, or for a larger tolerance"
         ),
     )
 
@@ -167,9 +315,9 @@ class _Search:
         off = np.finfo(float).eps ** (1.0 / n) * np.linalg.norm(self.A, 2, axis=(1, 2))
         if self.step is None:
             return float((off - values.real.max(axis=1)).min())
-        least = np.maximum(np.abs(values).max(axis=1) - off, 0.0)
+        moduli = np.maximum(np.abs(values).max(axis=1) - off, 0.0)
         with np.errstate(divide="ignore"):
-            return float((-np.log(least) / self.step).min())
+            return float((-np.log(moduli) / self.step).min())
 
     def ascend(self, A: Floats, P: Floats, tries: list[Try]) -> tuple[Floats, float]:
         """Return the P that shows the largest rate of these vertices, and a bound on that rate."""
@@ -189,7 +337,7 @@ class _Search:
     def _attempt(self, A: Floats, P: Floats, tries: list[Try]) -> tuple[Floats, float]:
         R = np.linalg.cholesky(P).T
         inside = np.linalg.solve(R.T, (R @ A).transpose(0, 2, 1)).transpose(0, 2, 1)
-        found = extreme_parameter(
+        extreme = extreme_parameter(
             common_lyapunov_condition(inside, sample_time=self.step),
             "alpha" if self.step is None else "contraction",
             largest=self.step is None,
@@ -200,10 +348,10 @@ class _Search:
             worst=min(0.5, WORST / float(np.linalg.eigvalsh(P)[0] / np.linalg.eigvalsh(P)[-1])),
             centre=False,
         )
-        tries.extend(found.outcome.tries)
-        better = R.T @ found.best["P"][0] @ R
+        tries.extend(extreme.outcome.tries)
+        better = R.T @ extreme.best["P"][0] @ R
         return np.asarray((better + better.T) / (2 * np.linalg.norm(better))), self._rate(
-            found.bound
+            extreme.bound
         )
 
     def _rate(self, value: float) -> float:
@@ -214,8 +362,12 @@ class _Search:
 
     def _difference(self, value: float) -> float:
         """Return the absolute tolerance of the parameter."""
-        hair = self.hair(self._rate(value))
-        return hair if self.step is None else float(value * np.expm1(2 * self.step * hair))
+        rate_tolerance = self.hair(self._rate(value))
+        return (
+            rate_tolerance
+            if self.step is None
+            else float(value * np.expm1(2 * self.step * rate_tolerance))
+        )
 
     def centre(self, chosen: Floats, P: Floats) -> tuple[Condition, Outcome]:
         """Return the best conditioned P just below the rate, checked at all vertices."""
@@ -227,6 +379,8 @@ class _Search:
             rate_of(self.A, outcome.values["P"][0], step=self.step) >= aim
         ):
             P = P / np.linalg.eigvalsh(P)[-1]
-            held = margin(condition, {"P": P[None]})
-            outcome = replace(outcome, status="candidate", values={"P": P[None]}, margin=held)
+            checked_margin = margin(condition, {"P": P[None]})
+            outcome = replace(
+                outcome, status="candidate", values={"P": P[None]}, margin=checked_margin
+            )
         return condition, outcome

@@ -1,4 +1,6 @@
-r"""Invariant ellipsoid of a family of systems under bounded disturbances, one P for all vertices.
+"""Ellipsoids that bounded disturbances do not leave, of vertices and of interval matrices.
+
+Invariant ellipsoid of a family of systems under bounded disturbances, one P for all vertices.
 
 For x' = A x + d with (A, d) in the hull of the vertices (A_k, d_k), the set {x' P x <= 1} is
 invariant when for each k some alpha_k > 0 gives
@@ -12,11 +14,28 @@ in turn.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3 (bounded peak inputs), with the
 disturbance taken at the corners of its box.
+
+Quadratic functions for interval families of matrices, without listing their corners.
+
+For A = M + D with |D_ij| <= R_ij and any weights w_ij > 0,
+
+    P D + D' P <= E = sum_ij R_ij (w_ij P e_i e_i' P + e_j e_j' / w_ij),
+
+since each entry gives 2 R |a b| <= R (w a^2 + b^2 / w); taken here: w_ij = 1/sqrt(P_ii), which is
+right where the set touches |x_j| <= 1.  So with N = -(M'P + PM) - E
+
+    N - 2 rho P > 0                               V = x'Px decays at 2 rho for every A,
+    [[N - alpha P, -P d], [-d'P, alpha]] > 0      {V <= 1} is invariant under x' = A x + d,
+                                                  at the corners of |d_i| <= delta_i.
+
+One inequality for 2^n^2 corners; the weights are free, so that rounding them costs nothing but
+room.  Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.1 and 6.1.3.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -79,14 +98,14 @@ def invariant_ellipsoid_condition(
         raise ModelError(f"multiplier {alpha.min():.4g} of vertex {alpha.argmin()}: give alpha > 0")
     P = Unknown("P", n, n, symmetric=True)
     eta = Unknown("eta", 1, 1, symmetric=True, latex=r"\eta")
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     invariant = LMI(
         name="invariance",
         blocks=(n, 1),
         terms=(
-            Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{k}")),
-            Term(unknown=P, left=alpha[:, None, None] * one, right=one, latex=(r"\alpha_{k}", "")),
-            Term(unknown=P, left=one, right=d[:, :, None], at=(0, 1), latex=("", "d_{k}")),
+            Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{k}")),
+            Term(unknown=P, left=alpha[:, None, None] * eye, right=eye, latex=(r"\alpha_{k}", "")),
+            Term(unknown=P, left=eye, right=d[:, :, None], at=(0, 1), latex=("", "d_{k}")),
         ),
         constants=(Constant(value=-alpha[:, None, None], at=(1, 1), latex=r"-\alpha_{k}"),),
         sign=-1,
@@ -97,7 +116,7 @@ def invariant_ellipsoid_condition(
         name="inside the bounds",
         blocks=(n, 1),
         terms=(
-            Term(unknown=P, left=one, right=one),
+            Term(unknown=P, left=eye, right=eye),
             Term(unknown=eta, left=np.ones((1, 1, 1)), right=np.ones((1, 1, 1)), at=(1, 1)),
         ),
         constants=(Constant(value=directions[:, :, None], at=(0, 1), latex="h_{i}"),),
@@ -146,10 +165,10 @@ def invariant_ellipsoid(
     units = 1 / np.abs(directions).max(axis=0)
     scaled_A, scaled_d, h = A * units / units[:, None], d / units, directions * units
     for _ in range(rounds):
-        found = _step(scaled_A, scaled_d, alpha[groups], h)
-        if found is None:
+        step = _step(scaled_A, scaled_d, alpha[groups], h)
+        if step is None:
             break
-        better, eta, words = found
+        better, eta, words = step
         P = better / np.outer(units, units) * eta
         scale = eta**-0.5
         alpha = _multipliers(P, A, d * scale, groups, count)
@@ -240,15 +259,15 @@ def _scales_at(alphas: Floats, rates: Floats, f: Floats, g: Floats) -> Floats:
     rates : (N, n) eigenvalues of A + A';  f, g : (N, n) disturbances along the eigenvectors.
     """
     N = -(rates + alphas[:, None, None])
-    held = N.min(axis=(1, 2)) > 0
-    share = 1 / np.where(held[:, None, None], N, 1.0)
+    feasible = N.min(axis=(1, 2)) > 0
+    share = 1 / np.where(feasible[:, None, None], N, 1.0)
     a, b = (g * g * share).sum(axis=2), (f * g * share).sum(axis=2)
     c = (f * f * share).sum(axis=2) - alphas[:, None]
-    held &= c.max(axis=1) < 0
+    feasible &= c.max(axis=1) < 0
     root = np.sqrt(np.maximum(b * b - a * c, 0.0))
     # The stable form of the larger root of a s^2 + 2 b s + c = 0 with c < 0.
     roots = np.where(a > 0, -c / np.maximum(b + root, 1e-300), np.inf)
-    return np.asarray(np.where(held, roots.min(axis=1), -1.0), dtype=np.float64)
+    return np.asarray(np.where(feasible, roots.min(axis=1), -1.0), dtype=np.float64)
 
 
 def _multipliers(P: Floats, A: Floats, d: Floats, groups: Groups, count: int) -> Floats:
@@ -267,3 +286,79 @@ def _worst(values: Floats, groups: Groups, count: int) -> Floats:
 
 def _least(values: Floats, groups: Groups, count: int) -> Floats:
     return -_worst(-values, groups, count)
+
+
+RATE_SHARES = (0.3, 0.6, 0.9, 0.1)
+SHIFTS = (0.0, 0.5, 0.85)
+# A proof in floats needs a margin: this share of alpha is kept in reserve.
+ROOM = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contraction:
+    """What one P shows of a family: decay rate rho and multiplier alpha [1/s]."""
+
+    decay_rate: float
+    multiplier: float
+
+
+def contraction(P: Floats, low: Floats, high: Floats, disturbance: Floats) -> Contraction | None:
+    """Return rate and multiplier for which {x'Px <= 1} is invariant, or None.
+
+    Parameters
+    ----------
+    low, high : (corners, n, n), the ranges of each corner of the family.
+    disturbance : (n,) delta.
+    """
+    lower = np.linalg.cholesky(P)
+    inverse = np.linalg.inv(lower)
+    middle, radius = (low + high) / 2, (high - low) / 2
+    decreases = [_spare(P, m, r) for m, r in zip(middle, radius, strict=True)]
+    rate = min(float(np.linalg.eigvalsh(inverse @ N @ inverse.T)[0]) for N in decreases) / 2
+    if rate <= 0:
+        return None
+    signs = np.array(
+        [(1.0, *signs_behind) for signs_behind in product((1.0, -1.0), repeat=len(P) - 1)]
+    )
+    push = (signs * disturbance) @ P
+    for share in RATE_SHARES:
+        alpha = 2 * rate * share
+        if all(_invariant(N - alpha * P, push, alpha) for N in decreases):
+            return Contraction(rate, alpha)
+    return None
+
+
+def lyapunov_candidates(corners: Floats) -> list[Floats]:
+    """Return P from Lyapunov equations of the mean of the corners, for several weights.
+
+    Parameters
+    ----------
+    corners : (corners, n, n).
+    """
+    from scipy.linalg import solve_continuous_lyapunov
+
+    mean = corners.mean(axis=0)
+    slowest = -float(np.linalg.eigvals(mean).real.max())
+    if slowest <= 0:
+        return []
+    eye = np.eye(len(mean))
+    candidates = [solve_continuous_lyapunov((mean + s * slowest * eye).T, -eye) for s in SHIFTS]
+    modes = np.linalg.inv(np.linalg.eig(mean)[1])
+    candidates.append((modes.conj().T @ modes).real)
+    return [(P + P.T) / 2 for P in candidates if np.all(np.linalg.eigvalsh(P + P.T) > 0)]
+
+
+def _spare(P: Floats, middle: Floats, radius: Floats) -> Floats:
+    """Return N."""
+    PM = P @ middle
+    weights = 1 / np.sqrt(np.diag(P))[:, None]
+    rows = (radius * weights).sum(axis=1)
+    columns = (radius / weights).sum(axis=0)
+    return np.asarray(-(PM + PM.T) - (P * rows) @ P - np.diag(columns))
+
+
+def _invariant(decrease: Floats, push: Floats, alpha: float) -> bool:
+    if np.linalg.eigvalsh(decrease)[0] <= 0:
+        return False
+    demanded = (push * np.linalg.solve(decrease, push.T).T).sum(axis=1)
+    return bool(demanded.max() < alpha * (1 - ROOM))

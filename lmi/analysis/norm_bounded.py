@@ -31,9 +31,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pair_means, pairs_of
+from takagi.lmi.analysis.actuator_rates import gain_stack, of_pairs, pair_means, pairs_of
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.pole_region import coefficient_latex
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,
@@ -43,8 +43,8 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
+from takagi.lmi.condition.region import Uncertainty, UncertaintyBlock, blocks_of
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, bounded, positive
-from takagi.lmi.condition.uncertainty import Uncertainty, UncertaintyBlock, blocks_of
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power, state_units
 from takagi.lmi.decision.decide import decide
@@ -214,19 +214,19 @@ def _bounded(tau: Unknown) -> LMI:
 
 
 def _flow(A: Array, P: Unknown) -> tuple[Term, ...]:
-    one = np.eye(A.shape[1])[None]
+    eye = np.eye(A.shape[1])[None]
     return (
-        Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=2 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
+        Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{i}")),
+        Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
     )
 
 
 def _step(A: Array, P: Unknown) -> tuple[Term, ...]:
-    one = np.eye(A.shape[1])[None]
+    eye = np.eye(A.shape[1])[None]
     return (
-        Term(unknown=P, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
-        Term(unknown=P, left=one, right=A, at=(1, 0), latex=("", "A_{i}")),
-        Term(unknown=P, left=-one, right=one, at=(1, 1), latex=("-", "")),
+        Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
+        Term(unknown=P, left=eye, right=A, at=(1, 0), latex=("", "A_{i}")),
+        Term(unknown=P, left=-eye, right=eye, at=(1, 1), latex=("-", "")),
     )
 
 

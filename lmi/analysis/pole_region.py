@@ -8,11 +8,11 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pairs_of
+from takagi.lmi.analysis.actuator_rates import gain_stack, of_pairs, pairs_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
-from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
+from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, identity_like, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
@@ -44,14 +44,14 @@ def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Conditio
     _check_region(region)
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    parts = (
+    region_lmis = (
         _part_lmi(A, P, part, label)
         for part, label in zip(region.parts, region.labels, strict=True)
     )
     return Condition(
         name=f"eigenvalues in {region}",
         unknowns=(P,),
-        lmis=(positive(P), bounded(P), *parts),
+        lmis=(positive(P), bounded(P), *region_lmis),
         source="Chilali and Gahinet (1996), theorem 2.2",
     )
 
@@ -126,12 +126,12 @@ def coefficient_latex(number: float | Fraction) -> str:
 def _part_lmi(A: Array, P: Unknown, part: RegionPart, label: str) -> LMI:
     L, M = part.matrices
     n, k = A.shape[1], len(L)
-    one = np.eye(n)[None] if L.dtype != object else _exact_identity(n)
+    eye = identity_like(L, n)
     terms = [
         Term(
             unknown=P,
-            left=L[a, b] * one,
-            right=one,
+            left=L[a, b] * eye,
+            right=eye,
             at=(a, b),
             latex=(coefficient_latex(L[a, b]), ""),
         )
@@ -143,7 +143,7 @@ def _part_lmi(A: Array, P: Unknown, part: RegionPart, label: str) -> LMI:
     terms += [
         Term(
             unknown=P,
-            left=M[a, b] * one,
+            left=M[a, b] * eye,
             right=A,
             at=(a, b),
             plus_transpose=a == b,
@@ -165,12 +165,6 @@ def _part_lmi(A: Array, P: Unknown, part: RegionPart, label: str) -> LMI:
     )
 
 
-def _exact_identity(n: int) -> Array:
-    one = np.full((1, n, n), Fraction(0), dtype=object)
-    one[:, range(n), range(n)] = Fraction(1)
-    return one
-
-
 def _check_region(region: object) -> None:
     if not isinstance(region, EigenvalueRegion):
         raise ModelError(
@@ -183,12 +177,12 @@ def _outside(A: Floats, region: EigenvalueRegion) -> tuple[int, complex, Floats,
     """Return (vertex, eigenvalue, eigenvector, part) of one that is farthest out of a part."""
     eigenvalues, vectors = np.linalg.eig(A)
     worst = None
-    most = 0.0
+    largest_excess = 0.0
     for part in region.parts:
         excess = part.excess(eigenvalues) / region_weight(part, A)
         vertex, mode = np.unravel_index(int(np.argmax(excess)), excess.shape)
-        if excess[vertex, mode] >= most:
-            most = float(excess[vertex, mode])
+        if excess[vertex, mode] >= largest_excess:
+            largest_excess = float(excess[vertex, mode])
             z, v = complex(eigenvalues[vertex, mode]), vectors[vertex][:, mode]
             worst = (int(vertex), z, v, part)
     return worst
@@ -205,7 +199,7 @@ def _no_by_one_vertex(
     Z = np.real(np.outer(w, w.conj()))
     # A real vertex has both conjugate eigenvalues; a real eigenvalue is written without imaginary
     # part.
-    shown = f"{z.real:.6g}" if z.imag == 0 else f"{z.real:.6g} +- {abs(z.imag):.6g}j"
+    eigenvalue_text = f"{z.real:.6g}" if z.imag == 0 else f"{z.real:.6g} +- {abs(z.imag):.6g}j"
     return Answer(
         status="infeasible",
         margin=-np.inf,
@@ -214,8 +208,8 @@ def _no_by_one_vertex(
         coordinates=s,
         condition=d_stability_condition(A[[vertex]], region),
         diagnosis=(
-            f"vertex {vertex + 1} of {len(A)} alone rules it out: its eigenvalue {shown} is not "
-            f"in {part.name}; widen the region, or move this vertex"
+            f"vertex {vertex + 1} of {len(A)} alone rules it out: its eigenvalue {eigenvalue_text} "
+            f"is not in {part.name}; widen the region, or move this vertex"
         ),
     )
 

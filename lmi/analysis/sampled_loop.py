@@ -47,7 +47,7 @@ def sampled_loop_condition(
     *,
     degree: int = 3,
     decay_rate: float = 0.0,
-    least: float = 0.0,
+    smallest: float = 0.0,
 ) -> Condition:
     """Pose the module's LMIs with least I <= P <= I, P > 0; nothing is solved.
 
@@ -58,10 +58,10 @@ def sampled_loop_condition(
     sample_time : T in s.
     degree : d, at least 1.
     decay_rate : alpha in 1/s, e^(-2 alpha t) for V at the samples.
-    least : how near to I, the function of which these are the coordinates, P has to be.
+    smallest : how near to I, the function of which these are the coordinates, P has to be.
     """
     r, n, m = B.shape
-    d, one = degree, np.eye(n + m)[None]
+    d, eye = degree, np.eye(n + m)[None]
     P = Unknown("P", n, n, symmetric=True)
     Q = Unknown("Q", n + m, n + m, symmetric=True, count=d + 1)
     lift = np.eye(n + m, n)[None]
@@ -69,13 +69,13 @@ def sampled_loop_condition(
     plain = Term(unknown=P, left=np.eye(n)[None], right=np.eye(n)[None])
     contraction = float(np.exp(-2 * decay_rate * sample_time))
     # What T seconds can change: the margins of one interval are as small as that.
-    moved = sample_time * float(np.linalg.norm(A[:, None] - B[:, None] @ K, 2, axis=(2, 3)).max())
-    weight = min(1.0, moved)
+    change = sample_time * float(np.linalg.norm(A[:, None] - B[:, None] @ K, 2, axis=(2, 3)).max())
+    weight = min(1.0, change)
     end = LMI(
         name="end",
         blocks=(n + m,),
         terms=(
-            Term(unknown=Q, left=one, right=one, members=np.array([d]), symbol="Q_d"),
+            Term(unknown=Q, left=eye, right=eye, members=np.array([d]), symbol="Q_d"),
             Term(unknown=P, left=-lift, right=lift.transpose(0, 2, 1)),
         ),
         weight=weight,
@@ -99,14 +99,14 @@ def sampled_loop_condition(
                 name="P near the function given",
                 blocks=(n,),
                 terms=(plain,),
-                constants=(Constant(value=-least * np.eye(n)[None], latex=f"-{least:g} I"),),
+                constants=(Constant(value=-smallest * np.eye(n)[None], latex=f"-{smallest:g} I"),),
                 strict=False,
             ),
             bounded(P),
             LMI(
                 name="function",
                 blocks=(n + m,),
-                terms=(Term(unknown=Q, left=one, right=one, members=np.arange(d + 1)),),
+                terms=(Term(unknown=Q, left=eye, right=eye, members=np.arange(d + 1)),),
                 count=d + 1,
                 weight=weight,
             ),
@@ -120,39 +120,39 @@ def sampled_loop_condition(
 
 def _flow(Q: Unknown, A: Floats, B: Floats, sample_time: float, weight: float) -> LMI:
     r, n, m = B.shape
-    d, one = Q.count - 1, np.eye(n + m)[None]
+    d, eye = Q.count - 1, np.eye(n + m)[None]
     M = np.zeros((r, n + m, n + m))
     M[:, :n] = sample_time * np.concatenate([A, B], axis=2)
-    place = np.repeat(np.arange(d + 1), r)
-    items = np.arange(len(place))
+    member = np.repeat(np.arange(d + 1), r)
+    items = np.arange(len(member))
 
     def weighed(factor: Floats, shift: int) -> Term:
-        kept = np.flatnonzero(factor)
+        nonzero = np.flatnonzero(factor)
         return Term(
             unknown=Q,
-            left=factor[kept, None, None] * one,
-            right=one,
-            items=items[kept],
-            members=place[kept] + shift,
+            left=factor[nonzero, None, None] * eye,
+            right=eye,
+            items=items[nonzero],
+            members=member[nonzero] + shift,
             symbol="Q_l" if not shift else f"Q_{{l{shift:+d}}}",
         )
 
     flow = Term(
         unknown=Q,
-        left=one,
+        left=eye,
         right=np.tile(M, (d + 1, 1, 1)),
         items=items,
-        members=place,
+        members=member,
         plus_transpose=True,
         latex=("T", "M_i"),
         symbol="Q_l",
     )
-    terms = [flow, weighed((d - place).astype(float), 1), weighed(-place.astype(float), -1)]
-    own = (2 * place - d).astype(float)
-    if own.any():
-        terms.append(weighed(own, 0))
+    terms = [flow, weighed((d - member).astype(float), 1), weighed(-member.astype(float), -1)]
+    own_factor = (2 * member - d).astype(float)
+    if own_factor.any():
+        terms.append(weighed(own_factor, 0))
     return LMI(
-        name="flow", blocks=(n + m,), terms=tuple(terms), sign=-1, count=len(place), weight=weight
+        name="flow", blocks=(n + m,), terms=tuple(terms), sign=-1, count=len(member), weight=weight
     )
 
 
@@ -162,21 +162,21 @@ def sampled_function(
     K: Floats,
     sample_time: float,
     *,
-    near: Floats,
+    near_function: Floats,
     degree: int = 3,
     decay_rate: float = 0.0,
-    least: float = 0.0,
+    smallest: float = 0.0,
 ) -> SampledFunction | None:
     """Return a candidate of the module's condition; None where none is found.
 
     Parameters
     ----------
-    near : (n, n) P of the loop in continuous time, in whose coordinates the LMIs are posed: for a
-        small T about that function is sought.
+    near_function : (n, n) P of the loop in continuous time, in whose coordinates the LMIs are
+        posed: for a small T about that function is sought.
     others : as for ``sampled_loop_condition``.
     """
     n, m = B.shape[1:]
-    R = np.linalg.cholesky(near).T
+    R = np.linalg.cholesky(near_function).T
     S = np.linalg.inv(R)
     scaled = K @ S
     units = np.maximum(np.linalg.norm(scaled, axis=2).max(axis=0), 1e-300)
@@ -187,7 +187,7 @@ def sampled_function(
         sample_time,
         degree=degree,
         decay_rate=decay_rate,
-        least=least,
+        smallest=smallest,
     )
     outcome = decide(condition, most=2)
     if outcome.status != "candidate":

@@ -89,22 +89,22 @@ def margin(condition: Condition, values: Mapping[str, Array]) -> float:
         for lmi in condition.lmis
         if lmi.strict
     ]
-    others = [
+    nonstrict = [
         (float(shares(condition, lmi, values).min()), lmi)
         for lmi in condition.lmis
         if not lmi.strict
     ]
-    missed = [share for share, lmi in others if not share >= -lmi.tolerance]
+    violations = [share for share, lmi in nonstrict if not share >= -lmi.tolerance]
     gaps = [equality_gap(equality, values) for equality in condition.equalities]
-    missed += [-gap for gap in gaps if not gap <= EQUAL]
-    if strict or missed:
-        return min([*strict, *missed])
-    return max(0.0, min((share for share, _ in others), default=0.0))
+    violations += [-gap for gap in gaps if not gap <= EQUAL]
+    if strict or violations:
+        return min([*strict, *violations])
+    return max(0.0, min((share for share, _ in nonstrict), default=0.0))
 
 
-def holds(condition: Condition, held: float) -> bool:
+def holds(condition: Condition, value: float) -> bool:
     """Return whether every LMI holds, from the margin; a strict LMI needs a positive one."""
-    return held > SMALLEST_MARGIN if any(lmi.strict for lmi in condition.lmis) else held >= 0
+    return value > SMALLEST_MARGIN if any(lmi.strict for lmi in condition.lmis) else value >= 0
 
 
 def equality_value(equality: Equality, values: Mapping[str, Array], zero: object = 0.0) -> Array:
@@ -125,7 +125,9 @@ def equality_gap(equality: Equality, values: Mapping[str, Array]) -> float:
             )
             for term in equality.terms
         ),
-        constants=tuple(replace(one, value=np.abs(one.value)) for one in equality.constants),
+        constants=tuple(
+            replace(constant, value=np.abs(constant.value)) for constant in equality.constants
+        ),
     )
     alone = {name: np.abs(value) for name, value in values.items()}
     size = equality_value(sizes, alone).max(axis=(1, 2))
@@ -151,8 +153,8 @@ def _sizes(lmi: LMI, values: Mapping[str, Array], parameters: Mapping[str, Any])
         block = X * left if right is None else left @ X @ right
         factor = 1.0 if term.parameter is None else abs(float(parameters[term.parameter]))
         factor *= 2.0 if term.plus_transpose else 1.0
-        found = np.abs(np.diagonal(block, axis1=1, axis2=2)).astype(np.float64)
-        np.add.at(sizes[:, row], item, factor * found)
+        diagonals = np.abs(np.diagonal(block, axis1=1, axis2=2)).astype(np.float64)
+        np.add.at(sizes[:, row], item, factor * diagonals)
     return np.asarray(np.maximum(sizes, np.where(largest > 0, largest, 1.0)[:, None]))
 
 
@@ -195,12 +197,12 @@ def exact_matrices(
         float counts as the dyadic number it stores.
     parameters : exact values; None takes the condition's own, as the dyadics they store.
     """
-    known = {name: Fraction(value) for name, value in condition.parameters.items()}
-    known |= {name: Fraction(value) for name, value in (parameters or {}).items()}
+    numbers = {name: Fraction(value) for name, value in condition.parameters.items()}
+    numbers |= {name: Fraction(value) for name, value in (parameters or {}).items()}
     total = lmi_value(
         exact_terms(lmi),
         {name: fractions(value) for name, value in values.items()},
-        known,
+        numbers,
         zero=Fraction(0),
     )
     return lmi.sign * total

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from takagi.lmi.condition.statements import Asked, condition_of
+from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Array, Term
 from takagi.lmi.condition.unknown import Unknown
 
@@ -33,11 +33,11 @@ class Expressed:
     constraints: tuple[Any, ...]
     objective: Any
 
-    def problem(self, *more: Any) -> Any:
+    def problem(self, *constraints: Any) -> Any:
         """Return the cvxpy problem with further constraints."""
         cp: Any = import_module("cvxpy")
 
-        return cp.Problem(cp.Minimize(self.objective), [*self.constraints, *more])
+        return cp.Problem(cp.Minimize(self.objective), [*self.constraints, *constraints])
 
     def values(self) -> dict[str, Array]:
         """Return unknown name -> (count, rows, cols) after the problem was solved."""
@@ -47,7 +47,7 @@ class Expressed:
         }
 
 
-def expressed(condition: Asked, *, margin: float | None = None) -> Expressed:
+def expressed(condition: StatedCondition, *, margin: float | None = None) -> Expressed:
     """Return the condition in cvxpy.  Nothing is solved.
 
     Parameters
@@ -61,15 +61,15 @@ def expressed(condition: Asked, *, margin: float | None = None) -> Expressed:
     t = cp.Variable(name="t") if margin is None else margin
     expressions, constraints = {}, [] if margin is not None else [t <= 1]
     for lmi in condition.lmis:
-        found = _expressions(lmi, variables, condition.parameters)
-        expressions[lmi.name] = tuple(found)
-        for F in found:
+        matrices = _expressions(lmi, variables, condition.parameters)
+        expressions[lmi.name] = tuple(matrices)
+        for F in matrices:
             # Symmetrised here, because cvxpy would constrain the symmetric part without a warning.
             constraints.append((F + F.T) / 2 - t * lmi.weight * np.eye(lmi.size) >> 0)
     for equality in condition.equalities:
         p = equality.shape[0]
-        for whole in _expressions(equality.frame(), variables, {}):
-            constraints.append(whole[:p, p:] == 0)
+        for framed in _expressions(equality.frame(), variables, {}):
+            constraints.append(framed[:p, p:] == 0)
     if margin is None:
         objective: Any = -t
     else:
@@ -102,21 +102,23 @@ def _expressions(
         [[cp.Constant(np.zeros((p, q))) for q in lmi.blocks] for p in lmi.blocks]
         for _ in range(lmi.count)
     ]
-    whole: list[list[Any]] = [[] for _ in range(lmi.count)]
+    summands: list[list[Any]] = [[] for _ in range(lmi.count)]
     for constant in lmi.constants:
         value = np.broadcast_to(constant.value, (lmi.count, *constant.shape)).astype(float)
         for k in range(lmi.count):
             if constant.at is None:
-                whole[k].append(cp.Constant(value[k]))
+                summands[k].append(cp.Constant(value[k]))
             else:
                 _add(blocks[k], *constant.at, cp.Constant(value[k]))
     for term in lmi.terms:
         for item, block in _contributions(term, lmi.count, variables, parameters):
             if term.at is None:
-                whole[item].append(block)
+                summands[item].append(block)
             else:
                 _add(blocks[item], *term.at, block)
-    return [lmi.sign * sum(more, cp.bmat(block)) for block, more in zip(blocks, whole, strict=True)]
+    return [
+        lmi.sign * sum(added, cp.bmat(block)) for block, added in zip(blocks, summands, strict=True)
+    ]
 
 
 def _add(blocks: list[list[Any]], row: int, column: int, value: Any) -> None:
@@ -135,9 +137,9 @@ def _contributions(
     factor = 1.0 if term.parameter is None else float(parameters[term.parameter])
     left = np.asarray(spread.left, dtype=np.float64) * factor
     right = None if spread.right is None else np.asarray(spread.right, dtype=np.float64)
-    found = []
+    blocks = []
     for t, (item, member) in enumerate(zip(spread.item, spread.member, strict=True)):
         X = variables[term.unknown.name][member]
         block = X[0, 0] * left[t] if right is None else left[t] @ X @ right[t]
-        found.append((int(item), block + block.T if term.plus_transpose else block))
-    return found
+        blocks.append((int(item), block + block.T if term.plus_transpose else block))
+    return blocks

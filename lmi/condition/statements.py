@@ -23,7 +23,7 @@ from takagi.models.errors import ModelError
 
 Statement: TypeAlias = Inequality | Equation
 # What the functions that solve or show a condition take.
-Asked: TypeAlias = Condition | Statement | Sequence[Statement]
+StatedCondition: TypeAlias = Condition | Statement | Sequence[Statement]
 # Entries above and below the diagonal that differ by no more than rounding, relative.
 ROUNDED = 1e-11
 
@@ -69,7 +69,9 @@ def pose(
             )
     goal = None if minimise is None else expression_of(minimise, "the objective")
     named: dict[str, Unknown] = {}
-    for unknown in _unknowns([*(one.expression for one in statements), *([goal] if goal else [])]):
+    for unknown in _unknowns(
+        [*(stated.expression for stated in statements), *([goal] if goal else [])]
+    ):
         if named.setdefault(unknown.name, unknown) != unknown:
             raise ModelError(
                 f"pose: two unknowns have the name {unknown.name} and are not alike; rename one"
@@ -84,22 +86,22 @@ def pose(
     )
 
 
-def condition_of(asked: Asked, caller: str) -> Condition:
+def condition_of(statements: StatedCondition, caller: str) -> Condition:
     """Return a condition, or that of one statement or of several in a list.
 
     Raises
     ------
     ModelError : anything else.
     """
-    if isinstance(asked, Condition):
-        return asked
-    if isinstance(asked, (Inequality, Equation)):
-        return pose(asked)
-    if isinstance(asked, Sequence) and not isinstance(asked, str):
-        return pose(*asked)
+    if isinstance(statements, Condition):
+        return statements
+    if isinstance(statements, (Inequality, Equation)):
+        return pose(statements)
+    if isinstance(statements, Sequence) and not isinstance(statements, str):
+        return pose(*statements)
     raise ModelError(
-        f"{caller} of {asked!r}; a condition is needed, pose(P >> 0, He(P @ A) << 0) or one of the "
-        "functions named ..._condition, or a list of statements"
+        f"{caller} of {statements!r}; a condition is needed, pose(P >> 0, He(P @ A) << 0) or one "
+        "of the functions named ..._condition, or a list of statements"
     )
 
 
@@ -126,8 +128,8 @@ def _lmi(statement: Inequality, name: str) -> LMI:
     constants: list[Constant] = []
     size = len(expression.rows)
     for i in range(size):
-        for found in _diagonal(list(pieces_at(expression, (i, i)))):
-            (terms if isinstance(found, Term) else constants).append(found)  # type: ignore[arg-type]
+        for lowered_piece in _diagonal(list(pieces_at(expression, (i, i)))):
+            (terms if isinstance(lowered_piece, Term) else constants).append(lowered_piece)  # type: ignore[arg-type]
         for j in range(i + 1, size):
             for piece in pieces_at(expression, (i, j)):
                 lowered = _off_diagonal(piece)
@@ -152,8 +154,8 @@ def _equality(statement: Equation, name: str) -> Equality:
     return Equality(
         name=name,
         shape=expression.shape,
-        terms=tuple(one for one in lowered if isinstance(one, Term)),
-        constants=tuple(one for one in lowered if isinstance(one, Constant)),
+        terms=tuple(summand for summand in lowered if isinstance(summand, Term)),
+        constants=tuple(summand for summand in lowered if isinstance(summand, Constant)),
         count=expression.count,
         index=statement.index or _counted(expression.count),
     )
@@ -170,28 +172,28 @@ def _off_diagonal(piece: Piece) -> Term | Constant:
 
 def _diagonal(pieces: list[Piece]) -> Iterator[Term | Constant]:
     """Yield the pieces of a diagonal block: each with its transpose, or half of each twice."""
-    left = list(pieces)
-    while left:
-        piece = left.pop(0)
+    remaining = list(pieces)
+    while remaining:
+        piece = remaining.pop(0)
         if piece.unknown is None:
             # The whole is symmetric, so the symmetric parts of its constants add up to the same.
             symmetric = bool(np.all(piece.left == piece.left.transpose(0, 2, 1)))
-            twin = None if symmetric else _twin(piece, left)
+            twin = None if symmetric else _twin(piece, remaining)
             if symmetric:
                 yield _lowered(piece)
             elif twin is not None:
-                left.remove(twin)
-                both = replace(piece, left=piece.left + piece.left.transpose(0, 2, 1))
-                yield _lowered(replace(both, before=(_he(piece.before),)))
+                remaining.remove(twin)
+                symmetrised = replace(piece, left=piece.left + piece.left.transpose(0, 2, 1))
+                yield _lowered(replace(symmetrised, before=(_he(piece.before),)))
             else:
                 half = replace(piece.times(Fraction(1, 2) if _exact(piece) else 0.5))
                 yield _lowered(replace(half, left=half.left + half.left.transpose(0, 2, 1)))
         elif _alike(piece, piece.T):
             yield _lowered(piece)
         else:
-            twin = _twin(piece, left)
+            twin = _twin(piece, remaining)
             if twin is not None:
-                left.remove(twin)
+                remaining.remove(twin)
             else:
                 piece = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
             yield _lowered(piece.T if piece.transposed else piece, plus_transpose=True)
@@ -202,19 +204,27 @@ def _exact(piece: Piece) -> bool:
 
 
 def _he(word: tuple[Letter, ...]) -> Letter:
-    return Letter(rf"\mathrm{{He}}({' '.join(one.text for one in word)})", symmetric=True)
+    return Letter(rf"\mathrm{{He}}({' '.join(letter.text for letter in word)})", symmetric=True)
 
 
-def _twin(piece: Piece, others: list[Piece]) -> Piece | None:
+def _twin(piece: Piece, candidates: list[Piece]) -> Piece | None:
     """Return the piece among the others that is this one's transpose, number by number."""
     turned = piece.T
-    return next((one for one in others if _alike(one, turned)), None)
+    return next((candidate for candidate in candidates if _alike(candidate, turned)), None)
 
 
-def _alike(one: Piece, other: Piece) -> bool:
-    if (one.unknown, one.transposed, one.factor) != (other.unknown, other.transposed, other.factor):
+def _alike(first: Piece, second: Piece) -> bool:
+    if (first.unknown, first.transposed, first.factor) != (
+        second.unknown,
+        second.transposed,
+        second.factor,
+    ):
         return False
-    pairs = ((one.left, other.left), (one.right, other.right), (one.members, other.members))
+    pairs = (
+        (first.left, second.left),
+        (first.right, second.right),
+        (first.members, second.members),
+    )
     return all(
         (a is None and b is None) or (a is not None and b is not None and np.array_equal(a, b))
         for a, b in pairs
@@ -254,22 +264,22 @@ def _signed(sign: str, text: str) -> str:
     return sign + text
 
 
-def _identity(left: Array) -> str:
-    return "1" if left.shape[1:] == (1, 1) else "I"
+def _identity(factor: Array) -> str:
+    return "1" if factor.shape[1:] == (1, 1) else "I"
 
 
 def _joined(*texts: str) -> str:
-    found = [text for text in texts if text]
-    if len(found) == 2 and found[1] == "1":
-        return found[0]
-    return " ".join(found)
+    nonempty = [text for text in texts if text]
+    if len(nonempty) == 2 and nonempty[1] == "1":
+        return nonempty[0]
+    return " ".join(nonempty)
 
 
 def _member_symbol(piece: Piece, unknown: Unknown) -> str:
     if unknown.count == 1 or piece.members is None:
         return ""
-    which = "i" if len(piece.members) > 1 else str(int(piece.members[0]) + 1)
-    return f"{unknown.symbol}_{{{which}}}"
+    index = "i" if len(piece.members) > 1 else str(int(piece.members[0]) + 1)
+    return f"{unknown.symbol}_{{{index}}}"
 
 
 def _check_symmetric(expression: Expression, name: str) -> None:
@@ -286,14 +296,14 @@ def _check_symmetric(expression: Expression, name: str) -> None:
         size = np.zeros(total.shape)
         for piece in expression.pieces:
             i, j = piece.at
-            place = (
+            block_slices = (
                 slice(None),
                 slice(sum(rows[:i]), sum(rows[: i + 1])),
                 slice(sum(columns[:j]), sum(columns[: j + 1])),
             )
             block = piece.value(values, count)
-            total[place] += block
-            size[place] += np.abs(block).max(axis=(1, 2), keepdims=True)
+            total[block_slices] += block
+            size[block_slices] += np.abs(block).max(axis=(1, 2), keepdims=True)
         size = size + size.transpose(0, 2, 1)
         gap = np.abs(total - total.transpose(0, 2, 1))
         if np.any(gap > ROUNDED * size):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias, overload
@@ -26,25 +27,25 @@ def selected_items(lmi: LMI, items: Indices | range) -> LMI:
     """
     chosen = slice(items.start, items.stop) if isinstance(items, range) else np.asarray(items)
     number = np.arange(items.start, items.stop) if isinstance(items, range) else np.asarray(items)
-    place = np.full(lmi.count, -1, dtype=np.intp)
-    place[number] = np.arange(len(number))
+    new_index = np.full(lmi.count, -1, dtype=np.intp)
+    new_index[number] = np.arange(len(number))
     return replace(
         lmi,
-        terms=tuple(t for term in lmi.terms for t in _terms(term, lmi.count, chosen, place)),
+        terms=tuple(t for term in lmi.terms for t in _terms(term, lmi.count, chosen, new_index)),
         constants=tuple(_constant(constant, lmi.count, chosen) for constant in lmi.constants),
         count=len(number),
         labels=Labels(len(number), lambda k: lmi.label(int(number[k]))),
     )
 
 
-def _terms(term: Term, count: int, chosen: slice | Indices, place: Indices) -> Iterator[Term]:
+def _terms(term: Term, count: int, chosen: slice | Indices, new_index: Indices) -> Iterator[Term]:
     """Yield the term with the contributions that are left, if there are any."""
     if term.items is None:
         yield _with(term, count, chosen)
         return
-    kept = np.flatnonzero(place[term.items] >= 0)
-    if len(kept):
-        yield replace(_with(term, len(term.items), kept), items=place[term.items[kept]])
+    selected = np.flatnonzero(new_index[term.items] >= 0)
+    if len(selected):
+        yield replace(_with(term, len(term.items), selected), items=new_index[term.items[selected]])
 
 
 def _with(term: Term, length: int, chosen: slice | Indices) -> Term:
@@ -61,9 +62,9 @@ def _constant(constant: Constant, count: int, chosen: slice | Indices) -> Consta
     return replace(constant, value=_of(constant.value, count, chosen))
 
 
-def _of(part: Array, length: int, chosen: slice | Indices) -> Array:
+def _of(array: Array, length: int, chosen: slice | Indices) -> Array:
     """Return the chosen entries of an array with an entry for each item; a single entry stays."""
-    return part[chosen] if len(part) == length and length > 1 else part
+    return array[chosen] if len(array) == length and length > 1 else array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,8 +147,8 @@ class Term:
 
     def spread(self, count: int) -> Spread:
         """Write the term out for an LMI of ``count`` items."""
-        parts = (self.left, self.right, self.items, self.members)
-        size = max(len(part) for part in parts if part is not None)
+        arrays = (self.left, self.right, self.items, self.members)
+        size = max(len(array) for array in arrays if array is not None)
         size = count if self.items is None else size
         item = np.arange(size) if self.items is None else _repeated(self.items, size)
         member = np.zeros(1, dtype=np.intp) if self.members is None else self.members
@@ -240,9 +241,9 @@ class LMI:
                 f"LMI {self.name}: {len(self.labels)} labels for {self.count} items; name each"
             )
         for number, constant in enumerate(self.constants, start=1):
-            what = f"LMI {self.name}, constant {number}"
-            _check_block(what, constant.at, constant.shape, self.blocks)
-            _check_length(what, {"value": len(constant.value)}, self.count)
+            owner = f"LMI {self.name}, constant {number}"
+            _check_block(owner, constant.at, constant.shape, self.blocks)
+            _check_length(owner, {"value": len(constant.value)}, self.count)
         for number, term in enumerate(self.terms, start=1):
             _check_term(f"LMI {self.name}, term {number} ({term.unknown.name})", term, self)
 
@@ -295,12 +296,12 @@ class Equality:
     index: str = ""
 
     def __post_init__(self) -> None:
-        parts: tuple[Term | Constant, ...] = (*self.terms, *self.constants)
-        for part in parts:
-            if part.at not in ((0, 1), (1, 0)):
+        summands: tuple[Term | Constant, ...] = (*self.terms, *self.constants)
+        for summand in summands:
+            if summand.at not in ((0, 1), (1, 0)):
                 raise ModelError(
-                    f"equality {self.name}: a part at {part.at}; (0, 1) is needed, or (1, 0) for "
-                    "a transpose"
+                    f"equality {self.name}: a part at {summand.at}; (0, 1) is needed, or (1, 0) "
+                    "for a transpose"
                 )
         for term in self.terms:
             if term.parameter is not None:
@@ -350,14 +351,14 @@ class Condition:
         names = [unknown.name for unknown in self.unknowns]
         if len(set(names)) != len(names):
             raise ModelError(f"condition {self.name}: unknowns {names}; names must differ")
-        parts: tuple[LMI | Equality, ...] = (*self.lmis, *self.equalities)
-        titles = [part.name for part in parts]
+        members: tuple[LMI | Equality, ...] = (*self.lmis, *self.equalities)
+        titles = [member.name for member in members]
         if len(set(titles)) != len(titles):
             raise ModelError(
                 f"condition {self.name}: LMIs {titles}; names must differ, because multipliers "
                 "and diagnoses name an LMI"
             )
-        for lmi in parts:
+        for lmi in members:
             for term in lmi.terms:
                 if term.unknown not in self.unknowns:
                     raise ModelError(
@@ -404,67 +405,76 @@ class Condition:
         return replace(self, lmis=self.lmis + lmis, unknowns=self.unknowns + unknowns)
 
 
-def _check_term(what: str, term: Term, lmi: LMI) -> None:
+def _check_term(owner: str, term: Term, lmi: LMI) -> None:
     unknown, left, right = term.unknown, term.left, term.right
     if left.ndim != 3 or (right is not None and right.ndim != 3):
-        raise ModelError(f"{what}: left and right need three axes, (T, rows, columns)")
+        raise ModelError(f"{owner}: left and right need three axes, (T, rows, columns)")
     if right is None and not unknown.scalar:
-        raise ModelError(f"{what}: right is None, which needs a 1 x 1 unknown; give right")
+        raise ModelError(f"{owner}: right is None, which needs a 1 x 1 unknown; give right")
     if right is not None and (left.shape[2], right.shape[1]) != (unknown.rows, unknown.cols):
         raise ModelError(
-            f"{what}: left {left.shape} and right {right.shape} do not fit the unknown's "
+            f"{owner}: left {left.shape} and right {right.shape} do not fit the unknown's "
             f"{unknown.rows} x {unknown.cols}"
         )
-    _check_block(what, term.at, term.shape, lmi.blocks)
+    _check_block(owner, term.at, term.shape, lmi.blocks)
     if term.plus_transpose and term.at is not None and term.at[0] != term.at[1]:
         raise ModelError(
-            f"{what}: plus_transpose off the diagonal; the mirror block is implied, leave it out"
+            f"{owner}: plus_transpose off the diagonal; the mirror block is implied, leave it out"
         )
     lengths = {"left": len(left)}
-    for name, part in (("right", right), ("items", term.items), ("members", term.members)):
-        if part is not None:
-            lengths[name] = len(part)
-    _check_length(what, lengths, lmi.count if term.items is None else len(term.items))
+    for name, array in (("right", right), ("items", term.items), ("members", term.members)):
+        if array is not None:
+            lengths[name] = len(array)
+    _check_length(owner, lengths, lmi.count if term.items is None else len(term.items))
     for name, index, count in (
         ("items", term.items, lmi.count),
         ("members", term.members, unknown.count),
     ):
         if index is not None and index.size and not 0 <= index.min() <= index.max() < count:
-            raise ModelError(f"{what}: {name} must lie in 0 ... {count - 1}")
+            raise ModelError(f"{owner}: {name} must lie in 0 ... {count - 1}")
 
 
-def _repeated(part: NDArray[Any], size: int) -> NDArray[Any]:
+def _repeated(array: NDArray[Any], size: int) -> NDArray[Any]:
     """Return the part with ``size`` entries, from as many or from one."""
-    return part if len(part) == size else np.broadcast_to(part, (size, *part.shape[1:]))
+    return array if len(array) == size else np.broadcast_to(array, (size, *array.shape[1:]))
 
 
 def _check_block(
-    what: str, at: Position | None, shape: tuple[int, int], blocks: tuple[int, ...]
+    owner: str, at: Position | None, shape: tuple[int, int], blocks: tuple[int, ...]
 ) -> None:
     if at is None:
         if shape != (sum(blocks),) * 2:
             raise ModelError(
-                f"{what}: {shape[0]} x {shape[1]}, but the whole matrix is {sum(blocks)} square"
+                f"{owner}: {shape[0]} x {shape[1]}, but the whole matrix is {sum(blocks)} square"
             )
         return
     if not all(0 <= k < len(blocks) for k in at):
-        raise ModelError(f"{what}: block {at} of an LMI with {len(blocks)} block rows")
+        raise ModelError(f"{owner}: block {at} of an LMI with {len(blocks)} block rows")
     if shape != (blocks[at[0]], blocks[at[1]]):
         raise ModelError(
-            f"{what}: {shape[0]} x {shape[1]}, but block {at} is {blocks[at[0]]} x {blocks[at[1]]}"
+            f"{owner}: {shape[0]} x {shape[1]}, but block {at} is {blocks[at[0]]} x {blocks[at[1]]}"
         )
 
 
-def _check_length(what: str, lengths: Mapping[str, int], count: int) -> None:
+def _check_length(owner: str, lengths: Mapping[str, int], count: int) -> None:
     for name, length in lengths.items():
         if length not in (1, count):
-            raise ModelError(f"{what}: {name} has {length} entries; 1 or {count} are needed")
+            raise ModelError(f"{owner}: {name} has {length} entries; 1 or {count} are needed")
+
+
+def identity_like(array: Array, size: int) -> Array:
+    """Return (1, size, size), of Fractions where the array has them."""
+    if array.dtype != object:
+        return np.eye(size)[None]
+    eye = np.full((1, size, size), Fraction(0), dtype=object)
+    eye[:, range(size), range(size)] = Fraction(1)
+    return eye
 
 
 def positive(P: Unknown) -> LMI:
     """Pose P > 0."""
-    one = np.eye(P.rows)[None]
-    term = Term(unknown=P, left=one, right=one)
+    eye = np.eye(P.rows)[None]
+    term = Term(unknown=P, left=eye, right=eye)
     return LMI(name=f"{P.name} positive definite", blocks=(P.rows,), terms=(term,))
 
 
@@ -475,13 +485,13 @@ def bounded(P: Unknown, largest: float = 1.0, *, latex: str = "") -> LMI:
     ----------
     latex : the constant; empty for -I, or -I times the number.
     """
-    one = np.eye(P.rows)[None]
-    told = latex or ("-I" if largest == 1 else f"-{largest:g} I")
+    eye = np.eye(P.rows)[None]
+    symbol = latex or ("-I" if largest == 1 else f"-{largest:g} I")
     return LMI(
         name=f"scale of {P.name}",
         blocks=(P.rows,),
-        terms=(Term(unknown=P, left=one, right=one),),
-        constants=(Constant(value=-largest * one, latex=told),),
+        terms=(Term(unknown=P, left=eye, right=eye),),
+        constants=(Constant(value=-largest * eye, latex=symbol),),
         sign=-1,
         strict=False,
     )

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from takagi.lmi.condition.statements import Asked, condition_of
+from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Condition, Constant, Equality, Position, Term
 from takagi.lmi.condition.unknown import Unknown
 
@@ -21,7 +21,7 @@ class _Piece(NamedTuple):
     text: str
 
 
-def latex(condition: Asked) -> str:
+def latex(condition: StatedCondition) -> str:
     """Return the condition as an ``align*`` environment (amsmath): objective, then one LMI a line.
 
     He(X) stands for X + X^T, an asterisk for the block that symmetry implies.
@@ -31,7 +31,7 @@ def latex(condition: Asked) -> str:
     return f"\\begin{{align*}}\n{body}\n\\end{{align*}}"
 
 
-def markdown(condition: Asked) -> str:
+def markdown(condition: StatedCondition) -> str:
     r"""Return the condition for a Markdown page: each line's name, then its formula as a block.
 
     The blocks are fences of the language ``math``, which GitHub and GitLab render. Formulas between
@@ -47,18 +47,18 @@ def lmi_latex(lmi: LMI) -> str:
     """Return one LMI, e.g. ``He(P A_i) + 2 alpha P < 0``; a block matrix when it has blocks."""
     size = len(lmi.blocks)
     if size == 1:
-        places: tuple[Position | None, ...] = ((0, 0), None)
-        right = _below(lmi) if _pieces_of_terms(lmi, places) else []
-        left = _block(lmi, places, without=right)
-        return f"{left} {_relation(lmi)} {_negative(right)}"
+        positions: tuple[Position | None, ...] = ((0, 0), None)
+        right_side = _below(lmi) if _pieces_of_terms(lmi, positions) else []
+        left_side = _block(lmi, positions, without=right_side)
+        return f"{left_side} {_relation(lmi)} {_negative(right_side)}"
     rows = [
         " & ".join(_block(lmi, ((i, j),)) if i <= j else r"\ast" for j in range(size))
         for i in range(size)
     ]
     matrix = r" \\ ".join(rows)
-    whole = _block(lmi, (None,))
+    full_size = _block(lmi, (None,))
     total = _sum(
-        [rf"\begin{{bmatrix}} {matrix} \end{{bmatrix}}", *([] if whole == "0" else [whole])]
+        [rf"\begin{{bmatrix}} {matrix} \end{{bmatrix}}", *([] if full_size == "0" else [full_size])]
     )
     return f"{total} {_relation(lmi)} 0"
 
@@ -93,9 +93,9 @@ def formula_lines(condition: Condition) -> list[tuple[str, str]]:
 def _equation(equality: Equality) -> str:
     """Return the block that vanishes, with what is written with a minus on the other side."""
     frame = equality.frame()
-    places: tuple[Position | None, ...] = ((0, 1),)
-    right = _below(frame) if equality.terms else []
-    return f"{_block(frame, places, without=right)} = {_negative(right)}"
+    positions: tuple[Position | None, ...] = ((0, 1),)
+    right_side = _below(frame) if equality.terms else []
+    return f"{_block(frame, positions, without=right_side)} = {_negative(right_side)}"
 
 
 def _relation(lmi: LMI) -> str:
@@ -139,10 +139,10 @@ def _declared(unknown: Unknown, condition: Condition) -> str:
 
 def _indexed(symbol: str, index: str) -> str:
     r"""Return X_1, and \tau_{k,1} for a symbol that has an index already."""
-    found = re.fullmatch(r"(.*)_(?:(\w)|\{([^{}]*)\})", symbol)
-    if found is None:
+    match = re.fullmatch(r"(.*)_(?:(\w)|\{([^{}]*)\})", symbol)
+    if match is None:
         return f"{symbol}_{index}"
-    return f"{found[1]}_{{{found[2] or found[3]},{index.strip('{}')}}}"
+    return f"{match[1]}_{{{match[2] or match[3]},{index.strip('{}')}}}"
 
 
 def _cost(unknown: Unknown, weight: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
@@ -158,8 +158,8 @@ def _cost(unknown: Unknown, weight: np.ndarray[tuple[int, ...], np.dtype[np.floa
     return rf"{over}\langle {name}, {symbol} \rangle"
 
 
-def _pieces_of_terms(lmi: LMI, places: tuple[Position | None, ...]) -> bool:
-    return any(term.at in places for term in lmi.terms)
+def _pieces_of_terms(lmi: LMI, positions: tuple[Position | None, ...]) -> bool:
+    return any(term.at in positions for term in lmi.terms)
 
 
 def _below(lmi: LMI) -> list[Constant]:
@@ -172,33 +172,39 @@ def _negative(constants: Sequence[Constant]) -> str:
     return _sum(_grouped(pieces)) if pieces else "0"
 
 
-def _block(lmi: LMI, places: tuple[Position | None, ...], without: Sequence[Constant] = ()) -> str:
+def _block(
+    lmi: LMI, positions: tuple[Position | None, ...], without: Sequence[Constant] = ()
+) -> str:
     """Return the sum in one block; what is kept below the diagonal is written transposed."""
-    mirrors = [place[::-1] for place in places if place is not None and place[0] != place[1]]
+    mirrors = [
+        position[::-1]
+        for position in positions
+        if position is not None and position[0] != position[1]
+    ]
     he: list[_Piece] = []
     plain: list[_Piece] = []
     turned: list[_Piece] = []
     for term in lmi.terms:
         piece = _Piece(term.factor, _product(term))
-        if term.at in places:
+        if term.at in positions:
             (he if term.plus_transpose else plain).append(piece)
         elif term.at in mirrors:
             same = term.unknown.symmetric and term.latex == ("", "")
             (plain if same else turned).append(piece)
     for constant in lmi.constants:
         piece = _Piece(constant.factor, constant.latex or "C")
-        if constant.at in places and constant not in without:
+        if constant.at in positions and constant not in without:
             plain.append(piece)
         elif constant.at in mirrors:
             turned.append(piece)
-    parts = [rf"\mathrm{{He}}\left({_sum(_grouped(he))}\right)"] if he else []
-    return _sum([*parts, *_transposed(turned), *_grouped(plain)]) or "0"
+    summands = [rf"\mathrm{{He}}\left({_sum(_grouped(he))}\right)"] if he else []
+    return _sum([*summands, *_transposed(turned), *_grouped(plain)]) or "0"
 
 
 def _product(term: Term) -> str:
     before, behind = term.latex
     symbol = term.symbol or term.unknown.symbol
-    text = " ".join(part for part in (before, symbol, behind) if part)
+    text = " ".join(factor for factor in (before, symbol, behind) if factor)
     return re.sub(r"^- (?=\S)", "-", text)
 
 
@@ -208,15 +214,15 @@ def _grouped(pieces: Iterable[_Piece]) -> list[str]:
     for piece, times in Counter(pieces).items():
         text = piece.text if times == 1 else _times(str(times), piece.text)
         groups.setdefault(piece.factor, []).append(text)
-    found = []
+    summands = []
     for factor, texts in groups.items():
         if not factor:
-            found += texts
+            summands += texts
         elif len(texts) == 1 or any(re.match(r"-?\d", text) for text in texts):
-            found += [_times(factor, text) for text in texts]
+            summands += [_times(factor, text) for text in texts]
         else:
-            found.append(rf"{factor} \left({_sum(texts)}\right)")
-    return found
+            summands.append(rf"{factor} \left({_sum(texts)}\right)")
+    return summands
 
 
 def _times(factor: str, text: str) -> str:
@@ -254,13 +260,13 @@ def _transpose(texts: Sequence[str]) -> str:
     return rf"({text})^\top"
 
 
-def _sum(parts: Sequence[str]) -> str:
+def _sum(summands: Sequence[str]) -> str:
     text = ""
-    for part in parts:
+    for summand in summands:
         if not text:
-            text = part
-        elif part.startswith("-"):
-            text += f" - {part[1:].lstrip()}"
+            text = summand
+        elif summand.startswith("-"):
+            text += f" - {summand[1:].lstrip()}"
         else:
-            text += f" + {part}"
+            text += f" + {summand}"
     return text

@@ -43,7 +43,7 @@ def _swept(M: Array, time: float) -> tuple[Array, bool]:
     """Return the scales after Osborne's sweeps over M >= 0, and whether they converged."""
     s = np.ones(len(M))
     for _ in range(SWEEPS):
-        before = s.copy()
+        previous = s.copy()
         for k in range(len(M)):
             column = float(np.linalg.norm(M[:, k] / s)) * s[k]
             row = float(np.linalg.norm(M[k] * s)) / s[k]
@@ -52,7 +52,7 @@ def _swept(M: Array, time: float) -> tuple[Array, bool]:
                 # With a chain of entries that are nearly zero the scales would grow without limit.
                 s[k] = min(max(s[k], 1.0 / FARTHEST), FARTHEST)
         # Scales are rounded to powers of two later, so they need no more digits than this.
-        if np.allclose(s, before, rtol=1e-6):
+        if np.allclose(s, previous, rtol=1e-6):
             return s, True
     return s, False
 
@@ -72,16 +72,16 @@ def _by_groups(M: Array, time: float) -> Array:
         inside = np.flatnonzero(group == k)
         s[inside] = _swept(M[np.ix_(inside, inside)], time)[0]
     scaled = M * s / s[:, None]
-    rows, wanted = [], []
+    rows, log_ratios = [], []
     for a in range(count):
         for b in range(count):
             acting = float(np.linalg.norm(scaled[np.ix_(group == a, group == b)]))
             if a != b and acting:
                 # Group b acts on group a; with s_b it is ``acting`` s_b / s_a.
                 rows.append(np.eye(count)[b] - np.eye(count)[a])
-                wanted.append(np.log(time / acting))
+                log_ratios.append(np.log(time / acting))
     coupled = np.array(rows).reshape(-1, count)
-    between = np.linalg.lstsq(coupled, np.array(wanted), rcond=None)[0]
+    between = np.linalg.lstsq(coupled, np.array(log_ratios), rcond=None)[0]
     return np.asarray(s * np.exp(between)[group])
 
 

@@ -22,28 +22,33 @@ import numpy as np
 
 from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import holds, margin
-from takagi.lmi.condition.statements import Asked, condition_of
+from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.cone.assemble import Assembled, assemble, pack
-from takagi.lmi.cone.duality import least_objective_bound
-from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
-from takagi.lmi.decision.answer_check import (
-    exactly_held,
-    exactly_judged,
-    falling,
-    judged,
-    says_no,
-    values_of,
-    weighed,
+from takagi.lmi.cone.cone_program import (
+    Assembled,
+    ConeProgram,
+    Raw,
+    SolverRow,
+    assemble,
+    cone_program,
+    least_objective_bound,
+    pack,
 )
 from takagi.lmi.decision.outcome import (
     Outcome,
     better,
     concluded,
+    exactly_held,
+    exactly_judged,
+    falling,
+    judged,
     measured,
     nothing,
     objective_at,
     promised,
+    says_no,
+    values_of,
+    weighed,
 )
 from takagi.lmi.solver.solve import Session, again, attempts, quick, rescaled
 from takagi.lmi.solver.time_limit import limited
@@ -62,7 +67,7 @@ RESCALED = 2
 
 @limited
 def decide(
-    condition: Asked,
+    condition: StatedCondition,
     *,
     cap: float = 1.0,
     rows: Mapping[str, float] | None = None,
@@ -110,16 +115,16 @@ def decide(
     tries: list[Try] = []
     doubtful = 0
     for raw in _few(attempts(program, session), most):
-        found = judged(data, program, raw)
-        tries.append(_try(raw, found.margin))
-        if found.status == "unknown" and says_no(data, found):
+        outcome = judged(data, program, raw)
+        tries.append(_try(raw, outcome.margin))
+        if outcome.status == "unknown" and says_no(data, outcome):
             doubtful += 1
             # Exact arithmetic is tried at the first doubtful no only: it takes longer than the next
             # solver.
             if doubtful == 1 and most > 1:
-                found = exactly_judged(data.condition, found)
-        if best is None or (found.status != "unknown") or found.margin > best.margin:
-            best = found
+                outcome = exactly_judged(data.condition, outcome)
+        if best is None or (outcome.status != "unknown") or outcome.margin > best.margin:
+            best = outcome
         if best.status != "unknown" or doubtful >= DOUBTFUL:
             break
     assert best is not None  # attempts yields at least one
@@ -137,8 +142,8 @@ def first_weighed(data: Assembled, session: Session) -> Outcome:
     data = _program_data(data.condition, None, data)
     program = _largest_margin(data, 1.0, {})
     raw = next(attempts(program, session))
-    found = weighed(data, program, raw)
-    return replace(found, tries=(_try(raw, found.margin),))
+    outcome = weighed(data, program, raw)
+    return replace(outcome, tries=(_try(raw, outcome.margin),))
 
 
 def _largest_margin(data: Assembled, cap: float, rows: Mapping[str, float]) -> ConeProgram:
@@ -157,29 +162,37 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
     """Return unknowns with the least objective among those with half the margin of ``start``.
 
     A result that does not withstand its check is moved towards ``start`` until it does; one that is
-    worse than ``start`` is dropped for it.  ``least`` and ``settled`` refer to the margin that is
-    kept.
+    worse than ``start`` is dropped for it.  ``lower_bound`` and ``settled`` refer to the margin
+    that is kept.
     """
     data = _program_data(condition, None, assembled)
     # At the full margin of ``start`` there would be no freedom left to lower the objective.
     program = cone_program(data, data.objective, (), margin=0.5 * start.margin)
     tries = list(start.tries)
-    before = objective_at(data.condition, start.values)
+    objective_before = objective_at(data.condition, start.values)
     for raw in _few(attempts(program)):
         values: Mapping[str, Floats] = values_of(data, raw)
-        held = margin(data.condition, values) if values else -np.inf
-        tries.append(_try(raw, held))
+        checked_margin = margin(data.condition, values) if values else -np.inf
+        tries.append(_try(raw, checked_margin))
         # A quarter, not the half that was posed: a solver meets its LMIs only up to its tolerances.
-        if values and held < 0.25 * start.margin:
-            values, held = _moved_inside(data.condition, values, start)
-        if not held >= 0.25 * start.margin:
+        if values and checked_margin < 0.25 * start.margin:
+            values, checked_margin = _moved_inside(data.condition, values, start)
+        if not checked_margin >= 0.25 * start.margin:
             continue
-        after = objective_at(data.condition, values)
-        if after <= before:
-            found = replace(start, status="candidate", values=values, margin=held, objective=after)
-            least = least_objective_bound(program, raw)
-            return measured(data.condition, replace(found, least=least, tries=tuple(tries)), 0.0)
-    return replace(start, tries=tuple(tries), objective=before)
+        objective_after = objective_at(data.condition, values)
+        if objective_after <= objective_before:
+            improved = replace(
+                start,
+                status="candidate",
+                values=values,
+                margin=checked_margin,
+                objective=objective_after,
+            )
+            lower_bound = least_objective_bound(program, raw)
+            return measured(
+                data.condition, replace(improved, lower_bound=lower_bound, tries=tuple(tries)), 0.0
+            )
+    return replace(start, tries=tuple(tries), objective=objective_before)
 
 
 def _moved_inside(
@@ -191,21 +204,21 @@ def _moved_inside(
     The set is convex: so a small step towards ``start``, which is inside it, mends that, while
     another solver may need a hundred times as long.
     """
-    step, held = 1e-6, -np.inf
+    step, checked_margin = 1e-6, -np.inf
     while step < 1.0:
-        moved = {
+        shifted = {
             name: (1.0 - step) * value + step * start.values[name] for name, value in values.items()
         }
-        held = margin(condition, moved)
-        if held >= 0.25 * start.margin:
-            return moved, held
+        checked_margin = margin(condition, shifted)
+        if checked_margin >= 0.25 * start.margin:
+            return shifted, checked_margin
         step *= 10.0
-    return values, held
+    return values, checked_margin
 
 
 @limited
 def optimise(
-    condition: Asked,
+    condition: StatedCondition,
     *,
     slack: float = 1e-6,
     cap: float = 1.0,
@@ -259,30 +272,33 @@ def optimise(
                 optimise(free, slack=slack, cap=cap, inside=inside, session=session, most=most)
                 if any(np.any(cost) for cost in free.objective.values())
                 else replace(
-                    decide(free, cap=cap, session=session), objective=0.0, least=0.0, settled=True
+                    decide(free, cap=cap, session=session),
+                    objective=0.0,
+                    lower_bound=0.0,
+                    settled=True,
                 )
             ),
         )
     data = _program_data(condition, parameters, assembled)
-    kept = Session() if session is None else session
+    solver_session = Session() if session is None else session
     program = cone_program(data, data.objective, (), margin=0.0)
     tries: list[Try] = []
     if inside is not None:
-        once = _inside(data, program, inside, slack)
-        if once.settled:
-            return once
-        tries.extend(once.tries)
+        with_margin = _inside(data, program, inside, slack)
+        if with_margin.settled:
+            return with_margin
+        tries.extend(with_margin.tries)
     best: Outcome | None = None
     plain: Outcome | None = None
     for raw in _few(_attempts(program, session), RESCALED + quick() if most is None else most):
         values = values_of(data, raw)
-        held = margin(data.condition, values) if values else -np.inf
-        tries.append(_try(raw, held))
+        checked_margin = margin(data.condition, values) if values else -np.inf
+        tries.append(_try(raw, checked_margin))
         if values and "nfeasible" not in raw.status:
             bound = least_objective_bound(program, raw)
-            centred = _centred(data, raw, held, bound, slack, cap, kept)
+            centred = _centred(data, raw, checked_margin, bound, slack, cap, solver_session)
             tries.extend(centred.tries)
-            best = _nearer(data.condition, best, replace(centred, least=bound), slack)
+            best = _nearer(data.condition, best, replace(centred, lower_bound=bound), slack)
             if best.settled:
                 return replace(best, tries=tuple(tries))
         # At the least objective the margin is zero, so an answer may fail its check although the
@@ -299,9 +315,11 @@ def optimise(
             return replace(unbounded, tries=tuple(tries))
     if best is None or best.status != "candidate":
         assert plain is not None  # decided as soon as an attempt left no candidate
-        found = plain.values if plain.status == "candidate" else {}
-        least = -np.inf if best is None else best.least
-        best = replace(plain, objective=objective_at(data.condition, found), least=least)
+        feasible = plain.values if plain.status == "candidate" else {}
+        lower_bound = -np.inf if best is None else best.lower_bound
+        best = replace(
+            plain, objective=objective_at(data.condition, feasible), lower_bound=lower_bound
+        )
     return concluded(replace(best, tries=tuple(tries)))
 
 
@@ -310,10 +328,10 @@ def _attempts(program: ConeProgram, session: Session | None) -> Iterator[Raw]:
     for number, raw in enumerate(attempts(program, session)):
         yield raw
         for _ in range(RESCALED if number == 0 else 0):
-            found = None if "nfeasible" in raw.status else rescaled(program, raw)
-            if found is None:
+            second = None if "nfeasible" in raw.status else rescaled(program, raw)
+            if second is None:
                 break
-            raw = found
+            raw = second
             yield raw
 
 
@@ -322,12 +340,12 @@ def _nearer(condition: Condition, best: Outcome | None, new: Outcome, slack: flo
 
     A bound above an objective that was found is none: its multipliers were not good enough.
     """
-    kept = new if best is None or better(new, best) else best
-    bounds = [-np.inf if best is None else best.least, new.least]
-    if kept.status == "candidate":
-        most = kept.objective + promised(slack) * abs(kept.objective) + nothing(condition)
-        bounds = [bound for bound in bounds if bound <= most]
-    return measured(condition, replace(kept, least=max(bounds, default=-np.inf)), slack)
+    chosen = new if best is None or better(new, best) else best
+    bounds = [-np.inf if best is None else best.lower_bound, new.lower_bound]
+    if chosen.status == "candidate":
+        highest = chosen.objective + promised(slack) * abs(chosen.objective) + nothing(condition)
+        bounds = [bound for bound in bounds if bound <= highest]
+    return measured(condition, replace(chosen, lower_bound=max(bounds, default=-np.inf)), slack)
 
 
 def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) -> Outcome:
@@ -337,46 +355,56 @@ def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) 
     """
     raw = next(attempts(cone_program(data, data.objective, (), margin=inside)))
     values = values_of(data, raw)
-    held = margin(data.condition, values) if values else -np.inf
-    found = Outcome("unknown", values, held, np.inf, {}, (_try(raw, held),))
-    if held < 0.5 * inside:
-        return found
+    checked_margin = margin(data.condition, values) if values else -np.inf
+    outcome = Outcome("unknown", values, checked_margin, np.inf, {}, (_try(raw, checked_margin),))
+    if checked_margin < 0.5 * inside:
+        return outcome
     objective = objective_at(data.condition, values)
-    least = least_objective_bound(program, raw)
-    near = objective - least <= slack * abs(least)
-    return replace(found, status="candidate", objective=objective, least=least, settled=near)
+    lower_bound = least_objective_bound(program, raw)
+    settled = objective - lower_bound <= slack * abs(lower_bound)
+    return replace(
+        outcome, status="candidate", objective=objective, lower_bound=lower_bound, settled=settled
+    )
 
 
 def _centred(
-    data: Assembled, raw: Raw, held: float, bound: float, slack: float, cap: float, session: Session
+    data: Assembled,
+    raw: Raw,
+    checked_margin: float,
+    bound: float,
+    slack: float,
+    cap: float,
+    session: Session,
 ) -> Outcome:
     """Return the largest margin with the objective slightly above that of ``raw``.
 
     The first that holds; otherwise ``raw`` itself if it does, or what was nearest.  By the solver
     of ``raw``: where others failed, they would fail again.
     """
-    least = float(data.objective @ raw.y)
+    least_found = float(data.objective @ raw.y)
     tries: list[Try] = []
     best: Outcome | None = None
-    most = SHARE * promised(slack)
+    share = SHARE * promised(slack)
     # Above the bound, so that what the first stage was short of is not added to it.
-    highest = bound + most * abs(bound)
+    highest = bound + share * abs(bound)
     zero = nothing(data.condition)
     # If the least objective is zero, a relative slack is zero too; an absolute one replaces it.
-    room = SHARE * zero if abs(least) <= zero else 0.0
-    limits = [least + max(min(times * slack, most) * abs(least), room) for times in LOOSENESS]
-    if highest > least and not room:
+    room = SHARE * zero if abs(least_found) <= zero else 0.0
+    limits = [
+        least_found + max(min(times * slack, share) * abs(least_found), room) for times in LOOSENESS
+    ]
+    if highest > least_found and not room:
         limits = [min(limit, highest) for limit in limits]
     for program, centred in _nearby(data, raw, list(dict.fromkeys(limits)), cap, session):
-        found = judged(data, program, centred)
-        tries.append(_try(centred, found.margin))
-        if best is None or found.margin > best.margin:
-            best = found
-        if found.status == "candidate":
+        outcome = judged(data, program, centred)
+        tries.append(_try(centred, outcome.margin))
+        if best is None or outcome.margin > best.margin:
+            best = outcome
+        if outcome.status == "candidate":
             break
     assert best is not None  # there is a looseness
-    if best.status != "candidate" and holds(data.condition, held):
-        best = Outcome("candidate", values_of(data, raw), held, np.inf, {}, ())
+    if best.status != "candidate" and holds(data.condition, checked_margin):
+        best = Outcome("candidate", values_of(data, raw), checked_margin, np.inf, {}, ())
     objective = objective_at(data.condition, best.values)
     return replace(best, tries=tuple(tries), objective=objective)
 
@@ -422,8 +450,8 @@ def _all_weighed(data: Assembled) -> Assembled:
     return replace(data, margin_column=np.concatenate(columns))
 
 
-def _try(raw: Raw, held: float) -> Try:
-    return Try(raw.solver, raw.status, held, raw.iterations, raw.seconds)
+def _try(raw: Raw, checked_margin: float) -> Try:
+    return Try(raw.solver, raw.status, checked_margin, raw.iterations, raw.seconds)
 
 
 def _few(raws: Iterator[Raw], count: int = 3) -> Iterator[Raw]:

@@ -10,9 +10,9 @@ import numpy as np
 from takagi.lmi.answer import Status
 from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.cone.assemble import Assembled
+from takagi.lmi.cone.cone_program import Assembled
 from takagi.lmi.decision.outcome import Outcome, objective_at
-from takagi.lmi.equalities.exact_solution import ExactSolution, Parametrised, parametrised
+from takagi.lmi.equalities import ExactSolution, Parametrised, parametrised
 from takagi.models.errors import ModelError
 
 CONTRADICTION = (
@@ -29,61 +29,63 @@ def in_free_numbers(condition: Condition, solve: Callable[[Condition], Outcome])
     equalities included.  Where the equalities have no solution the status is "infeasible", which
     elimination over the rationals has proved.
     """
-    found = parametrised(condition)
-    if found is None:
+    free = parametrised(condition)
+    if free is None:
         return Outcome("infeasible", {}, -np.inf, -np.inf, {}, (), reason=CONTRADICTION)
-    if not found.condition.unknowns:
-        return _only_one(found)
-    return lifted_outcome(found, solve(found.condition))
+    if not free.condition.unknowns:
+        return _only_one(free)
+    return lifted_outcome(free, solve(free.condition))
 
 
-def _only_one(found: Parametrised) -> Outcome:
+def _only_one(free: Parametrised) -> Outcome:
     """Return the outcome where the equalities leave nothing free: the one solution, tested."""
-    condition, values = found.original, found.lifted({})
-    held = margin(condition, values)
-    only = ExactSolution(condition=condition, values=found.exact(values))
-    status: Status = "candidate" if holds(condition, held) else "unknown"
-    if status == "unknown" and not only.holds:
+    condition, values = free.original, free.lifted({})
+    checked_margin = margin(condition, values)
+    solution = ExactSolution(condition=condition, values=free.exact(values))
+    status: Status = "candidate" if holds(condition, checked_margin) else "unknown"
+    if status == "unknown" and not solution.holds:
         status = "infeasible"
     objective = objective_at(condition, values)
-    reason = "" if status == "candidate" else f"the equalities leave one solution: {only.fault()}"
+    reason = (
+        "" if status == "candidate" else f"the equalities leave one solution: {solution.fault()}"
+    )
     return Outcome(
         status=status,
         values=values,
-        margin=held,
-        bound=held,
+        margin=checked_margin,
+        bound=checked_margin,
         multipliers={},
         tries=(),
         objective=objective,
-        least=objective,
+        lower_bound=objective,
         settled=True,
         reason=reason,
     )
 
 
-def lifted_outcome(found: Parametrised, outcome: Outcome) -> Outcome:
+def lifted_outcome(free: Parametrised, outcome: Outcome) -> Outcome:
     """Return an outcome of the parametrised condition as one of the original."""
-    condition = found.original
-    values = found.lifted(outcome.values) if _whole(found, outcome.values) else {}
-    held = margin(condition, values) if values else outcome.margin
+    condition = free.original
+    values = free.lifted(outcome.values) if _whole(free, outcome.values) else {}
+    checked_margin = margin(condition, values) if values else outcome.margin
     status = outcome.status
-    if status == "candidate" and not holds(condition, held):
+    if status == "candidate" and not holds(condition, checked_margin):
         status = "unknown"
-    offset = float(found.offset)
+    offset = float(free.offset)
     objective = objective_at(condition, values)
     return replace(
         outcome,
         status=status,
         values=values,
-        margin=held,
+        margin=checked_margin,
         objective=objective if values and condition.objective else outcome.objective,
-        least=outcome.least + offset,
-        feasible=found.lifted(outcome.feasible) if outcome.feasible else {},
+        lower_bound=outcome.lower_bound + offset,
+        feasible=free.lifted(outcome.feasible) if outcome.feasible else {},
     )
 
 
-def _whole(found: Parametrised, values: Mapping[str, object]) -> bool:
-    return all(unknown.name in values for unknown in found.condition.unknowns)
+def _whole(free: Parametrised, values: Mapping[str, object]) -> bool:
+    return all(unknown.name in values for unknown in free.condition.unknowns)
 
 
 def refuse_kept(
@@ -96,8 +98,8 @@ def refuse_kept(
     ModelError : cone data, or upper bounds of unknowns.
     """
     if assembled is not None or rows:
-        given = "cone data" if assembled is not None else "upper bounds of unknowns (rows)"
+        argument = "cone data" if assembled is not None else "upper bounds of unknowns (rows)"
         raise ModelError(
-            f"condition {condition.name} has equalities, and {given} were given; pose the bound as "
-            "an inequality, or give parametrised(condition).condition"
+            f"condition {condition.name} has equalities, and {argument} were given; pose the bound "
+            "as an inequality, or give parametrised(condition).condition"
         )

@@ -1,4 +1,12 @@
-"""The best of a solver's tries, and whether its objective is near the least."""
+"""What a decision returns, and the check of a solver's numbers from scratch.
+
+Check of a solver's numbers from scratch, whatever its status says.
+
+For a no it is not enough that the margin is bounded by a number that solvers cannot distinguish
+from zero: where the entries differ much in size, the largest margin may be as small as that.  A no
+needs multipliers that exclude unknowns of every size, in floating point with an allowance for all
+rounding (``contradiction``), or exact.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +17,16 @@ from typing import NamedTuple
 import numpy as np
 
 from takagi.lmi.answer import Answer, Status, Try
+from takagi.lmi.condition.evaluate import fractions, holds, margin
 from takagi.lmi.condition.term import LMI, Condition
+from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.cone.cone_program import Assembled, ConeProgram, Raw, in_dual_cone, margin_bound
+from takagi.lmi.refutation.contradiction import contradiction
 from takagi.models.arrays import Floats
 
 # How far above its bound an objective may be to pass for the least, relative, where less was asked
 # for: the bound is good to the solver's accuracy only.
-NEAR = 1e-3
+LARGEST_GAP = 1e-3
 # What solvers cannot distinguish from zero, in unknowns of order one.
 FLOOR = 2e-8
 
@@ -34,7 +46,7 @@ class Outcome:
     bound : no values have a larger t, to solver accuracy; inf when unknown.
     objective : recomputed from ``values``; nan without an objective or a candidate, -inf where it
         is unbounded.
-    least : no unknowns have a smaller objective, to solver accuracy; -inf when unknown.
+    lower_bound : no unknowns have a smaller objective, to solver accuracy; -inf when unknown.
     settled : whether an objective was minimised and is near ``least``: of a candidate of
         ``optimise`` always.
     feasible : the unknowns of an outcome that is "unknown" or "unbounded" although they satisfy
@@ -49,7 +61,7 @@ class Outcome:
     multipliers: Mapping[str, Floats]
     tries: tuple[Try, ...]
     objective: float = np.nan
-    least: float = -np.inf
+    lower_bound: float = -np.inf
     settled: bool = False
     feasible: Mapping[str, Floats] = field(default_factory=dict)
     reason: str = ""
@@ -75,16 +87,18 @@ class Outcome:
         )
 
 
-def better(one: Outcome, other: Outcome) -> bool:
+def better(first: Outcome, second: Outcome) -> bool:
     """Return whether it is a candidate with a smaller objective, or nearer to being one."""
-    if one.status == other.status == "candidate":
-        return one.objective < other.objective
-    return one.status == "candidate" or (other.status != "candidate" and one.margin > other.margin)
+    if first.status == second.status == "candidate":
+        return first.objective < second.objective
+    return first.status == "candidate" or (
+        second.status != "candidate" and first.margin > second.margin
+    )
 
 
 def promised(slack: float) -> float:
     """Return how far above the least an objective is at most, relative, where it was minimised."""
-    return max(slack, NEAR)
+    return max(slack, LARGEST_GAP)
 
 
 def nothing(condition: Condition) -> float:
@@ -102,10 +116,10 @@ def measured(condition: Condition, outcome: Outcome, slack: float) -> Outcome:
     """
     if outcome.status != "candidate":
         return outcome
-    if not np.isfinite(outcome.least):
+    if not np.isfinite(outcome.lower_bound):
         return replace(outcome, settled=False)
-    allowed = max(promised(slack) * abs(outcome.least), nothing(condition))
-    return replace(outcome, settled=outcome.objective - outcome.least <= allowed)
+    allowed = max(promised(slack) * abs(outcome.lower_bound), nothing(condition))
+    return replace(outcome, settled=outcome.objective - outcome.lower_bound <= allowed)
 
 
 def concluded(outcome: Outcome) -> Outcome:
@@ -116,14 +130,18 @@ def concluded(outcome: Outcome) -> Outcome:
         outcome,
         status="unknown",
         feasible=outcome.values,
-        reason=not_least(outcome.objective, outcome.least),
+        reason=not_least(outcome.objective, outcome.lower_bound),
     )
 
 
-def not_least(found: float, least: float) -> str:
+def not_least(value: float, lower_bound: float) -> str:
     """Return in words that an objective is not near its bound, with both numbers."""
-    bound = f"the least is no less than {least:.5g}" if np.isfinite(least) else "no bound is known"
-    return f"no solver came near the least one: {found:.5g} was found, {bound}"
+    bound = (
+        f"the least is no less than {lower_bound:.5g}"
+        if np.isfinite(lower_bound)
+        else "no bound is known"
+    )
+    return f"no solver came near the least one: {value:.5g} was found, {bound}"
 
 
 def objective_at(condition: Condition, values: Mapping[str, Floats]) -> float:
@@ -133,7 +151,7 @@ def objective_at(condition: Condition, values: Mapping[str, Floats]) -> float:
 
 
 # Items with less of the bound than this are not reported.
-LEAST = 0.02
+SMALLEST_SHARE = 0.02
 
 
 class Share(NamedTuple):
@@ -161,10 +179,10 @@ def binding_items(
 
 def asks_for_decay(condition: Condition) -> bool:
     """Return whether a decay rate above 0 is asked for, which might be lowered."""
-    given = condition.parameters
-    if not {"alpha", "contraction"} & set(given):
+    parameters = condition.parameters
+    if not {"alpha", "contraction"} & set(parameters):
         return True  # the rate is not a parameter of the condition
-    return given.get("alpha", 0.0) > 0 or given.get("contraction", 1.0) < 1
+    return parameters.get("alpha", 0.0) > 0 or parameters.get("contraction", 1.0) < 1
 
 
 def advice_about_limit(condition: Condition) -> str:
@@ -180,7 +198,7 @@ def shares_in_words(shares: Sequence[Share]) -> str:
     Multipliers show the no: an item without any could be left out, and it would still be no.
     """
     first = f"{shares[0].label} ({shares[0].share:.0%} of the multipliers that show it)"
-    return ", ".join([first, *(f"{one.label} ({one.share:.0%})" for one in shares[1:])])
+    return ", ".join([first, *(f"{share.label} ({share.share:.0%})" for share in shares[1:])])
 
 
 def binding_shares(
@@ -195,18 +213,20 @@ def binding_shares(
     ----------
     names : the LMIs to examine; without names, all that have a weight.
     """
-    found = []
+    shares = []
     for lmi in condition.lmis:
         if lmi.name in multipliers and (lmi.name in names or (not names and lmi.strict)):
             traces = _size(lmi) * np.trace(multipliers[lmi.name], axis1=1, axis2=2)
-            found += [Share(lmi.label(k), lmi.name, float(t)) for k, t in enumerate(traces)]
-    total = sum(one.share for one in found)
+            shares += [Share(lmi.label(k), lmi.name, float(t)) for k, t in enumerate(traces)]
+    total = sum(share.share for share in shares)
     if total <= 0:
         return ()
     # A stable order: of equal shares the first item is named first.
-    found.sort(key=lambda one: -one.share)
+    shares.sort(key=lambda share: -share.share)
     return tuple(
-        one._replace(share=one.share / total) for one in found if one.share > LEAST * total
+        share._replace(share=share.share / total)
+        for share in shares
+        if share.share > SMALLEST_SHARE * total
     )
 
 
@@ -214,3 +234,110 @@ def _size(lmi: LMI) -> float:
     """Return the natural size of an LMI: its weight, or that of its constants."""
     constants = (float(np.abs(c.value.astype(np.float64)).max()) for c in lmi.constants)
     return max(lmi.weight, *constants, 0.0)
+
+
+# What the solver's tolerances can distinguish from zero.
+SMALLEST_BOUND = 1e-7
+# Where no LMI is strict, the bound on the margin must be below minus this for a no: an LMI may
+# be violated by its tolerance and still count as satisfied.
+NONSTRICT_TOLERANCE = 1e-5
+# How far the objective is followed where it falls without end, in units of its size.
+DISTANCES = (1e3, 1e6)
+# Entries of multipliers up to which a no is sought in exact arithmetic: about a second.
+EXACT = 1200
+
+
+def judged(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
+    """Check the solver's numbers from scratch; its status is not read."""
+    outcome = weighed(data, program, raw)
+    if outcome.status == "unknown" and says_no(data, outcome) and _excluded(data, program, raw):
+        return replace(outcome, status="infeasible")
+    return outcome
+
+
+def weighed(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
+    """Return the same without a search for a no: what is no candidate is "unknown"."""
+    values = values_of(data, raw)
+    checked_margin = margin(data.condition, values) if values else -np.inf
+    bound, packed = margin_bound(program, raw)
+    multipliers = data.multipliers(packed) if len(packed) else {}
+    status: Status = "candidate" if holds(data.condition, checked_margin) else "unknown"
+    return Outcome(status, values, checked_margin, bound, multipliers, ())
+
+
+def says_no(data: Assembled, outcome: Outcome) -> bool:
+    """Return whether the bound on the margin is one that may leave none."""
+    strict = any(lmi.strict for lmi in data.condition.lmis)
+    return outcome.bound < (SMALLEST_BOUND if strict else -NONSTRICT_TOLERANCE)
+
+
+def exactly_judged(condition: Condition, outcome: Outcome) -> Outcome:
+    """Return a no where exact multipliers exclude every solution; what is given where none do."""
+    from takagi.lmi.refutation.refutation import exact_no
+
+    entries = sum(lmi.count * triangle(lmi.size) for lmi in condition.lmis)
+    refutation = exact_no(condition, outcome.multipliers) if entries <= EXACT else None
+    if refutation is None:
+        return outcome
+    exact = {name: value.astype(np.float64) for name, value in refutation.multipliers.items()}
+    return replace(outcome, status="infeasible", multipliers={**outcome.multipliers, **exact})
+
+
+def exactly_held(condition: Condition, outcome: Outcome) -> Outcome:
+    """Return a candidate where the unknowns satisfy every LMI in exact arithmetic.
+
+    For a margin that is positive and too small for floating point: entries of an LMI, or the LMIs
+    of several vertices, may differ by 1e10 in size.
+    """
+    from takagi.lmi.equalities import ExactSolution
+
+    entries = sum(lmi.count * triangle(lmi.size) for lmi in condition.lmis)
+    if not (
+        outcome.status == "unknown" and outcome.values and outcome.margin > 0 and entries <= EXACT
+    ):
+        return outcome
+    exact = {name: fractions(value) for name, value in outcome.values.items()}
+    is_exact = ExactSolution(condition=condition, values=exact).holds
+    return replace(outcome, status="candidate") if is_exact else outcome
+
+
+def falling(data: Assembled, raw: Raw, start: Outcome) -> Outcome | None:
+    """Return "unbounded" where the objective falls without end from ``start``; None if not seen.
+
+    The solver's y is then a direction.  Each LMI is evaluated far along it, so its status decides
+    nothing.
+    """
+    direction = values_of(data, raw)
+    down = objective_at(data.condition, direction)
+    if start.status != "candidate" or not down < 0:
+        return None
+    size = max(1.0, abs(objective_at(data.condition, start.values)))
+    for distance in DISTANCES:
+        step = distance * size / -down
+        shifted = {name: value + step * direction[name] for name, value in start.values.items()}
+        if not holds(data.condition, margin(data.condition, shifted)):
+            return None
+    return replace(
+        start,
+        status="unbounded",
+        values={},
+        feasible=start.values,
+        objective=-np.inf,
+        reason="the objective has no least value: it falls without end; bound its unknowns",
+    )
+
+
+def _excluded(data: Assembled, program: ConeProgram, raw: Raw) -> bool:
+    """Return whether the multipliers leave no unknowns, of any size.
+
+    Without a strict LMI the bound is what it rests on: the weights are those of the tolerances.
+    """
+    if not any(lmi.strict for lmi in data.condition.lmis):
+        return True
+    return contradiction(program, in_dual_cone(program, raw.z)) is not None
+
+
+def values_of(data: Assembled, raw: Raw) -> dict[str, Floats]:
+    """Return the unknowns, or nothing where there are no finite numbers for all of them."""
+    usable = len(raw.y) >= len(data.objective) and bool(np.all(np.isfinite(raw.y)))
+    return data.values(raw.y) if usable else {}

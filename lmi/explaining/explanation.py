@@ -63,15 +63,15 @@ def uncontrollable_blend(answer: Answer, model: Any) -> UncontrollableBlend | No
     reach = np.einsum("rnm,n->mr", scaled_B, v) / np.abs(scaled_B).max(axis=(0, 1))[:, None]
     drift = np.einsum("rnk,n->kr", scaled_A, v) / size
     # Unknowns h, and lambda / size as the difference of two nonnegative numbers.
-    both = np.zeros((len(v) + len(reach) + 1, len(A) + 2))
-    both[: len(v), : len(A)], both[len(v) : -1, : len(A)] = drift, reach
-    both[: len(v), -2], both[: len(v), -1] = -v, v
-    both[-1, : len(A)] = 1.0
-    found, residual = nnls(both, np.eye(len(both))[-1])
-    eigenvalue = float(found[-2] - found[-1]) * size
+    equations = np.zeros((len(v) + len(reach) + 1, len(A) + 2))
+    equations[: len(v), : len(A)], equations[len(v) : -1, : len(A)] = drift, reach
+    equations[: len(v), -2], equations[: len(v), -1] = -v, v
+    equations[-1, : len(A)] = 1.0
+    multipliers, residual = nnls(equations, np.eye(len(equations))[-1])
+    eigenvalue = float(multipliers[-2] - multipliers[-1]) * size
     if residual > REACH or not _slow(eigenvalue, answer):
         return None
-    weights, direction = found[: len(A)], v / s
+    weights, direction = multipliers[: len(A)], v / s
     return UncontrollableBlend(
         weights / weights.sum(), eigenvalue, direction / direction[np.argmax(np.abs(direction))]
     )
@@ -79,10 +79,10 @@ def uncontrollable_blend(answer: Answer, model: Any) -> UncontrollableBlend | No
 
 def _slow(eigenvalue: float, answer: Answer) -> bool:
     """Return whether the mode is slower than the condition asks for: then there is no solution."""
-    asked = {} if answer.condition is None else answer.condition.parameters
-    if "contraction" in asked:
-        return eigenvalue**2 >= asked["contraction"] - REACH
-    return eigenvalue >= -asked.get("alpha", 0.0) - REACH * max(1.0, abs(eigenvalue))
+    parameters = {} if answer.condition is None else answer.condition.parameters
+    if "contraction" in parameters:
+        return eigenvalue**2 >= parameters["contraction"] - REACH
+    return eigenvalue >= -parameters.get("alpha", 0.0) - REACH * max(1.0, abs(eigenvalue))
 
 
 # Items that are named in words.
@@ -170,22 +170,24 @@ class Explanation:
         return "\n".join(lines)
 
 
-def _advice(told: Explanation) -> list[str]:
+def _advice(explanation: Explanation) -> list[str]:
     lines = []
-    if told.relaxations:
+    if explanation.relaxations:
         words = {True: "has gains", False: "has none", None: "does not apply or is too large"}
-        tried = ", ".join(f"{name} {words[found]}" for name, found in told.relaxations)
+        tried = ", ".join(f"{name} {words[status]}" for name, status in explanation.relaxations)
         lines.append(f"a richer relaxation: {tried}")
-    if told.decay_rate is not None:
-        grows = ": V may grow, no faster" if told.decay_rate < 0 else ""
-        lines.append(f"a lower decay rate: {told.decay_rate:.4g} 1/s is enough{grows}")
-    elif told.lowest_rate is not None:
-        lines.append(f"a lower decay rate does not help: not even {told.lowest_rate:.4g} 1/s")
-    if told.box is None:
+    if explanation.decay_rate is not None:
+        grows = ": V may grow, no faster" if explanation.decay_rate < 0 else ""
+        lines.append(f"a lower decay rate: {explanation.decay_rate:.4g} 1/s is enough{grows}")
+    elif explanation.lowest_rate is not None:
+        lines.append(
+            f"a lower decay rate does not help: not even {explanation.lowest_rate:.4g} 1/s"
+        )
+    if explanation.box is None:
         lines.append("a smaller box does not help: not even its middle has an answer")
     else:
-        lines.append(f"a smaller box: {told.box:.0%} of it about its middle is enough")
-    return lines + [str(one) for one in told.premises]
+        lines.append(f"a smaller box: {explanation.box:.0%} of it about its middle is enough")
+    return lines + [str(relief) for relief in explanation.premises]
 
 
 STACKS = ("A", "B", "C", "D", "E")
@@ -206,7 +208,7 @@ def on_smaller_box(model: Any, share: Fraction) -> Any:
         return move(np.asarray(model, dtype=np.float64))
     if isinstance(model, TSModel):
         return _rebuilt(model, move, ())
-    kept = {
+    stacks_kept = {
         name: getattr(model, name) for name in ("states", "sample_time") if hasattr(model, name)
     }
     stacks = {
@@ -214,7 +216,7 @@ def on_smaller_box(model: Any, share: Fraction) -> Any:
         for name in STACKS
         if getattr(model, name, None) is not None
     }
-    return SimpleNamespace(**kept, **stacks)
+    return SimpleNamespace(**stacks_kept, **stacks)
 
 
 def with_narrower_premise(model: TSModel, number: int, share: Fraction) -> TSModel:
@@ -248,15 +250,15 @@ def with_narrower_premise(model: TSModel, number: int, share: Fraction) -> TSMod
     premises = (*model.premises[:number], narrow, *model.premises[number + 1 :])
     t = float(share)
     corners = np.array([[1 + t, 1 - t], [1 - t, 1 + t]])[: 1 if share == 0 else 2] / 2
-    shape = tuple(len(one.corners) for one in model.premises)
+    shape = tuple(len(axis.corners) for axis in model.premises)
     order = np.ravel_multi_index(np.array(model.rules).T, shape)
 
     def move(stack: Array) -> Array:
         tensor = np.empty_like(stack)
         tensor[order] = stack
         tensor = tensor.reshape(*shape, *stack.shape[1:])
-        moved = np.moveaxis(np.tensordot(corners, tensor, axes=(1, number)), 0, number)
-        return moved.reshape(-1, *stack.shape[1:])
+        blended = np.moveaxis(np.tensordot(corners, tensor, axes=(1, number)), 0, number)
+        return blended.reshape(-1, *stack.shape[1:])
 
     return _rebuilt(model, move, premises)
 
@@ -275,16 +277,16 @@ def _rebuilt(
     model: TSModel, move: Callable[[Array], Array], premises: tuple[Premise, ...]
 ) -> TSModel:
     stacks = {name: getattr(model, name) for name in STACKS}
-    moved = {
+    new_stacks = {
         name: move(stack) if stack.shape[1] and stack.shape[2] else None
         for name, stack in stacks.items()
     }
     return TSModel(
         move(model.A),
-        moved["B"],
-        C=moved["C"],
-        D=moved["D"],
-        E=moved["E"],
+        new_stacks["B"],
+        C=new_stacks["C"],
+        D=new_stacks["D"],
+        E=new_stacks["E"],
         states=model.states,
         inputs=model.inputs or None,
         outputs=model.outputs or None,

@@ -21,12 +21,12 @@ from takagi.lmi.explaining.explanation import (
     uncontrollable_blend,
     with_narrower_premise,
 )
-from takagi.lmi.sums.relaxation_sizes import contains
+from takagi.lmi.sums.relaxations import contains
 from takagi.models import TSModel
 from takagi.models.errors import ModelError
 
 # What is asked again: ``pdc``, ``common_lyapunov``, or a function that is called like them.
-Asked: TypeAlias = Callable[..., Answer | Design]
+Asker: TypeAlias = Callable[..., Answer | Design]
 
 RICHER = ("tuan", "tanaka-wang", "product", "kim-lee", "polya-1", "liu-zhang", "polya-2")
 
@@ -35,7 +35,7 @@ def explain(
     answer: Answer | Design,
     model: Any,
     *,
-    by: Asked | None = None,
+    by: Asker | None = None,
     relaxations: Sequence[str] | None = None,
     steps: int = 6,
     **options: Any,
@@ -62,11 +62,11 @@ def explain(
     ModelError : an answer of another question, or options that ``by`` refuses.
     """
     question = _Question.of(answer, model, by, options)
-    found = question.ask_as_given()
-    if found is not None:
+    answer_now = question.ask_as_given()
+    if answer_now is not None:
         return Explanation(asked=question.words(), found=True, asked_again=question.count)
-    given = answer.answer if isinstance(answer, Design) else answer
-    binding = _binding(given)
+    first_answer = answer.answer if isinstance(answer, Design) else answer
+    binding = _binding(first_answer)
     rate, lowest = question.largest_rate(steps)
     box = question.largest_share(lambda share: on_smaller_box(model, share), steps)
     return Explanation(
@@ -74,7 +74,7 @@ def explain(
         found=False,
         binding=binding,
         rules=_rules(binding, model),
-        stuck=uncontrollable_blend(given, model) if question.for_gains else None,
+        stuck=uncontrollable_blend(first_answer, model) if question.for_gains else None,
         box=None if box is None else float(box),
         premises=_premises(question, model, steps),
         decay_rate=rate,
@@ -88,14 +88,14 @@ class _Question:
     """What was asked, and how often it has been asked again."""
 
     def __init__(
-        self, model: Any, by: Asked, decay_rate: float, relaxation: str, options: dict[str, Any]
+        self, model: Any, by: Asker, decay_rate: float, relaxation: str, options: dict[str, Any]
     ) -> None:
         self.model, self.by, self.decay_rate = model, by, decay_rate
         self.relaxation, self.options, self.count = relaxation, options, 0
 
     @classmethod
     def of(
-        cls, answer: Answer | Design, model: Any, by: Asked | None, options: dict[str, Any]
+        cls, answer: Answer | Design, model: Any, by: Asker | None, options: dict[str, Any]
     ) -> _Question:
         from takagi.lmi.analysis.common_quadratic import common_lyapunov
         from takagi.lmi.gains.decay.pdc import pdc
@@ -118,8 +118,8 @@ class _Question:
         return self.by is pdc
 
     def words(self) -> str:
-        what = f"gains by {self.relaxation}" if self.relaxation else "a common P"
-        return f"{what} with a decay rate of {self.decay_rate:.4g} 1/s"
+        request = f"gains by {self.relaxation}" if self.relaxation else "a common P"
+        return f"{request} with a decay rate of {self.decay_rate:.4g} 1/s"
 
     def ask(self, model: Any, decay_rate: float, relaxation: str) -> Answer | Design:
         self.count += 1
@@ -128,8 +128,8 @@ class _Question:
 
     def ask_as_given(self) -> Answer | Design | None:
         """Return the answer if there is one now; misuse raises here and is not hidden later."""
-        found = self.ask(self.model, self.decay_rate, self.relaxation)
-        return found if found.found else None
+        answer = self.ask(self.model, self.decay_rate, self.relaxation)
+        return answer if answer.found else None
 
     def holds(self, model: Any, decay_rate: float | None = None) -> bool:
         rate = self.decay_rate if decay_rate is None else decay_rate
@@ -228,18 +228,18 @@ def _premises(question: _Question, model: Any, steps: int) -> tuple[PremiseRelie
 
         share = question.largest_share(narrower, steps)
         middle, half = (premise.lower + premise.upper) / 2, (premise.upper - premise.lower) / 2
-        kept = half * (1 if share is None else share)
+        half_width = half * (1 if share is None else share)
         reliefs.append(
             PremiseRelief(
                 premise.name,
                 premise.unit,
                 None if share is None else float(share),
-                float(middle - kept),
-                float(middle + kept),
+                float(middle - half_width),
+                float(middle + half_width),
             )
         )
     # The premise that costs most is the one that has to be narrowed least.
-    reliefs.sort(key=lambda one: -1.0 if one.share is None else one.share, reverse=True)
+    reliefs.sort(key=lambda relief: -1.0 if relief.share is None else relief.share, reverse=True)
     return tuple(reliefs)
 
 

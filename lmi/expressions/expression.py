@@ -223,13 +223,13 @@ class Equation(Statement):
         return replace(self, name=name, index=index)
 
 
-def expression_of(value: object, what: str = "the matrix") -> Expression:
+def expression_of(value: object, owner: str = "the matrix") -> Expression:
     """Return an expression: itself, an unknown, or known numbers."""
     if isinstance(value, Operators):
         return value.as_expression()
     if isinstance(value, Statement):
         raise ModelError("a statement was used as a matrix; compare two matrices in one statement")
-    array = data_stack(value, what)
+    array = data_stack(value, owner)
     multiple = identity_multiple(array)
     p, q = array.shape[1:]
     if multiple is None:
@@ -259,50 +259,54 @@ def matrix_product(first: Expression, second: Expression) -> Expression:
     if first.columns != second.rows:
         first, second = first.flat(), second.flat()
     pieces = []
-    for one in first.pieces:
+    for left_piece in first.pieces:
         for two in second.pieces:
-            if one.at[1] == two.at[0]:
-                found = two.before_it(one) if one.unknown is None else one.behind_it(two)
-                pieces.append(replace(found, at=(one.at[0], two.at[1])))
+            if left_piece.at[1] == two.at[0]:
+                new_piece = (
+                    two.before_it(left_piece)
+                    if left_piece.unknown is None
+                    else left_piece.behind_it(two)
+                )
+                pieces.append(replace(new_piece, at=(left_piece.at[0], two.at[1])))
     return Expression(first.rows, second.columns, tuple(pieces))
 
 
 def _refuse_two_unknowns(first: Expression, second: Expression) -> None:
     names = [
-        "/".join(sorted({str(piece.unknown.name) for piece in one.pieces if piece.unknown}))
-        for one in (first, second)
+        "/".join(sorted({str(piece.unknown.name) for piece in factor.pieces if piece.unknown}))
+        for factor in (first, second)
     ]
     if all(names):
         raise ModelError(f"a product of two unknowns ({names[0]} times {names[1]}): {AFFINE}")
 
 
-def yalmip_product(first: Expression, other: object) -> Expression:
+def yalmip_product(first: Expression, factor: object) -> Expression:
     """Return first * other: a scaling where one is a number or 1 x 1, else the matrix product."""
-    if isinstance(other, Real) and not isinstance(other, bool):
-        number = other if isinstance(other, Fraction) else float(other)
+    if isinstance(factor, Real) and not isinstance(factor, bool):
+        number = factor if isinstance(factor, Fraction) else float(factor)
         if not np.isfinite(float(number)):
             raise ModelError(f"a matrix is multiplied by {number!r}; a finite number is needed")
         return first.scaled(number)
-    second = expression_of(other)
+    second = expression_of(factor)
     _refuse_two_unknowns(first, second)
     if first.shape != (1, 1) and second.shape == (1, 1):
         first, second = second, first
     if first.shape != (1, 1) or second.shape[0] == 1:
         return matrix_product(first, second)
-    pieces = [_scaling(one, two) for one in first.pieces for two in second.pieces]
+    pieces = [_scaling(number_piece, two) for number_piece in first.pieces for two in second.pieces]
     return Expression(second.rows, second.columns, tuple(pieces))
 
 
-def total(first: Expression, other: object, sign: int) -> Expression:
+def total(first: Expression, summand: object, sign: int) -> Expression:
     """Return first + sign * other; the number 0 has any shape.
 
     Raises
     ------
     ModelError : another shape.
     """
-    if isinstance(other, Real) and not isinstance(other, bool) and other == 0:
+    if isinstance(summand, Real) and not isinstance(summand, bool) and summand == 0:
         return first
-    second = expression_of(other)
+    second = expression_of(summand)
     if first.shape != second.shape:
         raise ModelError(
             f"a {first.shape[0]} x {first.shape[1]} matrix and a {second.shape[0]} x "
@@ -314,25 +318,25 @@ def total(first: Expression, other: object, sign: int) -> Expression:
     return Expression(first.rows, first.columns, first.pieces + second.scaled(sign).pieces)
 
 
-def _scaling(one: Piece, two: Piece) -> Piece:
-    """Return the 1 x 1 piece ``one`` times the piece ``two``; one of them is known."""
-    if one.unknown is None:
-        left = entrywise(one.scaled_left(), two.left)
-        return replace(two, left=left, before=one.before + two.before)
-    if not one.unknown.scalar:
+def _scaling(scalar: Piece, two: Piece) -> Piece:
+    """Return the 1 x 1 piece ``scalar`` times the piece ``two``; one of them is known."""
+    if scalar.unknown is None:
+        left = entrywise(scalar.scaled_left(), two.left)
+        return replace(two, left=left, before=scalar.before + two.before)
+    if not scalar.unknown.scalar:
         raise ModelError(
-            f"a 1 x 1 matrix with the unknown {one.unknown.name}, which is not a number itself, "
+            f"a 1 x 1 matrix with the unknown {scalar.unknown.name}, which is not a number itself, "
             "scales a matrix; introduce a scalar unknown that equals it"
         )
-    left = one.left if one.right is None else product(one.left, one.right)
+    left = scalar.left if scalar.right is None else product(scalar.left, scalar.right)
     return replace(
-        one,
+        scalar,
         left=entrywise(left, two.left),
         right=None,
-        factor=exact_product(one.factor, two.factor),
+        factor=exact_product(scalar.factor, two.factor),
         at=two.at,
         before=(),
-        behind=one.before + one.behind + (two.before or (Letter("I", symmetric=True),)),
+        behind=scalar.before + scalar.behind + (two.before or (Letter("I", symmetric=True),)),
     )
 
 
@@ -417,9 +421,9 @@ def trace(value: object) -> Expression:
         for row in rows:
             e = Piece(unknown=None, left=row)
             column = Piece(unknown=None, left=row.transpose(0, 2, 1))
-            found = piece.before_it(e).behind_it(column)
-            if found.left.any() and (found.right is None or found.right.any()):
-                pieces.append(found)
+            entry = piece.before_it(e).behind_it(column)
+            if entry.left.any() and (entry.right is None or entry.right.any()):
+                pieces.append(entry)
     return Expression((1,), (1,), tuple(pieces))
 
 
@@ -441,7 +445,7 @@ def block(rows: Sequence[Sequence[object]]) -> Expression:
         raise ModelError(
             f"block: rows of {[len(row) for row in grid]} blocks; rows of one length are needed"
         )
-    found: dict[tuple[int, int], Expression] = {}
+    entries: dict[tuple[int, int], Expression] = {}
     for i, row in enumerate(grid):
         for j, entry in enumerate(row):
             mirror = grid[j][i] if j < len(grid) and i < width else None
@@ -452,17 +456,17 @@ def block(rows: Sequence[Sequence[object]]) -> Expression:
                 )
             if _zero(entry) or (entry is None and _zero(mirror)):
                 continue
-            found[i, j] = expression_of(mirror).T if entry is None else expression_of(entry)
-    heights = [_size(found, i, 0, "row") for i in range(len(grid))]
-    widths = [_size(found, j, 1, "column") for j in range(width)]
+            entries[i, j] = expression_of(mirror).T if entry is None else expression_of(entry)
+    heights = [_size(entries, i, 0, "row") for i in range(len(grid))]
+    widths = [_size(entries, j, 1, "column") for j in range(width)]
     pieces: list[Piece] = []
-    for (i, j), part in found.items():
-        if part.shape != (heights[i], widths[j]):
+    for (i, j), placed in entries.items():
+        if placed.shape != (heights[i], widths[j]):
             raise ModelError(
-                f"block: entry ({i + 1}, {j + 1}) is {part.shape[0]} x {part.shape[1]}; its row "
-                f"and column make it {heights[i]} x {widths[j]}"
+                f"block: entry ({i + 1}, {j + 1}) is {placed.shape[0]} x {placed.shape[1]}; its "
+                f"row and column make it {heights[i]} x {widths[j]}"
             )
-        pieces += [replace(piece, at=(i, j)) for piece in part.flat().pieces]
+        pieces += [replace(piece, at=(i, j)) for piece in placed.flat().pieces]
     return Expression(tuple(heights), tuple(widths), tuple(pieces))
 
 
@@ -470,13 +474,15 @@ def _zero(entry: object) -> bool:
     return not isinstance(entry, Operators) and np.ndim(cast("float", entry)) == 0 and entry == 0
 
 
-def _size(found: dict[tuple[int, int], Expression], k: int, axis: int, what: str) -> int:
+def _size(entries: dict[tuple[int, int], Expression], k: int, axis: int, owner: str) -> int:
     """Return the size of a block row or column; its mirror image has the same size."""
-    sizes = [part.shape[axis] for place, part in found.items() if place[axis] == k]
-    sizes += [part.shape[1 - axis] for place, part in found.items() if place[1 - axis] == k]
+    sizes = [entry.shape[axis] for position, entry in entries.items() if position[axis] == k]
+    sizes += [
+        entry.shape[1 - axis] for position, entry in entries.items() if position[1 - axis] == k
+    ]
     if not sizes:
         raise ModelError(
-            f"block: {what} {k + 1} has zeros alone, so its size is not known; give an array of "
+            f"block: {owner} {k + 1} has zeros alone, so its size is not known; give an array of "
             "zeros"
         )
     return sizes[0]

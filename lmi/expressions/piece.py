@@ -34,7 +34,7 @@ class Letter:
         return Letter(self.text + r"^\top")
 
 
-def data_stack(value: object, what: str) -> Data:
+def data_stack(value: object, owner: str) -> Data:
     """Return (N, p, q) of float64 or of Fractions; a matrix (p, q) and a number have N = 1.
 
     Decimal strings and Fractions stay exact.
@@ -58,18 +58,18 @@ def data_stack(value: object, what: str) -> Data:
             raise TypeError(f"entries of type {array.dtype}")
     except (TypeError, ValueError, OverflowError) as error:
         raise ModelError(
-            f"{what} cannot be read as a matrix of real numbers ({error}); give nested lists of "
+            f"{owner} cannot be read as a matrix of real numbers ({error}); give nested lists of "
             "equal length or a numpy array"
         ) from error
     if array.ndim == 0:
         array = array.reshape(1, 1, 1)
     if array.ndim not in (2, 3) or 0 in array.shape:
         raise ModelError(
-            f"{what} has shape {array.shape}; (p, q) is needed, or (N, p, q) for one matrix a "
+            f"{owner} has shape {array.shape}; (p, q) is needed, or (N, p, q) for one matrix a "
             "vertex: a column of n numbers is (n, 1)"
         )
     if not np.isfinite(array.astype(np.float64)).all():
-        raise ModelError(f"{what} has an entry that is not finite; every entry must be")
+        raise ModelError(f"{owner} has an entry that is not finite; every entry must be")
     return array[None] if array.ndim == 2 else array
 
 
@@ -149,7 +149,9 @@ class Piece:
 
     @property
     def count(self) -> int:
-        lengths = [len(part) for part in (self.left, self.right, self.members) if part is not None]
+        lengths = [
+            len(array) for array in (self.left, self.right, self.members) if array is not None
+        ]
         return max(lengths)
 
     @property
@@ -174,26 +176,26 @@ class Piece:
     def times(self, number: float | Fraction) -> Piece:
         return replace(self, factor=exact_product(self.factor, number))
 
-    def before_it(self, known: Piece) -> Piece:
+    def before_it(self, known_piece: Piece) -> Piece:
         """Return known times this piece."""
         return replace(
             self,
-            left=product(known.left, self.left),
-            factor=exact_product(known.factor, self.factor),
-            before=known.before + self.before,
+            left=product(known_piece.left, self.left),
+            factor=exact_product(known_piece.factor, self.factor),
+            before=known_piece.before + self.before,
         )
 
-    def behind_it(self, known: Piece) -> Piece:
+    def behind_it(self, known_piece: Piece) -> Piece:
         """Return this piece times known."""
-        factor = exact_product(self.factor, known.factor)
+        factor = exact_product(self.factor, known_piece.factor)
         if self.right is None:
-            left = product(self.left, known.left)
-            return replace(self, left=left, factor=factor, before=self.before + known.before)
+            left = product(self.left, known_piece.left)
+            return replace(self, left=left, factor=factor, before=self.before + known_piece.before)
         return replace(
             self,
-            right=product(self.right, known.left),
+            right=product(self.right, known_piece.left),
             factor=factor,
-            behind=self.behind + known.before,
+            behind=self.behind + known_piece.before,
         )
 
     def scaled_left(self) -> Data:
@@ -233,10 +235,10 @@ def exact_array(array: Data) -> Data:
     """Return Fractions; a float is the dyadic number it stores."""
     if array.dtype == object:
         return array
-    found = np.empty(array.shape, dtype=object)
+    fractions = np.empty(array.shape, dtype=object)
     for index, entry in np.ndenumerate(array):
-        found[index] = Fraction(float(entry))
-    return found
+        fractions[index] = Fraction(float(entry))
+    return fractions
 
 
 def entrywise(first: Data, second: Data) -> Data:

@@ -23,15 +23,20 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import input_stack, positive_vector, sample_time_of, vertex_stack
+from takagi.lmi.argument_checks import (
+    check_stabilisable,
+    input_stack,
+    positive_vector,
+    sample_time_of,
+    vertex_stack,
+)
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.cone.balance import balanced_inputs, state_units
 from takagi.lmi.gains.decay.condition import pdc_condition
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -119,13 +124,13 @@ def _secants(unmeasured: ArrayLike, n: int) -> Array:
     return S
 
 
-def _relaxation(given: str | None, unmeasured: ArrayLike | None) -> str:
+def _relaxation(name: str | None, unmeasured: ArrayLike | None) -> str:
     """Return the relaxation's name, which secants leave no choice of."""
     if unmeasured is None:
-        return "wang-tanaka-griffin" if given is None else given
-    if given not in (None, "common-gain"):
+        return "wang-tanaka-griffin" if name is None else name
+    if name not in (None, "common-gain"):
         raise ModelError(
-            f"relaxation {given!r} was asked for with unmeasured secants; the gain cannot depend "
+            f"relaxation {name!r} was asked for with unmeasured secants; the gain cannot depend "
             'on what is not measured: leave relaxation out, or give "common-gain"'
         )
     return "common-gain"
@@ -216,8 +221,8 @@ def observer(
         scales=None if scales is None else 1.0 / positive_vector("scales", scales, n),
     )
     if design.gains is None or design.P is None:
-        said = design.answer.diagnosis.replace("no input moves", "no output shows")
-        return replace(design, answer=replace(design.answer, diagnosis=said))
+        diagnosis = design.answer.diagnosis.replace("no input moves", "no output shows")
+        return replace(design, answer=replace(design.answer, diagnosis=diagnosis))
     P = np.linalg.inv(design.P)
     P = (P + P.T) / 2
     P /= np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))

@@ -50,7 +50,7 @@ from takagi.models.errors import ModelError
 
 # A direction without multipliers gives no bound.  Its eigenvalue is raised to this share of the
 # largest one, so that the division stays finite.
-LEAST = 1e-13
+SMALLEST_EIGENVALUE = 1e-13
 
 
 def excluded_from(
@@ -78,14 +78,17 @@ def excluded_from(
             return never
         positive = positive or _says_positive(lmi, X)
         plain, slope = adjoint(condition, lmi, name, multipliers[lmi.name])
-        if not slope.any() and np.linalg.eigvalsh(plain)[0] >= -LEAST * np.abs(plain).max():
+        if (
+            not slope.any()
+            and np.linalg.eigvalsh(plain)[0] >= -SMALLEST_EIGENVALUE * np.abs(plain).max()
+        ):
             # Such an LMI, X > 0 for example, restricts X but excludes no theta.
             continue
         S0, S1 = S0 + plain, S1 + slope
     growths, vectors = np.linalg.eigh(-d * S1)
     if not positive or growths[-1] <= 0 or growths[0] < -1e-9 * growths[-1]:
         return never
-    root = vectors / np.sqrt(np.maximum(growths, LEAST * growths[-1]))
+    root = vectors / np.sqrt(np.maximum(growths, SMALLEST_EIGENVALUE * growths[-1]))
     return d * float(np.linalg.eigvalsh(root.T @ S0 @ root)[-1])
 
 
@@ -112,14 +115,14 @@ def adjoint(condition: Condition, lmi: LMI, name: str, Z: Floats) -> tuple[Float
     Z : (count, size, size), one symmetric multiplier an item.
     """
     X = lmi.terms[0].unknown
-    parts = [np.zeros((X.rows, X.cols)), np.zeros((X.rows, X.cols))]
+    sums = [np.zeros((X.rows, X.cols)), np.zeros((X.rows, X.cols))]
     for term in lmi.terms:
         factor = 1.0
         if term.parameter not in (None, name):
             factor = condition.parameters[term.parameter]
         share = lmi.sign * factor * _adjoint(term, lmi, Z)
-        parts[int(term.parameter == name)] += share
-    return (parts[0] + parts[0].T) / 2, (parts[1] + parts[1].T) / 2
+        sums[int(term.parameter == name)] += share
+    return (sums[0] + sums[0].T) / 2, (sums[1] + sums[1].T) / 2
 
 
 def _adjoint(term: Term, lmi: LMI, Z: Floats) -> Floats:
@@ -142,7 +145,7 @@ PATIENCE, CLOSE = 5, 100.0
 FEW_SOLVERS = 4
 # Distances beyond the value, in tolerances, at which the search looks for feasible unknowns.  It
 # stops at the first distance where none exist.
-LOOKS = (1.0, 10.0, 100.0, 1e3, 1e4)
+STEPS_BEYOND = (1.0, 10.0, 100.0, 1e3, 1e4)
 # If the bound on t is below this, the condition counts as infeasible there: a smaller bound is
 # within the solver's tolerances.
 NOTHING = 1e-4
@@ -242,37 +245,44 @@ def extreme_parameter(
             f"condition {condition.name}: the unknowns to start from are feasible at no value of "
             f"{name}; leave start out, or give some that are"
         )
-    whole = pencil.size(start, origin) or 1.0
+    pencil_size = pencil.size(start, origin) or 1.0
 
     def near_enough(at: float) -> float:
-        return tolerance * max(abs(at - origin), 1e-3 * whole)
+        return tolerance * max(abs(at - origin), 1e-3 * pencil_size)
 
-    hair = step or near_enough
-    value, start, arrived = follow_path(pencil, start, value, hair)
+    step_size = step or near_enough
+    value, start, arrived = follow_path(pencil, start, value, step_size)
     # The size of the sum at this value, not of its terms, which may cancel there.
-    tau = max(pencil.size(start, value), 1e-4 * whole) if np.isfinite(value) else whole
-    ascent = _Ascent(pencil, tau, hair, limit, tries)
+    tau = max(pencil.size(start, value), 1e-4 * pencil_size) if np.isfinite(value) else pencil_size
+    ascent = _Ascent(pencil, tau, step_size, limit, tries)
     value, best, bound, converged = ascent.run(value, start, steps, arrived)
     if centre and np.isfinite(value):
-        found = _centred(pencil, value, bound, best, hair(value), tries)
-        return replace(found, converged=converged)
+        extreme = _centred(pencil, value, bound, best, step_size(value), tries)
+        return replace(extreme, converged=converged)
     at = pencil.at(value) if np.isfinite(value) else condition
     plain = Outcome("candidate", best, 0.0, np.inf, {}, tuple(tries))
     return Extreme(value, bound, best, plain, at, converged)
 
 
 def _centred(
-    pencil: ParameterPencil, value: float, bound: float, best: Values, hair: float, tries: list[Try]
+    pencil: ParameterPencil,
+    value: float,
+    bound: float,
+    best: Values,
+    step_size: float,
+    tries: list[Try],
 ) -> Extreme:
     """Return the result with the unknowns of largest margin, if they allow as much."""
-    aim = value - pencil.d * hair
+    aim = value - pencil.d * step_size
     condition = pencil.at(aim)
-    found = decide(condition, assembled=replace(pencil.data, condition=condition))
-    shown = pencil.allowed(found.values, aim) if found.status == "candidate" else np.nan
-    if not pencil.d * (shown - aim) >= 0:
-        held = margin(condition, best)
-        found = replace(found, status="candidate", values=best, margin=held, bound=np.inf)
-    outcome = replace(found, tries=(*tries, *found.tries))
+    centred = decide(condition, assembled=replace(pencil.data, condition=condition))
+    allowed = pencil.allowed(centred.values, aim) if centred.status == "candidate" else np.nan
+    if not pencil.d * (allowed - aim) >= 0:
+        checked_margin = margin(condition, best)
+        centred = replace(
+            centred, status="candidate", values=best, margin=checked_margin, bound=np.inf
+        )
+    outcome = replace(centred, tries=(*tries, *centred.tries))
     return Extreme(value, bound, best, outcome, condition)
 
 
@@ -291,34 +301,34 @@ class _Ascent:
     session: Session = field(default_factory=Session)
 
     def run(
-        self, value: float, best: Values, steps: int, near: bool
+        self, value: float, best: Values, steps: int, at_largest: bool
     ) -> tuple[float, Values, float, bool]:
         """Return the value, its unknowns, the bound, and whether the search came to its end.
 
         Parameters
         ----------
-        near : whether the value is the largest as far as is known: a look is taken beyond it.
+        at_largest : whether the value is the largest as far as is known: a look is taken beyond it.
         """
         d = self.pencil.d
-        score, bound, done = d * value, np.inf, False
+        score, bound, finished = d * value, np.inf, False
         for _ in range(min(steps, PATIENCE)):
             if self.passed(score):
                 return d * score, best, d * np.inf, True
-            hair = self.near_enough(d * score)
-            look = self.beyond if near else self.at
-            shown, found, no = look(score, best, hair)
-            bound, gained = min(bound, no), shown - score
+            step_size = self.near_enough(d * score)
+            attempt = self.beyond if at_largest else self.at
+            new_score, new_values, no = attempt(score, best, step_size)
+            bound, gained = min(bound, no), new_score - score
             if gained > 0:
-                score, best = shown, found
-            done = bound - score <= hair or (near and not gained > 0)
-            if done:
+                score, best = new_score, new_values
+            finished = bound - score <= step_size or (at_largest and not gained > 0)
+            if finished:
                 break
-            near = not near and not gained > hair
-        if not done and steps > PATIENCE:
-            reach = max(score - d * value, hair)
+            at_largest = not at_largest and not gained > step_size
+        if not finished and steps > PATIENCE:
+            reach = max(score - d * value, step_size)
             score, best, bound = self.leap(score, best, reach, steps - PATIENCE)
-        near = bound - score <= CLOSE * self.near_enough(d * score)
-        at_end = done or near or self.passed(score)
+        at_largest = bound - score <= CLOSE * self.near_enough(d * score)
+        at_end = finished or at_largest or self.passed(score)
         return d * score, best, d * max(bound, score), at_end
 
     def passed(self, score: float) -> bool:
@@ -333,24 +343,24 @@ class _Ascent:
             if self.passed(score) or high - score <= self.near_enough(self.pencil.d * score):
                 break
             at = score + reach if high == np.inf else (score + high) / 2
-            shown, found, no = self.decide(at, best, most=FEW_SOLVERS)
-            if shown > score:
-                score, best, reach = shown, found, 2.0 * reach
-            if shown < at:
+            new_score, new_values, no = self.decide(at, best, most=FEW_SOLVERS)
+            if new_score > score:
+                score, best, reach = new_score, new_values, 2.0 * reach
+            if new_score < at:
                 high, bound = at, min(bound, no)
         return score, best, bound if bound > score else np.inf
 
-    def at(self, score: float, best: Values, hair: float) -> tuple[float, Values, float]:
+    def at(self, score: float, best: Values, step_size: float) -> tuple[float, Values, float]:
         """Search for unknowns that allow a larger value than the best ones so far."""
         return self.solve(score, best)
 
-    def beyond(self, score: float, best: Values, hair: float) -> tuple[float, Values, float]:
+    def beyond(self, score: float, best: Values, step_size: float) -> tuple[float, Values, float]:
         """Look just beyond the value: either nothing is there, or better unknowns."""
-        look = self.solve if self.bounded(best) else self.decide
-        for looks in LOOKS:
-            shown, found, no = look(score + looks * hair, best)
-            if shown > score or no <= score + 2 * looks * hair:
-                return shown, found, no
+        attempt = self.solve if self.bounded(best) else self.decide
+        for multiple in STEPS_BEYOND:
+            new_score, new_values, no = attempt(score + multiple * step_size, best)
+            if new_score > score or no <= score + 2 * multiple * step_size:
+                return new_score, new_values, no
         return -np.inf, best, np.inf
 
     def decide(self, score: float, best: Values, most: int = 1) -> tuple[float, Values, float]:
@@ -383,5 +393,5 @@ class _Ascent:
         """Return the score that the outcome's unknowns allow; -inf where none exists."""
         if not outcome.values:
             return -np.inf
-        shown = self.pencil.d * self.pencil.allowed(outcome.values, self.pencil.d * score)
-        return -np.inf if np.isnan(shown) else shown
+        score_allowed = self.pencil.d * self.pencil.allowed(outcome.values, self.pencil.d * score)
+        return -np.inf if np.isnan(score_allowed) else score_allowed

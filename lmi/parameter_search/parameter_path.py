@@ -35,7 +35,7 @@ import numpy as np
 
 from takagi.lmi.condition.evaluate import lmi_value, shares, smallest_eigenvalues
 from takagi.lmi.condition.term import LMI, Condition
-from takagi.lmi.cone.assemble import Assembled, Cone, assemble, pack, unpack
+from takagi.lmi.cone.cone_program import Assembled, Cone, assemble, pack, unpack
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -109,8 +109,8 @@ class ParameterPencil:
                 F: Floats = lmi.sign * lmi_value(lmi, values, here.parameters)
                 room = min(room, _room((F + F.transpose(0, 2, 1)) / 2, self._growth(slope, values)))
             elif lmi.strict:
-                least = float(smallest_eigenvalues(here, lmi, values).min())
-                if least <= self.worst * lmi.weight:
+                smallest = float(smallest_eigenvalues(here, lmi, values).min())
+                if smallest <= self.worst * lmi.weight:
                     return float(np.nan)
             elif not float(shares(here, lmi, values).min()) >= -lmi.tolerance:
                 return float(np.nan)
@@ -118,21 +118,30 @@ class ParameterPencil:
 
     def definiteness(self, values: Values) -> float:
         """Return the least reciprocal condition number of the G_k; 0 if one is singular."""
-        least = 1.0
+        reciprocal = 1.0
         for slope in self.slopes:
             if slope is not None:
                 sizes = np.linalg.eigvalsh(self._growth(slope, values))
-                least = min(least, float((sizes[:, 0] / np.abs(sizes).max(axis=1)).min()))
-        return least
+                reciprocal = min(reciprocal, float((sizes[:, 0] / np.abs(sizes).max(axis=1)).min()))
+        return reciprocal
 
     def conditioning(self, values: Values) -> float:
         """Return the least reciprocal condition number of the unknowns in the parameter's terms."""
-        least = 1.0
+        reciprocal = 1.0
         for unknown in {term.unknown for slope in self.slopes if slope for term in slope.terms}:
             if unknown.symmetric:
                 sizes = np.linalg.eigvalsh(values[unknown.name])
-                least = min([least, *(float(one[0] / one[-1]) for one in sizes if one[0] > 0)])
-        return least
+                reciprocal = min(
+                    [
+                        reciprocal,
+                        *(
+                            float(eigenvalues[0] / eigenvalues[-1])
+                            for eigenvalues in sizes
+                            if eigenvalues[0] > 0
+                        ),
+                    ]
+                )
+        return reciprocal
 
     def weighed(self, values: Values, tau: float, value: float) -> Assembled:
         """Return the cone data at a value, with the margin t weighted by tau G_k(values).
@@ -142,11 +151,11 @@ class ParameterPencil:
         """
         columns = []
         for lmi, slope in self._pairs():
-            one = lmi.weight * np.eye(lmi.size)
+            eye = lmi.weight * np.eye(lmi.size)
             if slope is None:
-                columns.append(np.tile(pack(one), lmi.count))
+                columns.append(np.tile(pack(eye), lmi.count))
             else:
-                columns.append(pack(tau * self._growth(slope, values) + FLOOR * one).ravel())
+                columns.append(pack(tau * self._growth(slope, values) + FLOOR * eye).ravel())
         return replace(self.data, condition=self.at(value), margin_column=np.concatenate(columns))
 
     def _pairs(self) -> zip[tuple[LMI, LMI | None]]:
@@ -154,8 +163,8 @@ class ParameterPencil:
 
     def _growth(self, slope: LMI, values: Values) -> Floats:
         """Return G_k(x), (count, size, size)."""
-        one = {**self.condition.parameters, self.name: 1.0}
-        G: Floats = -self.d * slope.sign * lmi_value(slope, values, one)
+        at_one = {**self.condition.parameters, self.name: 1.0}
+        G: Floats = -self.d * slope.sign * lmi_value(slope, values, at_one)
         return (G + G.transpose(0, 2, 1)) / 2
 
 
@@ -175,10 +184,10 @@ def _room(F: Floats, G: Floats) -> float:
     if definite.any():
         room = float(_eigenvalues(F[definite], G[definite])[:, 0].min())
     if not definite.all():
-        rest = F[~definite]
-        if np.linalg.eigvalsh(rest).min() <= 0:
+        indefinite = F[~definite]
+        if np.linalg.eigvalsh(indefinite).min() <= 0:
             return -np.inf
-        fastest = float(_eigenvalues(G[~definite], rest)[:, -1].max())
+        fastest = float(_eigenvalues(G[~definite], indefinite)[:, -1].max())
         room = min(room, 1.0 / fastest if fastest > 0 else np.inf)
     return room
 
@@ -231,19 +240,19 @@ def follow_path(
             # Numbers may overflow where the path becomes singular.  The point is then not feasible,
             # and the step is refused.
             with np.errstate(all="ignore"):
-                moved = _moved(maps, point, short)
+                next_point = _moved(maps, point, short)
         except np.linalg.LinAlgError:
             break
-        if moved is None:
+        if next_point is None:
             break
-        point, length = moved
+        point, length = next_point
         short = 1.0 - length
         values = {X.name: _unit(X.value(point.x))}
         if np.linalg.eigvalsh(values[X.name])[:, 0].min() < pencil.worst:
             break
-        shown = pencil.d * pencil.allowed(values, pencil.d * point.score)
-        if shown > score:
-            score, best = shown, values
+        allowed_score = pencil.d * pencil.allowed(values, pencil.d * point.score)
+        if allowed_score > score:
+            score, best = allowed_score, values
         if point.gap(maps) < 0.1 * near_enough(pencil.d * score):
             ended = True
             break
@@ -285,7 +294,8 @@ class _Point:
         """Return sum <F, Z> / sum <G, Z>, an estimate of the distance from s to the largest s."""
         total = sum(float(np.sum(F * Z)) for F, Z in zip(self.F, self.Z, strict=True))
         weight = sum(
-            float(np.sum(one.growth(self.x) * Z)) for one, Z in zip(maps, self.Z, strict=True)
+            float(np.sum(affine_map.growth(self.x) * Z))
+            for affine_map, Z in zip(maps, self.Z, strict=True)
         )
         return total / weight if weight > 0 else np.inf
 
@@ -322,14 +332,15 @@ def _applied(D: Floats, x: Floats) -> Floats:
 
 
 def _started(maps: list[_Map], x: Floats, score: float) -> _Point | None:
-    F = [one.at(x, score) for one in maps]
-    if not all(_positive(each) for each in F):
+    F = [affine_map.at(x, score) for affine_map in maps]
+    if not all(_positive(matrix) for matrix in F):
         return None
-    inverse = [_symmetric(np.linalg.inv(each)) for each in F]
+    inverse = [_symmetric(np.linalg.inv(matrix)) for matrix in F]
     weight = sum(
-        float(np.sum(one.growth(x) * each)) for one, each in zip(maps, inverse, strict=True)
+        float(np.sum(affine_map.growth(x) * matrix))
+        for affine_map, matrix in zip(maps, inverse, strict=True)
     )
-    return _Point(x, score, F, [each / weight for each in inverse]) if weight > 0 else None
+    return _Point(x, score, F, [matrix / weight for matrix in inverse]) if weight > 0 else None
 
 
 def _moved(maps: list[_Map], point: _Point, short: float) -> tuple[_Point, float] | None:
@@ -341,24 +352,24 @@ def _moved(maps: list[_Map], point: _Point, short: float) -> tuple[_Point, float
     newton = _Newton.of(maps, point)
     dF, dZ = newton.direction(0.0, None)[1:]
     ahead = (min(1.0, _length(point.F, dF)), min(1.0, _length(point.Z, dZ)))
-    left = sum(
+    complementarity = sum(
         float(np.sum((F + ahead[0] * f) * (Z + ahead[1] * z)))
         for F, Z, f, z in zip(point.F, point.Z, dF, dZ, strict=True)
     )
     # Mehrotra's rule: the more of the gap the predictor leaves, the more the step is centred; the
     # corrector also takes the predictor's second-order term.
-    centring = min(0.9, max(1e-3, left / newton.gap, 0.0) ** 3 + 0.5 * short)
+    centring = min(0.9, max(1e-3, complementarity / newton.gap, 0.0) ** 3 + 0.5 * short)
     bent = [_symmetric(inv @ f @ z) for inv, f, z in zip(newton.inverse, dF, dZ, strict=True)]
     dy, dF, dZ = newton.direction(centring * newton.gap / newton.order, bent)
     primal = min(1.0, INSIDE * _length(point.F, dF))
     dual = min(1.0, INSIDE * _length(point.Z, dZ))
     for _ in range(30):
         x, score = point.x + primal * dy[:-1], point.score + primal * float(dy[-1])
-        F = [one.at(x, score) for one in maps]
-        if all(_positive(each) for each in F):
+        F = [affine_map.at(x, score) for affine_map in maps]
+        if all(_positive(matrix) for matrix in F):
             size = float(np.linalg.norm(x))
-            Z = [(each + dual * z) * size for each, z in zip(point.Z, dZ, strict=True)]
-            return _Point(x / size, score, [each / size for each in F], Z), min(primal, dual)
+            Z = [(matrix + dual * z) * size for matrix, z in zip(point.Z, dZ, strict=True)]
+            return _Point(x / size, score, [matrix / size for matrix in F], Z), min(primal, dual)
         primal *= 0.7
     return None
 
@@ -380,8 +391,8 @@ class _Newton:
         size = len(point.x) + 1
         M, gradient = np.zeros((size, size)), np.zeros(size)
         slopes, inverses = [], []
-        for one, F, Z in zip(maps, point.F, point.Z, strict=True):
-            E, inverse = one.slopes(point.x, point.score), _symmetric(np.linalg.inv(F))
+        for affine_map, F, Z in zip(maps, point.F, point.Z, strict=True):
+            E, inverse = affine_map.slopes(point.x, point.score), _symmetric(np.linalg.inv(F))
             gradient += np.einsum("kvab,kab->v", E, inverse)
             turned = (inverse[:, None] @ E @ Z[:, None]).swapaxes(2, 3)
             M += _flat(E) @ _flat(turned).T
@@ -393,14 +404,14 @@ class _Newton:
         scaled = _symmetric(M * scale * scale[:, None]) + 1e-15 * np.eye(size)
         c = np.append(point.x, 0.0)
 
-        def solved(right: Floats) -> Floats:
-            return scale[:, None] * np.linalg.solve(scaled, scale[:, None] * right)
+        def solved(right_side: Floats) -> Floats:
+            return scale[:, None] * np.linalg.solve(scaled, scale[:, None] * right_side)
 
         along = solved(c[:, None])[:, 0]
 
-        def solutions(right: Floats) -> Floats:
+        def solutions(right_side: Floats) -> Floats:
             """Return dy with M dy + lambda c = right and c . dy = 0."""
-            dy = solved(right[:, None])[:, 0]
+            dy = solved(right_side[:, None])[:, 0]
             return np.asarray(dy - (c @ dy) / (c @ along) * along)
 
         gap = sum(float(np.sum(F * Z)) for F, Z in zip(point.F, point.Z, strict=True))
@@ -409,18 +420,18 @@ class _Newton:
 
     def direction(self, mu: float, bent: Lists | None) -> tuple[Floats, Lists, Lists]:
         """Return d(x, s), dF and dZ towards F Z = mu I; ``bent`` is the second-order term."""
-        right = mu * self.gradient
-        right[-1] += 1.0
-        for E, each in zip(self.slopes, bent or [], strict=bent is not None):
-            right = right - np.einsum("kvab,kab->v", E, each)
-        dy = self.solutions(right)
+        right_side = mu * self.gradient
+        right_side[-1] += 1.0
+        for E, matrix in zip(self.slopes, bent or [], strict=bent is not None):
+            right_side = right_side - np.einsum("kvab,kab->v", E, matrix)
+        dy = self.solutions(right_side)
         dF = [_applied(E, dy) for E in self.slopes]
         dZ = [
             mu * inverse - Z - _symmetric(inverse @ f @ Z)
             for inverse, Z, f in zip(self.inverse, self.point.Z, dF, strict=True)
         ]
         if bent is not None:
-            dZ = [z - each for z, each in zip(dZ, bent, strict=True)]
+            dZ = [z - matrix for z, matrix in zip(dZ, bent, strict=True)]
         return dy, dF, dZ
 
 
@@ -431,8 +442,8 @@ def _flat(E: Floats) -> Floats:
 def _length(S: Lists, dS: Lists) -> float:
     """Return the largest a such that S + a dS is positive semidefinite for every S."""
     fastest = 0.0
-    for each, d in zip(S, dS, strict=True):
-        L = np.linalg.cholesky(each)
+    for matrix, d in zip(S, dS, strict=True):
+        L = np.linalg.cholesky(matrix)
         inside = np.linalg.solve(L, np.linalg.solve(L, d).swapaxes(1, 2))
         fastest = max(fastest, -float(np.linalg.eigvalsh(_symmetric(inside))[:, 0].min()))
     return 1.0 / fastest if fastest > 0 else np.inf

@@ -26,8 +26,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.unknown import triangle
-from takagi.lmi.cone.assemble import pack, unpack
-from takagi.lmi.cone.program import ConeProgram
+from takagi.lmi.cone.cone_program import ConeProgram, pack, unpack
 from takagi.models.arrays import Floats, Indices
 
 # Reciprocal condition number below which a row of A' follows from others.
@@ -60,21 +59,21 @@ class Equalities:
     def coefficients(self) -> tuple[tuple[Indices, Floats], ...]:
         """Of each multiplier: the equalities that it is in, and its symmetric matrices in them."""
         columns = self.matrix.tocsc()
-        places = np.repeat(np.arange(columns.shape[1]), np.diff(columns.indptr))
-        found = []
-        for part, size in self.parts():
-            own = slice(columns.indptr[part.start], columns.indptr[part.stop])
-            used, row = np.unique(columns.indices[own], return_inverse=True)
-            packed = np.zeros((len(used), part.stop - part.start))
-            packed[row, places[own] - part.start] = columns.data[own]
-            found.append((used.astype(np.intp), unpack(packed, size)))
-        return tuple(found)
+        columns_of = np.repeat(np.arange(columns.shape[1]), np.diff(columns.indptr))
+        matrices = []
+        for entries, size in self.parts():
+            stored = slice(columns.indptr[entries.start], columns.indptr[entries.stop])
+            equalities, row = np.unique(columns.indices[stored], return_inverse=True)
+            packed = np.zeros((len(equalities), entries.stop - entries.start))
+            packed[row, columns_of[stored] - entries.start] = columns.data[stored]
+            matrices.append((equalities.astype(np.intp), unpack(packed, size)))
+        return tuple(matrices)
 
     def spread(self, z: Floats, count: int) -> Floats:
         """Return the multipliers of all rows of the program."""
-        whole = np.zeros(count)
-        whole[self.rows] = z
-        return whole
+        all_rows = np.zeros(count)
+        all_rows[self.rows] = z
+        return all_rows
 
     def parts(self) -> Iterator[tuple[slice, int]]:
         for start, end, size in zip(self.starts, self.starts[1:], self.sizes, strict=False):
@@ -115,14 +114,14 @@ def _alive(program: ConeProgram, z: Floats, share: float) -> NDArray[np.bool_]:
     sign = np.sign(entries.data)
     groups = list(_diagonals(program))
     diagonal = np.zeros(len(program.b), dtype=bool)
-    for _, places in groups:
-        diagonal[places] = True
+    for _, diagonal_rows in groups:
+        diagonal[diagonal_rows] = True
     alive = np.ones(len(program.b), dtype=bool)
     empty = np.diff(A.indptr) == 0
     alive[: program.linear] = ~(empty[: program.linear] & (program.b[: program.linear] >= 0))
     if share:
-        most = float(np.abs(z[diagonal]).max())
-        alive[diagonal] &= z[diagonal] > share * most
+        largest = float(np.abs(z[diagonal]).max())
+        alive[diagonal] &= z[diagonal] > share * largest
         _spread(groups, alive)
     while True:
         here = alive[row]
@@ -144,25 +143,27 @@ def _alive(program: ConeProgram, z: Floats, share: float) -> NDArray[np.bool_]:
 
 def _spread(groups: list[tuple[Indices, Indices]], alive: NDArray[np.bool_]) -> None:
     """Leave out the rows and columns of diagonal entries that are left out."""
-    for first, places in groups:
-        size = places.shape[1]
+    for first, diagonal_rows in groups:
+        size = diagonal_rows.shape[1]
         column, row = np.tril_indices(size)
-        used = alive[places]
-        alive[first[:, None] + np.arange(triangle(size))] &= used[:, row] & used[:, column]
+        open_rows = alive[diagonal_rows]
+        alive[first[:, None] + np.arange(triangle(size))] &= (
+            open_rows[:, row] & open_rows[:, column]
+        )
 
 
 def _equalities(program: ConeProgram, alive: NDArray[np.bool_]) -> Equalities | None:
     """Return the equalities of the rows that are used; None without any, or with too many."""
-    used, sizes = [], []
-    for first, places in _diagonals(program):
-        for begin, on in zip(first, places, strict=True):
-            own = begin + np.arange(triangle(len(on)))
+    open_rows, sizes = [], []
+    for first, diagonal_rows in _diagonals(program):
+        for begin, on in zip(first, diagonal_rows, strict=True):
+            triangle_rows = begin + np.arange(triangle(len(on)))
             if alive[on].any():
-                used.append(own[alive[own]])
+                open_rows.append(triangle_rows[alive[triangle_rows]])
                 sizes.append(int(alive[on].sum()))
-    if not used:
+    if not open_rows:
         return None
-    rows = np.concatenate(used)
+    rows = np.concatenate(open_rows)
     A = sp.csc_array(program.A[:, :-1].tocsr()[rows])
     A.eliminate_zeros()
     matrix = sp.csr_array(A[:, np.flatnonzero(np.diff(A.indptr))].T)
@@ -175,7 +176,7 @@ def _equalities(program: ConeProgram, alive: NDArray[np.bool_]) -> Equalities | 
     return Equalities(
         rows,
         tuple(sizes),
-        np.cumsum([0, *(len(own) for own in used)]),
+        np.cumsum([0, *(len(triangle_rows) for triangle_rows in open_rows)]),
         sp.csr_array(matrix),
         bool(constant.any()),
         program.A[:, [-1]].toarray().ravel()[rows],
@@ -223,7 +224,7 @@ ROUNDING, ROOM = 8.0 * np.finfo(float).eps, 0.5
 BEGIN = ((0.0, 0.0), (0.0, 1e-8), (0.0, 1e-6), (1e-5, 0.0))
 # Eigenvalues are raised by at least this, relative to the largest entry: a solver may leave small
 # negative ones.
-LEAST = 1e-13
+SMALLEST_EIGENVALUE = 1e-13
 
 
 def contradiction(program: ConeProgram, z: Floats) -> Floats | None:
@@ -243,64 +244,66 @@ def contradiction(program: ConeProgram, z: Floats) -> Floats | None:
         equalities = posed[share]
         if equalities is None or (added and not equalities.constant):
             continue
-        found = _corrected(equalities, z, added)
-        if found is not None:
-            return equalities.spread(found, len(z))
+        corrected = _corrected(equalities, z, added)
+        if corrected is not None:
+            return equalities.spread(corrected, len(z))
     return None
 
 
-def _corrected(posed: Equalities, given: Floats, added: float) -> Floats | None:
+def _corrected(posed: Equalities, multipliers: Floats, added: float) -> Floats | None:
     """Return multipliers near the given ones that satisfy the equalities up to rounding."""
-    z = given[posed.rows] / np.abs(given[posed.rows]).max()
-    before = HOPELESS
+    z = multipliers[posed.rows] / np.abs(multipliers[posed.rows]).max()
+    previous = HOPELESS
     for step in range(STEPS):
-        factors = [_factor(z[part], size, 0.0 if step else added) for part, size in posed.parts()]
+        factors = [
+            _factor(z[entries], size, 0.0 if step else added) for entries, size in posed.parts()
+        ]
         z = np.concatenate([pack(L @ L.T) for L in factors])
-        left = posed.matrix @ z
+        residual = posed.matrix @ z
         size = abs(posed.matrix) @ np.abs(z)
         if posed.constant:
             # The last row is b . z.  Only its positive part is corrected; the term 1e-9 keeps it
             # below zero by more than rounding can add.
-            left[-1] = max(left[-1] + 1e-9 * size[-1], 0.0)
-        s, reach = _least(_moved(posed, factors), left, ROUNDING * size)
+            residual[-1] = max(residual[-1] + 1e-9 * size[-1], 0.0)
+        s, reach = _least(_moved(posed, factors), residual, ROUNDING * size)
         if s is None:
             return None
-        moves = [unpack(s[part], size)[0] for part, size in posed.parts()]
-        farthest = max(float(np.abs(np.linalg.eigvalsh(one)).max()) for one in moves)
+        moves = [unpack(s[entries], size)[0] for entries, size in posed.parts()]
+        farthest = max(float(np.abs(np.linalg.eigvalsh(move)).max()) for move in moves)
         share = 1.0 if farthest < FARTHEST else FARTHEST / farthest
         z = np.concatenate(
             [
-                pack(L @ (np.eye(len(one)) + share * one) @ L.T)
-                for L, one in zip(factors, moves, strict=True)
+                pack(L @ (np.eye(len(move)) + share * move) @ L.T)
+                for L, move in zip(factors, moves, strict=True)
             ]
         )
         if farthest + reach < ROOM:
             return z if posed.constant or posed.strict @ z > 0 else None
-        if farthest > (before if step != 1 else HOPELESS):
+        if farthest > (previous if step != 1 else HOPELESS):
             return None
-        before = max(NEARER * farthest, ROOM)
+        previous = max(NEARER * farthest, ROOM)
     return None
 
 
 def _factor(packed: Floats, size: int, added: float) -> Floats:
     """Return L with L L' close to the multiplier; negative eigenvalues become zero first."""
     values, vectors = np.linalg.eigh(unpack(packed, size)[0])
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0) + max(added, LEAST)))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0) + max(added, SMALLEST_EIGENVALUE)))
 
 
 def _moved(posed: Equalities, factors: list[Floats]) -> Floats:
     """Return the equalities in S of Z = L (I + S) L', (equalities, entries)."""
-    found = np.zeros(posed.matrix.shape)
-    for (part, _), (used, matrices), L in zip(
+    in_moves = np.zeros(posed.matrix.shape)
+    for (entries, _), (equalities, matrices), L in zip(
         posed.parts(), posed.coefficients, factors, strict=True
     ):
-        if len(used):
-            found[used, part] = pack(L.T @ matrices @ L)
-    return found
+        if len(equalities):
+            in_moves[equalities, entries] = pack(L.T @ matrices @ L)
+    return in_moves
 
 
-def _least(matrix: Floats, left: Floats, noise: Floats) -> tuple[Floats | None, float]:
-    """Return the smallest s with matrix s = -left, and a bound on what noise in ``left`` adds."""
+def _least(matrix: Floats, residual: Floats, noise: Floats) -> tuple[Floats | None, float]:
+    """Return the smallest s with matrix s = -residual, and a bound on what its noise adds."""
     size = np.linalg.norm(matrix, axis=1)
     if not len(size):
         # There are no equalities, because no LMI depends on an unknown.
@@ -312,5 +315,5 @@ def _least(matrix: Floats, left: Floats, noise: Floats) -> tuple[Floats | None, 
     # Equalities that depend on each other up to rounding have no well-defined solution in floats.
     if values[0] <= 1e-14 * len(values) * values[-1]:
         return None, np.inf
-    step = -scaled.T @ (vectors @ ((vectors.T @ (left / size)) / values))
+    step = -scaled.T @ (vectors @ ((vectors.T @ (residual / size)) / values))
     return step, float(np.linalg.norm(noise / size) / np.sqrt(values[0]))

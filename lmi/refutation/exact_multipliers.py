@@ -1,11 +1,21 @@
-"""From multipliers in floating point to exact ones next to them, which satisfy every equality.
+"""Exact multipliers next to a solver's, and the faces on which they are singular.
+
+Faces of the cone of multipliers: Z_k = U_k S_k U_k' with integer U_k, S_k in the place of Z_k.
+
+If every multiplier that excludes a solution is singular, the multipliers lie on such a face. In the
+coordinates S_k of the face they are definite, and exact ones are found as in the definite case.
+
+From multipliers in floating point to exact ones next to them, which satisfy every equality.
 
 No result of this module is taken as a proof: the result is checked by ``Alternative`` from scratch.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
+from math import lcm
 from typing import Any
 
 import numpy as np
@@ -13,9 +23,236 @@ import scipy.sparse as sp
 from scipy.linalg import qr
 
 from takagi.lmi.condition.term import Array
-from takagi.lmi.refutation.adjoint import over_one_denominator
-from takagi.lmi.refutation.multiplier_face import Face
+from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.refutation.exact_algebra import Adjoint, over_one_denominator, packed_places
 from takagi.models.arrays import Floats, Indices
+
+# Pairs of tolerances: eigenvalues below the first, relative to the largest one of a multiplier,
+# count as zero; a ratio that differs from a fraction by less than the second counts as that
+# fraction. There are several pairs because solvers differ in accuracy.
+ROUGHNESS = ((1e-6, 1e-5), (1e-5, 1e-4), (1e-4, 1e-3))
+LARGEST_DENOMINATOR = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Face:
+    """Z_k = U_k S_k U_k' for every block k.
+
+    Attributes
+    ----------
+    bases : U_k, (n_k, r_k) of ints, linearly independent columns; r_k may be 0.
+    starts : where the entries of S_k, upper triangle column by column, begin in s.
+    row, column, value : the rows of the adjoint in s: row_v . z = sum of value_t s_column(t).
+    """
+
+    read: Adjoint
+    bases: tuple[Array, ...]
+    starts: tuple[int, ...]
+    row: Indices
+    column: Indices
+    value: Array
+
+    @property
+    def columns(self) -> int:
+        return sum(triangle(U.shape[1]) for U in self.bases)
+
+    @property
+    def rows(self) -> int:
+        return self.read.rows
+
+    def member(self, number: int, s: Array) -> Array:
+        """Return S_k, (r_k, r_k)."""
+        r = self.bases[number].shape[1]
+        return np.asarray(s[self.starts[number] + packed_places(r)])
+
+    def lift(self, s: Array) -> Array:
+        """Return z, (columns of the adjoint,), in the arithmetic of s."""
+        zero = 0.0 if s.dtype != object else Fraction(0)
+        z = np.full(self.read.columns, zero, dtype=s.dtype)
+        for number, (block, U) in enumerate(zip(self.read.blocks, self.bases, strict=True)):
+            picked = _coordinates(U)
+            if picked is not None:
+                z[block.index[np.ix_(picked, picked)]] = self.member(number, s)
+            else:
+                V = U if s.dtype == object else U.astype(np.float64)
+                z[block.index] = V @ self.member(number, s) @ V.T
+        return z
+
+    def drop(self, z: Floats) -> Floats:
+        """Return s with U_k S_k U_k' nearest to Z_k."""
+        s = np.zeros(self.columns)
+        for block, U, start in zip(self.read.blocks, self.bases, self.starts, strict=True):
+            if U.shape[1]:
+                inverse = np.linalg.pinv(U.astype(np.float64))
+                s[start + packed_places(U.shape[1])] = inverse @ z[block.index] @ inverse.T
+        return s
+
+
+def open_face(read: Adjoint) -> Face:
+    """Return the face of the entries that may differ from 0 in a contradiction.
+
+    If a row, or the constant, only has diagonal entries, and all of one sign, the equality forces
+    these to be zero. A semidefinite multiplier with a zero diagonal entry has zeros in that row and
+    column. This happens for normalisations, and for unknowns that enlarge the margin in one
+    direction.
+    """
+    owner = np.full((read.columns, 2), -1)
+    for number, block in enumerate(read.blocks):
+        block_positions = np.column_stack([np.full(block.size, number), np.arange(block.size)])
+        owner[np.diag(block.index)] = block_positions
+    diagonal = owner[:, 0] >= 0
+    alive = np.ones(read.columns, dtype=bool)
+    sign = np.array([1 if value > 0 else -1 for value in read.value], dtype=np.intp)
+    while True:
+        dead = _forced(read, alive, diagonal, sign)
+        first = (read.constant != 0) & alive
+        if first.any() and diagonal[first].all() and (read.constant[first] > 0).all():
+            dead |= first
+        if not dead.any():
+            break
+        for number, a in owner[dead]:
+            alive[read.blocks[number].index[a]] = False
+    open_diagonals = [alive[np.diag(block.index)] for block in read.blocks]
+    return restricted_to_face(
+        read, [_identity(len(open_entries))[:, open_entries] for open_entries in open_diagonals]
+    )
+
+
+def faces_near(face: Face, z: Floats) -> Iterator[Face]:
+    """Yield smaller faces in which the multipliers z lie to solver accuracy.
+
+    Only directions with small rational ratios are recognised.
+    """
+    largest = max((np.trace(z[block.index]) for block in face.read.blocks), default=0.0)
+    previous: list[Array] = list(face.bases)
+    for singular, tolerance in ROUGHNESS:
+        bases = []
+        for block, U in zip(face.read.blocks, face.bases, strict=True):
+            W = _range(z[block.index], largest, singular, tolerance) if U.shape[1] else None
+            bases.append(U if W is None or W.shape[1] >= U.shape[1] else W)
+        if any(not np.array_equal(U, V) for U, V in zip(bases, previous, strict=True)):
+            yield restricted_to_face(face.read, bases)
+        previous = bases
+
+
+def restricted_to_face(read: Adjoint, bases: list[Array]) -> Face:
+    """Return the face with these bases."""
+    starts, total = [], 0
+    for U in bases:
+        starts.append(total)
+        total += triangle(U.shape[1])
+    # z = E s. Most entries of E are 1: they copy an entry of S to its place in Z.
+    z_entry: list[Indices] = []
+    s_entry: list[Indices] = []
+    factor: list[Array] = []
+    for block, U, start in zip(read.blocks, bases, starts, strict=True):
+        outer, inner, value = _congruence(U)
+        z_entry.append(_flat_index(block.index)[outer])
+        s_entry.append(start + inner)
+        factor.append(value)
+    row, column, entry = _product(
+        read, np.concatenate(z_entry), np.concatenate(s_entry), np.concatenate(factor), total
+    )
+    return Face(read, tuple(bases), tuple(starts), row, column, entry)
+
+
+def _flat_index(index: Indices) -> Indices:
+    """Return the entries of z in the order of an upper triangle, column by column."""
+    high, low = np.tril_indices(len(index))
+    return np.asarray(index[low, high])
+
+
+def _congruence(U: Array) -> tuple[Indices, Indices, Array]:
+    """Return (entry of Z, entry of S, factor) of Z = U S U', upper triangles column by column."""
+    picked = _coordinates(U)
+    if picked is not None:
+        d, c = np.tril_indices(len(picked))
+        entry = packed_places(len(U))[picked[c], picked[d]]
+        return entry, np.arange(len(entry)), np.full(len(entry), 1, dtype=object)
+    b, a = np.tril_indices(len(U))
+    d, c = np.tril_indices(U.shape[1])
+    first = U[a][:, c] * U[b][:, d]
+    factor = first + np.where(c == d, 0, U[a][:, d] * U[b][:, c])
+    z_entry, s_entry = np.nonzero(factor)
+    return z_entry, s_entry, factor[z_entry, s_entry]
+
+
+def _coordinates(U: Array) -> Indices | None:
+    """Return which coordinates the columns of U are, in order; None where they are others."""
+    row, column = np.nonzero(U)
+    picks = len(row) == U.shape[1] and np.array_equal(np.sort(column), np.arange(U.shape[1]))
+    return row if picks and all(U[row, column] == 1) else None
+
+
+def _product(
+    read: Adjoint, z_entry: Indices, s_entry: Indices, factor: Array, columns: int
+) -> tuple[Indices, Indices, Array]:
+    """Return the entries of the adjoint's matrix times E."""
+    order = np.argsort(z_entry, kind="stable")
+    z_entry, s_entry, factor = z_entry[order], s_entry[order], factor[order]
+    per = np.bincount(z_entry, minlength=read.columns)
+    first = np.cumsum(per) - per
+    repeats = per[read.column]
+    t = np.repeat(np.arange(len(read.column)), repeats)
+    within = np.arange(len(t)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
+    factor_entry = first[read.column[t]] + within
+    position = read.row[t] * max(columns, 1) + s_entry[factor_entry]
+    positions, where = np.unique(position, return_inverse=True)
+    total = np.zeros(len(positions), dtype=object)
+    np.add.at(total, where, read.value[t] * factor[factor_entry])
+    keep = np.flatnonzero(total != 0)
+    row, column = np.divmod(positions[keep], max(columns, 1))
+    return row, column, total[keep]
+
+
+def _forced(read: Adjoint, alive: Array, diagonal: Array, sign: Indices) -> Array:
+    """Return which diagonal entries a row forces to be zero."""
+    here = alive[read.column]
+    row, column = read.row[here], read.column[here]
+    count = np.bincount(row, minlength=read.rows)
+    signs = np.abs(np.bincount(row, sign[here], minlength=read.rows))
+    on_diagonal = np.bincount(row, diagonal[column], minlength=read.rows)
+    closed = (count > 0) & (signs == count) & (on_diagonal == count)
+    dead = np.zeros(read.columns, dtype=bool)
+    dead[column[closed[row]]] = True
+    return dead
+
+
+def _range(Z: Floats, largest: float, singular: float, tolerance: float) -> Array | None:
+    """Return an integer basis of the directions in which Z is not singular; None if irrational."""
+    values, vectors = np.linalg.eigh(Z)
+    if values[-1] <= singular * largest:
+        return np.zeros((len(Z), 0), dtype=object)
+    basis = vectors[:, values > singular * values[-1]]
+    # Reduced so that the pivot coordinates form the identity: rational when the space is.
+    r = basis.shape[1]
+    order = qr(basis.T, mode="r", pivoting=True)[1]
+    reduced = np.linalg.solve(basis[order[:r]].T, basis.T).T
+    exact = np.full(reduced.shape, 0, dtype=object)
+    for column in range(r):
+        ratios = [_simplest(float(x), tolerance) for x in reduced[:, column]]
+        if any(ratio is None for ratio in ratios):
+            return None
+        rational_ratios = [ratio for ratio in ratios if ratio is not None]
+        common = lcm(*(ratio.denominator for ratio in rational_ratios))
+        exact[:, column] = [int(ratio * common) for ratio in rational_ratios]
+    return exact
+
+
+def _simplest(x: float, tolerance: float) -> Fraction | None:
+    """Return the fraction of smallest denominator that is as near to x; None if none exists."""
+    for denominator in range(1, LARGEST_DENOMINATOR + 1):
+        fraction = Fraction(round(x * denominator), denominator)
+        if abs(float(fraction) - x) <= tolerance:
+            return fraction
+    return None
+
+
+def _identity(n: int) -> Array:
+    eye = np.full((n, n), 0, dtype=object)
+    eye[range(n), range(n)] = 1
+    return eye
+
 
 # Free entries are rounded to so many binary digits behind the largest.
 DIGITS = 64
@@ -49,13 +286,13 @@ def exact_near(face: Face, s: Floats, size: Floats) -> Array | None:
     if len(core):
         # A column with a single entry belongs to a row that is already solved, so that the core
         # only has columns that are still free.
-        part = entries.only(core)
-        exact[free] = _short(_projected(part, core, s, size)[free])
-        if not _settle_core(part, core, exact, size):
+        core_entries = entries.only(core)
+        exact[free] = _short(_projected(core_entries, core, s, size)[free])
+        if not _settle_core(core_entries, core, exact, size):
             return None
-    rest = entries.sums(exact)
+    sums = entries.sums(exact)
     for row in np.flatnonzero(slack >= 0).tolist():
-        exact[slack[row]] = -rest[row] / entries.value_at(row, slack[row])
+        exact[slack[row]] = -sums[row] / entries.value_at(row, slack[row])
     return exact
 
 
@@ -68,13 +305,13 @@ class _Rows:
     def own_columns(self, columns: int) -> Indices:
         """Return (rows,): a column that only this row has, the largest; -1 where none exists."""
         single = np.bincount(self.column, minlength=columns)[self.column] == 1
-        found = np.full(self.rows, -1, dtype=np.intp)
+        single_column = np.full(self.rows, -1, dtype=np.intp)
         largest: dict[int, int] = {}
         for t in np.flatnonzero(single):
             row, value = int(self.row[t]), abs(self.value[t])
             if value > largest.get(row, 0):
-                largest[row], found[row] = value, self.column[t]
-        return found
+                largest[row], single_column[row] = value, self.column[t]
+        return single_column
 
     def only(self, rows: Indices) -> _Rows:
         keep = np.isin(self.row, rows)
@@ -85,7 +322,9 @@ class _Rows:
         numerators, denominator = over_one_denominator(z)
         total = np.full(self.rows, 0, dtype=object)
         np.add.at(total, self.row, self.value * numerators[self.column])
-        return np.array([Fraction(int(one), denominator) for one in total], dtype=object)
+        return np.array(
+            [Fraction(int(numerator), denominator) for numerator in total], dtype=object
+        )
 
     def value_at(self, row: int, column: int) -> int:
         return int(self.value[(self.row == row) & (self.column == column)][0])
@@ -99,37 +338,39 @@ def _short(z: Floats) -> Array:
     return np.array([Fraction(round(Fraction(float(x)) / unit)) * unit for x in z], dtype=object)
 
 
-def _scaled(part: _Rows, core: Indices, size: Floats) -> tuple[sp.csr_array, Indices, Floats]:
+def _scaled(core_rows: _Rows, core: Indices, size: Floats) -> tuple[sp.csr_array, Indices, Floats]:
     """Return the core in floating point with rows of order one, its columns, and row scales."""
-    columns, place = np.unique(part.column, return_inverse=True)
-    row = np.searchsorted(core, part.row)
+    columns, column_index = np.unique(core_rows.column, return_inverse=True)
+    row = np.searchsorted(core, core_rows.row)
     largest = np.zeros(len(core), dtype=object)
-    np.maximum.at(largest, row, np.abs(part.value))
-    value = np.array([v / w for v, w in zip(part.value, largest[row], strict=True)])
-    matrix = sp.csr_array((value * size[part.column], (row, place)), (len(core), len(columns)))
+    np.maximum.at(largest, row, np.abs(core_rows.value))
+    value = np.array([v / w for v, w in zip(core_rows.value, largest[row], strict=True)])
+    matrix = sp.csr_array(
+        (value * size[core_rows.column], (row, column_index)), (len(core), len(columns))
+    )
     length = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).ravel())
     length = np.where(length > 0, length, 1.0)
     return sp.csr_array(sp.diags_array(1.0 / length) @ matrix), columns, length
 
 
-def _projected(part: _Rows, core: Indices, z: Floats, size: Floats) -> Floats:
+def _projected(core_rows: _Rows, core: Indices, z: Floats, size: Floats) -> Floats:
     """Return z moved the least, in units of size, so that the core's equalities hold roughly."""
-    matrix, columns, _ = _scaled(part, core, size)
+    matrix, columns, _ = _scaled(core_rows, core, size)
     gram = (matrix @ matrix.T).toarray()
-    moved = z.copy()
+    corrected = z.copy()
     # Three times, because each projection leaves a residual of its own rounding errors.
     for _ in range(3):
-        residual = matrix @ (moved[columns] / size[columns])
+        residual = matrix @ (corrected[columns] / size[columns])
         step = np.linalg.lstsq(gram, residual, rcond=1e-14)[0]
-        moved[columns] -= size[columns] * (matrix.T @ step)
-    return moved
+        corrected[columns] -= size[columns] * (matrix.T @ step)
+    return corrected
 
 
-def _settle_core(part: _Rows, core: Indices, exact: Array, size: Floats) -> bool:
+def _settle_core(core_rows: _Rows, core: Indices, exact: Array, size: Floats) -> bool:
     """Move as many entries of ``exact`` as there are equalities so that the core holds exactly."""
     import flint
 
-    matrix, columns, _ = _scaled(part, core, size)
+    matrix, columns, _ = _scaled(core_rows, core, size)
     dense = matrix.toarray()
     _, triangular, order = qr(dense, mode="economic", pivoting=True)
     pivots = np.abs(np.diag(triangular))
@@ -137,18 +378,18 @@ def _settle_core(part: _Rows, core: Indices, exact: Array, size: Floats) -> bool
     picked = order[:rank]
     rows = qr(dense[:, picked].T, mode="r", pivoting=True)[1][:rank]
     position = {int(core[r]): k for k, r in enumerate(rows)}
-    place = {int(columns[c]): k for k, c in enumerate(picked)}
+    column_index = {int(columns[c]): k for k, c in enumerate(picked)}
     square = [[0] * rank for _ in range(rank)]
-    for row, column, value in zip(part.row, part.column, part.value, strict=True):
-        if int(row) in position and int(column) in place:
-            square[position[int(row)]][place[int(column)]] = int(value)
-    numerators, denominator = over_one_denominator(part.sums(exact)[core[rows]])
-    right = flint.fmpz_mat([[int(value)] for value in numerators])
+    for row, column, value in zip(core_rows.row, core_rows.column, core_rows.value, strict=True):
+        if int(row) in position and int(column) in column_index:
+            square[position[int(row)]][column_index[int(column)]] = int(value)
+    numerators, denominator = over_one_denominator(core_rows.sums(exact)[core[rows]])
+    right_side = flint.fmpz_mat([[int(value)] for value in numerators])
     try:
-        step: Any = flint.fmpz_mat(square).solve(right)
+        step: Any = flint.fmpz_mat(square).solve(right_side)
     except ZeroDivisionError:
         return False
     for k, column in enumerate(columns[picked]):
         entry = step[k, 0]
         exact[column] -= Fraction(int(entry.p), int(entry.q) * denominator)
-    return not part.sums(exact)[core].any()
+    return not core_rows.sums(exact)[core].any()

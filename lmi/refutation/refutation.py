@@ -1,4 +1,19 @@
-r"""A rigorous no: exact multipliers that rule out every solution of a condition.
+"""A rigorous no: exact multipliers that rule out every solution.
+
+An exact proof that a condition has no solution: multipliers, checked with integers only.
+
+Let Z_k >= 0 be symmetric multipliers, one for each item, such that sum_k <sign F_k(x), Z_k> has the
+same value c for all unknowns x.  If some x satisfied the condition, then
+
+    0 <= sum_k <sign F_k(x), Z_k> = c,     and 0 < c if a strict item has Z_k other than 0.
+
+Therefore c < 0 excludes every x, and c = 0 excludes every x if a strict item has Z_k other than 0.
+LMIs with a weight are strict; those without a weight, the normalisations, hold with equality
+allowed.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of alternatives).
+
+A rigorous no: exact multipliers that rule out every solution of a condition.
 
 The multipliers of a solver are tried first. If these are singular, others are computed that are as
 far from singular as possible: among the multipliers with sum_k <sign F_k(x), Z_k> + zeta = 0 for
@@ -14,9 +29,10 @@ where sign F_k(x) = A_k(x) + C_k and g = 1 / w; its multipliers and that of the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import chain
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -24,19 +40,146 @@ import scipy.sparse as sp
 
 from takagi.lmi.answer import Answer, Design
 from takagi.lmi.argument_checks import number
-from takagi.lmi.condition.statements import Asked, condition_of
+from takagi.lmi.condition.evaluate import fractions
+from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown, triangle
-from takagi.lmi.cone.assemble import Assembled, Cone, assemble, unpack
-from takagi.lmi.cone.program import ConeProgram
-from takagi.lmi.refutation.adjoint import Adjoint, adjoint, packed_places
-from takagi.lmi.refutation.alternative import Alternative, multiplier_entries
-from takagi.lmi.refutation.exact_multipliers import exact_near
-from takagi.lmi.refutation.indefinite import function_that_decays
-from takagi.lmi.refutation.multiplier_face import Face, faces_near, open_face
+from takagi.lmi.cone.cone_program import Assembled, Cone, ConeProgram, assemble, unpack
+from takagi.lmi.refutation.exact_algebra import (
+    Adjoint,
+    adjoint,
+    fault_of_function,
+    function_that_decays,
+    is_semidefinite,
+    over_one_denominator,
+    packed_places,
+)
+from takagi.lmi.refutation.exact_multipliers import Face, exact_near, faces_near, open_face
 from takagi.lmi.solver.solve import attempts
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Alternative:
+    """A proof that no unknowns satisfy a condition: exact multipliers, or a function that decays.
+
+    The proof is about the numbers that the condition stores.  A float counts as the exact dyadic
+    number that it represents; rounding by the builder of the condition is part of the condition.
+
+    Attributes
+    ----------
+    condition : the condition without a solution.
+    multipliers : LMI -> (items, size, size) of Fractions; the multipliers of other LMIs are zero.
+    function : the unknown -> (1, n, n) of Fractions: a value that satisfies one item but is not
+        positive definite (``indefinite``).  It is used if there are no multipliers.
+    """
+
+    condition: Condition
+    multipliers: Mapping[str, Array] = field(default_factory=dict)
+    function: Mapping[str, Array] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("multipliers", "function"):
+            exact = {key: fractions(value) for key, value in getattr(self, name).items()}
+            object.__setattr__(self, name, MappingProxyType(exact))
+
+    @property
+    def holds(self) -> bool:
+        """Return whether it is a proof; each call checks everything again in exact arithmetic."""
+        return not self.fault()
+
+    def fault(self) -> str:
+        """Return the reason why it is not a proof; an empty text if it is one.
+
+        Raises
+        ------
+        ModelError : a multiplier of an LMI that is not there, or of another shape.
+        """
+        if self.function and not self.multipliers:
+            return fault_of_function(self.condition, self.function)
+        read = adjoint(self.condition)
+        z = multiplier_entries(read, self.multipliers)
+        for block in read.blocks:
+            name = self.condition.lmis[block.lmi].name
+            if name in self.multipliers:
+                Z = self.multipliers[name][block.item]
+                if np.any(Z != Z.T):
+                    return f"the multiplier of {read.name(block)} is not symmetric"
+                if not is_semidefinite(Z):
+                    return f"the multiplier of {read.name(block)} is not positive semidefinite"
+        # One denominator for all: sums of integers are quicker than sums of fractions.
+        z, denominator = over_one_denominator(z)
+        nonzero = np.flatnonzero(read.products(z))
+        if len(nonzero):
+            return f"the sum depends on {_number_name(self.condition, int(nonzero[0]))}"
+        constant = Fraction(int(read.constant @ z), denominator * read.denominator)
+        if constant > 0:
+            return f"the sum is {float(constant):.3g}; it must not be positive"
+        strict = any(z[block.index].any() for block in read.blocks if read.strict(block))
+        return "" if constant < 0 or strict else "the multipliers of the strict LMIs are all zero"
+
+    def __str__(self) -> str:
+        fault = self.fault()
+        if fault:
+            return (
+                f"{self.condition.name}: nothing is shown by these multipliers, because {fault}; "
+                "take them from exact_no, whose are exact"
+            )
+        if not self.multipliers:
+            return (
+                f"{self.condition.name}: no unknowns satisfy it; an exact function that decays at "
+                "one vertex without being positive definite rules it out by that vertex alone"
+            )
+        count = sum(int(np.any(Z != 0)) for Zs in self.multipliers.values() for Z in Zs)
+        return (
+            f"{self.condition.name}: no unknowns satisfy it; {count} exact multipliers show that "
+            "its inequalities contradict one another"
+        )
+
+
+def multiplier_entries(read: Adjoint, multipliers: Mapping[str, Array]) -> Array:
+    """Return z, (columns,): the entries of the multipliers on and above the diagonal.
+
+    Raises
+    ------
+    ModelError : a multiplier of an LMI that is not there, or of another shape.
+    """
+    names = [lmi.name for lmi in read.condition.lmis]
+    for name, value in multipliers.items():
+        if name not in names:
+            raise ModelError(
+                f"there is no LMI {name!r} in {read.condition.name}; it has {', '.join(names)}"
+            )
+        lmi = read.condition.lmis[names.index(name)]
+        if np.shape(value) != (lmi.count, lmi.size, lmi.size):
+            raise ModelError(
+                f"the multipliers of {name!r} have shape {np.shape(value)}; "
+                f"{(lmi.count, lmi.size, lmi.size)} is needed"
+            )
+    z = np.zeros(read.columns, dtype=object)
+    for block in read.blocks:
+        name = names[block.lmi]
+        if name in multipliers:
+            z[block.index] = _upper(multipliers[name][block.item])
+    return z
+
+
+def _upper(Z: Array) -> Array:
+    """Return the matrix whose entries below the diagonal are those above it."""
+    return np.asarray(np.where(np.tri(len(Z), k=-1, dtype=bool), Z.T, Z))
+
+
+def _number_name(condition: Condition, number: int) -> str:
+    for unknown in condition.unknowns:
+        if number < unknown.length:
+            member, entry = divmod(number, unknown.entries)
+            row, column = np.argwhere(unknown.entry_index() == entry)[0]
+            member_text = f"{member + 1}" if unknown.count > 1 else ""
+            return f"{unknown.name}{member_text}[{row}, {column}]"
+        number -= unknown.length
+    raise AssertionError("no unknown has that number")
+
 
 TRIES = 2
 # How far the sum should be below zero, as a share of the size of the constants, if the multipliers
@@ -55,14 +198,14 @@ def rigorous_no(answer: Answer | Design) -> Alternative | None:
     made exact. That happens if a condition has a solution only just, or if the multipliers are
     unique and irrational. None does not show that a solution exists.
     """
-    found = answer.answer if isinstance(answer, Design) else answer
-    if found.status == "candidate" or found.condition is None:
+    checked_answer = answer.answer if isinstance(answer, Design) else answer
+    if checked_answer.status == "candidate" or checked_answer.condition is None:
         return None
-    return exact_no(found.condition, found.multipliers)
+    return exact_no(checked_answer.condition, checked_answer.multipliers)
 
 
 def exact_no(
-    condition: Asked,
+    condition: StatedCondition,
     multipliers: Mapping[str, Floats] | None = None,
     *,
     parameters: Mapping[str, Fraction] | None = None,
@@ -99,9 +242,9 @@ def exact_no(
     begin = [_float_entries(read, multipliers)] if multipliers else []
     floats = {name: float(value) for name, value in exact.parameters.items()}
     for z in chain(begin, _interior(face, exact.with_parameters(**floats))):
-        found = _checked(face, z)
-        if found is not None:
-            return found
+        alternative = _checked(face, z)
+        if alternative is not None:
+            return alternative
     function = function_that_decays(read)
     return None if function is None else Alternative(condition=exact, function=function)
 
@@ -120,11 +263,11 @@ def _checked(face: Face, z: Floats) -> Alternative | None:
     s = face.drop(z / largest)
     z = face.lift(s)
     # Singular multipliers are definite on a smaller face, and only definite ones can be rounded.
-    smaller = ((one, one.drop(z)) for one in faces_near(face, z))
-    for one, entries in chain([(face, s)], smaller):
-        found = _on_face(one, entries)
-        if found is not None:
-            return found
+    smaller = ((smaller_face, smaller_face.drop(z)) for smaller_face in faces_near(face, z))
+    for smaller_face, entries in chain([(face, s)], smaller):
+        alternative = _on_face(smaller_face, entries)
+        if alternative is not None:
+            return alternative
     return None
 
 
@@ -133,13 +276,13 @@ def _on_face(face: Face, s: Floats) -> Alternative | None:
     if exact is None:
         return None
     z = face.lift(exact)
-    found: dict[str, Array] = {}
+    multipliers: dict[str, Array] = {}
     for block in face.read.blocks:
         lmi = face.read.condition.lmis[block.lmi]
         shape = (lmi.count, lmi.size, lmi.size)
-        members = found.setdefault(lmi.name, np.full(shape, Fraction(0), dtype=object))
+        members = multipliers.setdefault(lmi.name, np.full(shape, Fraction(0), dtype=object))
         members[block.item] = z[block.index]
-    alternative = Alternative(condition=face.read.condition, multipliers=found)
+    alternative = Alternative(condition=face.read.condition, multipliers=multipliers)
     return alternative if alternative.holds else None
 
 
@@ -149,9 +292,11 @@ def _sizes(face: Face, s: Floats) -> Floats:
     for block, U in enumerate(face.bases):
         if U.shape[1]:
             values = np.linalg.eigvalsh(face.member(block, s))
-            used = values[values > 1e-14]
+            positive_values = values[values > 1e-14]
             start = face.starts[block]
-            size[start : start + triangle(U.shape[1])] = used[0] if len(used) else 1e-12
+            size[start : start + triangle(U.shape[1])] = (
+                positive_values[0] if len(positive_values) else 1e-12
+            )
     return size
 
 
@@ -161,8 +306,8 @@ def _interior(face: Face, condition: Condition) -> Iterator[Floats]:
     read, rows, cones = face.read, *_open_rows(face, data)
     matrix = data.matrix()[rows]
     constant, weight, inside = data.constant[rows], np.zeros(len(rows)), np.zeros(len(rows))
-    used = [block for block, U in enumerate(face.bases) if U.shape[1]]
-    for block, cone in zip(used, cones, strict=True):
+    open_blocks = [block for block, U in enumerate(face.bases) if U.shape[1]]
+    for block, cone in zip(open_blocks, cones, strict=True):
         natural = condition.lmis[read.blocks[block].lmi].weight or 1.0
         diagonal = cone.start + np.diag(packed_places(cone.size))
         weight[diagonal], inside[diagonal] = natural, 1.0 / natural
@@ -194,12 +339,12 @@ def _open_rows(face: Face, data: Assembled) -> tuple[Indices, tuple[Cone, ...]]:
     for block, U in zip(face.read.blocks, face.bases, strict=True):
         if not U.shape[1]:
             continue
-        used = np.flatnonzero(U.any(axis=1))
-        high, low = np.tril_indices(len(used))
-        own = data.cones[block.lmi].start + block.item * triangle(block.size)
-        rows.append(own + packed_places(block.size)[used[low], used[high]])
-        cones.append(Cone(len(used), 1, start))
-        start += triangle(len(used))
+        open_entries = np.flatnonzero(U.any(axis=1))
+        high, low = np.tril_indices(len(open_entries))
+        block_rows = data.cones[block.lmi].start + block.item * triangle(block.size)
+        rows.append(block_rows + packed_places(block.size)[open_entries[low], open_entries[high]])
+        cones.append(Cone(len(open_entries), 1, start))
+        start += triangle(len(open_entries))
     return np.concatenate(rows), tuple(cones)
 
 
@@ -274,10 +419,10 @@ def _term(unknown: Unknown, cost: np.ndarray[tuple[int, ...], np.dtype[np.generi
     """Return the sum of entrywise products, column by column: c_j' X e_j."""
     members = np.repeat(np.arange(unknown.count), unknown.cols)
     columns = np.tile(np.eye(unknown.cols)[:, :, None], (unknown.count, 1, 1))
-    left = cost.transpose(0, 2, 1).reshape(-1, 1, unknown.rows)
+    entry_columns = cost.transpose(0, 2, 1).reshape(-1, 1, unknown.rows)
     return Term(
         unknown=unknown,
-        left=left,
+        left=entry_columns,
         right=columns,
         items=np.zeros(len(members), dtype=np.intp),
         members=members,

@@ -28,10 +28,16 @@ import numpy as np
 import scipy.sparse as sp
 
 from takagi.lmi.cone.balance import nearest_power
-from takagi.lmi.cone.program import ConeProgram, Raw
-from takagi.lmi.solver.cvxpy_solvers import with_others
-from takagi.lmi.solver.incidence import Guide, guide, incidence, prefers_sdpa
-from takagi.lmi.solver.sdpa_solver import sdpa_is_installed, with_sdpa
+from takagi.lmi.cone.cone_program import ConeProgram, Raw
+from takagi.lmi.solver.installed_solvers import (
+    Guide,
+    guide,
+    incidence,
+    prefers_sdpa,
+    sdpa_is_installed,
+    with_others,
+    with_sdpa,
+)
 from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
 from takagi.models.arrays import Floats
 
@@ -74,17 +80,18 @@ def scaling_of(program: ConeProgram, raw: Raw) -> Scaling | None:
     linear = slice(0, program.linear)
     rows[linear] = _scales(slack[linear], raw.z[linear])
     for cone in program.cones:
-        part = slice(program.linear + cone.rows.start, program.linear + cone.rows.stop)
+        cone_rows = slice(program.linear + cone.rows.start, program.linear + cone.rows.stop)
         column, row = np.tril_indices(cone.size)
         on = np.flatnonzero(column == row)
         # Squares of the congruence's diagonal, (items, size).
         d2 = _scales(
-            slack[part].reshape(cone.items, -1)[:, on], raw.z[part].reshape(cone.items, -1)[:, on]
+            slack[cone_rows].reshape(cone.items, -1)[:, on],
+            raw.z[cone_rows].reshape(cone.items, -1)[:, on],
         )
         # d itself is a power of two, so that all products d_i d_j are, and the scaling rounds
         # nothing.
         d = np.exp2(np.round(np.log2(np.clip(d2, SMALLEST, 1 / SMALLEST)) / 2))
-        rows[part] = (d[:, row] * d[:, column]).ravel()
+        rows[cone_rows] = (d[:, row] * d[:, column]).ravel()
     return Scaling(program, variables, rows)
 
 
@@ -92,11 +99,11 @@ def _scales(slack: Floats, multiplier: Floats) -> Floats:
     """Return the root of slack over multiplier, where both are positive and far from zero."""
     if not slack.size:
         return slack
-    found = []
+    bounded_values = []
     for values in (slack, multiplier):
-        most = max(float(np.abs(values).max()), 1e-200)
-        found.append(np.maximum(values, most / FARTHEST))
-    return np.asarray(np.sqrt(found[0] / found[1]))
+        largest = max(float(np.abs(values).max()), 1e-200)
+        bounded_values.append(np.maximum(values, largest / FARTHEST))
+    return np.asarray(np.sqrt(bounded_values[0] / bounded_values[1]))
 
 
 # Chordal decomposition is wrong on some published problems and right on others where the direct
@@ -119,7 +126,7 @@ CLOSER: Mapping[str, Any] = MappingProxyType(
 # How the status of a solver that broke down begins.
 FAILED = "failed"
 # The number of program shapes for which a session keeps a solver.
-KEPT = 4
+SOLVERS_KEPT = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,21 +162,23 @@ class Session:
         if out_of_time():
             return _not_called("clarabel")
         # A solver keeps the limit that it was set up with.
-        for kept in self._kept if remaining() is None else []:
-            if kept.fits(program):
-                A = program.A if kept.zeros is None else kept.zeros.filled(program.A)
-                kept.solver.update(q=program.q, A=A.data, b=program.b)
-                return self._run(kept, started)
+        for solver in self._kept if remaining() is None else []:
+            if solver.fits(program):
+                A = program.A if solver.zeros is None else solver.zeros.filled(program.A)
+                solver.solver.update(q=program.q, A=A.data, b=program.b)
+                return self._run(solver, started)
         zeros = guide(program)
         new = _Kept(program, zeros, _clarabel(_filled(program, zeros), {}))
-        self._kept = [new, *self._kept][:KEPT]
+        self._kept = [new, *self._kept][:SOLVERS_KEPT]
         return self._run(new, started)
 
-    def _run(self, kept: _Kept, started: float) -> Raw:
+    def _run(self, solver: _Kept, started: float) -> Raw:
         """Solve, and forget a solver that broke down."""
-        raw = _run(kept.solver, "clarabel", started)
+        raw = _run(solver.solver, "clarabel", started)
         if raw.status.startswith(FAILED):
-            self._kept = [one for one in self._kept if one is not kept]
+            self._kept = [
+                session_solver for session_solver in self._kept if session_solver is not solver
+            ]
         return raw
 
 
@@ -229,16 +238,16 @@ def _variant(program: ConeProgram, name: str, zeros: Guide | None) -> Raw:
     started, options = time.perf_counter(), VARIANTS[name]
     # Stored zeros would hide the sparsity that chordal decomposition uses.
     chordal = options.get("chordal_decomposition_enable", False)
-    given = program if chordal else _filled(program, zeros)
-    return _run(_clarabel(given, options), name, started)
+    data = program if chordal else _filled(program, zeros)
+    return _run(_clarabel(data, options), name, started)
 
 
 def _advice(program: ConeProgram) -> tuple[Guide | None, bool]:
     """Return the zeros that help clarabel, and whether sdpa is called before it."""
     if max(cone.size for cone in program.cones) <= 8:
         return None, False
-    found = incidence(program)
-    return guide(program, found), sdpa_is_installed() and prefers_sdpa(found)
+    counts = incidence(program)
+    return guide(program, counts), sdpa_is_installed() and prefers_sdpa(counts)
 
 
 def _filled(program: ConeProgram, zeros: Guide | None) -> ConeProgram:
@@ -256,9 +265,9 @@ def _clarabel(program: ConeProgram, options: Mapping[str, Any]) -> Any:
     if hasattr(settings, "max_threads"):
         # More than one thread has never been quicker, and rounds differently at every run.
         settings.max_threads = 1
-    left = remaining()
-    if left is not None:
-        settings.time_limit = left
+    seconds_left = remaining()
+    if seconds_left is not None:
+        settings.time_limit = seconds_left
     for name, value in options.items():
         setattr(settings, name, value)
     cones = [clarabel.NonnegativeConeT(program.linear)] if program.linear else []

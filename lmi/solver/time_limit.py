@@ -63,38 +63,40 @@ def limited(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def within(*args: P.args, **kwargs: P.kwargs) -> R:
-        given = kwargs.get("time_limit")
-        if given is None:
+        time_limit = kwargs.get("time_limit")
+        if time_limit is None:
             return function(*args, **kwargs)
-        seconds = float(number("time_limit", cast(float, given)))
+        seconds = float(number("time_limit", cast(float, time_limit)))
         if seconds <= 0:
             raise ModelError(f"time_limit is {seconds:g}; a positive number of seconds is needed")
-        left = remaining()
-        allowed = seconds if left is None else min(seconds, left)
+        seconds_left = remaining()
+        allowed = seconds if seconds_left is None else min(seconds, seconds_left)
         budget = _Budget(seconds, time.perf_counter() + allowed)
         token = _budget.set(budget)
         try:
-            found = function(*args, **kwargs)
+            result = function(*args, **kwargs)
         finally:
             _budget.reset(token)
         if not budget.stopped:
-            return found
-        if left is not None:
+            return result
+        if seconds_left is not None:
             stopped()
-        return cast(R, _told(found, seconds))
+        return cast(R, _told(result, seconds))
 
     return within
 
 
-def _told(found: Any, seconds: float) -> Any:
+def _told(result: Any, seconds: float) -> Any:
     """Return an answer, or a value that holds one, whose diagnosis says why it is unknown."""
     words = f"stopped by the time limit of {seconds:g} s before it was settled"
-    for place in ("diagnosis", "reason"):
-        if is_dataclass(found) and hasattr(found, place):
-            if getattr(found, "status", "") != "unknown":
-                return found
-            before = str(getattr(found, place))
-            return replace(cast(Any, found), **{place: f"{words}; {before}" if before else words})
-    if is_dataclass(found) and hasattr(found, "answer"):
-        return replace(cast(Any, found), answer=_told(cast(Any, found).answer, seconds))
-    return found
+    for field in ("diagnosis", "reason"):
+        if is_dataclass(result) and hasattr(result, field):
+            if getattr(result, "status", "") != "unknown":
+                return result
+            earlier = str(getattr(result, field))
+            return replace(
+                cast(Any, result), **{field: f"{words}; {earlier}" if earlier else words}
+            )
+    if is_dataclass(result) and hasattr(result, "answer"):
+        return replace(cast(Any, result), answer=_told(cast(Any, result).answer, seconds))
+    return result

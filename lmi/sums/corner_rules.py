@@ -49,13 +49,13 @@ class ProductRules:
 
     def _check_complete(self) -> None:
         low = int(self.corners.min()) if self.corners.size else 0
-        found = len(np.unique(self.corners, axis=0)) if self.corners.shape[1] else 1
-        wanted = prod(int(side) for side in self.corners.max(axis=0) + 1)
-        if low < 0 or not found == wanted == len(self.corners):
+        different = len(np.unique(self.corners, axis=0)) if self.corners.shape[1] else 1
+        combinations = prod(int(side) for side in self.corners.max(axis=0) + 1)
+        if low < 0 or not different == combinations == len(self.corners):
             raise ModelError(
-                f"corners: {len(self.corners)} rules, {found} of them different, least index "
-                f"{low}, for {wanted} combinations; every combination is needed once, from 0, or "
-                "the memberships do not sum to 1"
+                f"corners: {len(self.corners)} rules, {different} of them different, least index "
+                f"{low}, for {combinations} combinations; every combination is needed once, from "
+                "0, or the memberships do not sum to 1"
             )
 
     @property
@@ -66,8 +66,8 @@ class ProductRules:
     @property
     def sizes(self) -> Mapping[str, int]:
         """Return premise -> its number of corners."""
-        most = self.corners.max(axis=0, initial=0) + 1
-        return {name: int(count) for name, count in zip(self.premises, most, strict=True)}
+        corner_counts = self.corners.max(axis=0, initial=0) + 1
+        return {name: int(count) for name, count in zip(self.premises, corner_counts, strict=True)}
 
 
 # A plain array of corners has no names: its premises are named after its columns.

@@ -1,4 +1,15 @@
-r"""Use what is known of the memberships, besides h_i >= 0 and sum_i h_i = 1, in a double sum.
+"""What is known of the memberships in a double sum, and the sum at single memberships.
+
+P(h) = sum_i h_i P_i and its derivative dP/dt as parts of a double sum.
+
+Where the memberships are products of those of premises, h_i = prod_k w^k_(c_ik), the rate of P is
+
+    dP/dt = sum_i h_i sum_k sum_c (dw^k_c/dt) P_(i with corner c of premise k),
+
+because P_(i with corner c of premise k) does not depend on rule i's own corner of premise k, and
+the weights of the corners of one premise sum to 1.  Without premises dP/dt is sum_k dh_k/dt P_k.
+
+Use what is known of the memberships, besides h_i >= 0 and sum_i h_i = 1, in a double sum.
 
 Bounds h_i h_j <= b_ij, by the S-procedure: with N_ij = N_ji > 0 where a bound is known, 0 else
 and Sigma > sum_ij b_ij N_ij,
@@ -17,8 +28,11 @@ products; Sala and Arino (2008), IEEE Trans. Fuzzy Systems 16(5), for polynomial
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
+from math import log2, prod
 from typing import TypeAlias
 
 import numpy as np
@@ -26,12 +40,85 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.condition.term import LMI, Array, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.sums.corner_rules import Corners, HasPremises, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.rule_pairs import SLACK_SHARE, slack_unknown
-from takagi.lmi.sums.summands import SumPart
+from takagi.lmi.polynomials import Basis
+from takagi.lmi.sums.corner_rules import Corners, HasPremises, ProductRules, product_rules
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, SumPart
+from takagi.lmi.sums.product_premises import count_of, multisets
+from takagi.lmi.sums.slack_matrices import SLACK_SHARE, slack_unknown
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
+
+
+def rule_table(rules: int, by: str, members: Indices | None = None) -> Indices:
+    """Return the table (r, r) of members for a part that has the member of rule i, or of rule j.
+
+    Parameters
+    ----------
+    by : "vertex" for i, "gain" for j.
+    members : (r,) the member of each rule; None for the rules' own order.
+    """
+    rule_members = np.arange(rules) if members is None else members
+    table = np.broadcast_to(rule_members[:, None], (rules, rules))
+    return np.asarray(table if by == "vertex" else table.T)
+
+
+def swapped_rules(corners: Indices, premise: int, corner: int) -> Indices:
+    """Return (r,): the rule with this corner of the premise, and else the corners of rule i."""
+    sizes = tuple(int(size) for size in corners.max(axis=0) + 1)
+    number = Basis(sizes, (1,) * len(sizes)).corners
+    rule = np.argsort(number(corners))
+    changed = corners.copy()
+    changed[:, premise] = corner
+    return np.asarray(rule[number(changed)])
+
+
+def rate_parts(
+    P: Unknown, corners: Indices, velocity: Sequence[Floats], *, members: Indices | None = None
+) -> tuple[SumPart, ...]:
+    """Return dP/dt at one velocity of the memberships, as parts of block (0, 0).
+
+    Parameters
+    ----------
+    corners : (r, K), the corner of each simplex that rule i takes.
+    velocity : dw^k/dt, one array for each simplex.
+    members : (r,), the member of P for each rule; None for the rules' own order.
+    """
+    eye = np.eye(P.rows)[None]
+    rule_members = np.arange(len(corners)) if members is None else members
+    rate_terms = []
+    for k, rates in enumerate(velocity):
+        for corner in np.flatnonzero(rates):
+            rules = rule_members[swapped_rules(corners, k, int(corner))]
+            # Rule i where premise k is at this corner, or, without premises, the rule itself.
+            index = f"{k + 1},{corner + 1}" if len(velocity) > 1 else f"{corner + 1}"
+            rate = rf"\dot w_{{{index}}}" if len(velocity) > 1 else rf"\dot h_{{{index}}}"
+            at = f"{{i}}|{index}" if len(velocity) > 1 else index
+            symbol = f"{P.symbol}_{{{at}}}"
+            rate_terms.append(
+                SumPart(
+                    unknown=P,
+                    left=rates[corner] * eye,
+                    right=eye,
+                    member=rule_table(len(corners), "vertex", rules),
+                    latex=(rate, ""),
+                    symbol=symbol,
+                )
+            )
+    return tuple(rate_terms)
+
+
+def double_sums(
+    plain: DoubleSum, additions: Sequence[Sequence[SumPart]], name: str = "rates"
+) -> tuple[DoubleSum, ...]:
+    """Return for each entry of ``additions`` the double sum with these parts and a new name."""
+    count = len(additions)
+    return tuple(
+        replace(
+            plain, parts=(*plain.parts, *added), name=f"{name} {k + 1}" if count > 1 else plain.name
+        )
+        for k, added in enumerate(additions)
+    )
+
 
 Shaped: TypeAlias = tuple[DoubleSum, tuple[Unknown, ...], tuple[LMI, ...]]
 
@@ -60,8 +147,8 @@ def with_overlap(
     Source: as the module.
     """
     if active_rules is not None:
-        known = loop.active_rules
-        loop = replace(loop, active_rules=min(active_rules, known or active_rules))
+        active_before = loop.active_rules
+        loop = replace(loop, active_rules=min(active_rules, active_before or active_rules))
     if bounds is None:
         return loop, (), ()
     b = _checked(bounds, loop.rules)
@@ -99,12 +186,12 @@ def with_shape(loop: DoubleSum, forms: ArrayLike) -> Shaped:
         raise ModelError("forms are not symmetric; give (C + C') / 2")
     n = loop.size
     N = slack_unknown(loop, "N", n, count=len(C))
-    one = np.eye(n)
+    eye = np.eye(n)
     parts = tuple(
         SumPart(
             unknown=N,
-            left=C[k][:, :, None, None] * one,
-            right=one[None],
+            left=C[k][:, :, None, None] * eye,
+            right=eye[None],
             member=np.full((r, r), k),
             at=None,
             latex=(rf"c_{{{k + 1},{{i}}{{j}}}}", ""),
@@ -134,14 +221,16 @@ def product_bounds(source: HasPremises | Corners) -> Array:
     rules = product_rules(source)
     b = np.full((rules.rules, rules.rules), Fraction(1), dtype=object)
     for name in rules.sizes:
-        own = rules.corners[:, [c for c, other in enumerate(rules.premises) if other == name]]
-        different, place = np.unique(own, axis=0, return_inverse=True)
+        premise_corners = rules.corners[
+            :, [c for c, premise in enumerate(rules.premises) if premise == name]
+        ]
+        different, corner_index = np.unique(premise_corners, axis=0, return_inverse=True)
         table = np.empty((len(different), len(different)), dtype=object)
         for first, second in np.ndindex(table.shape):
             table[first, second] = _largest(
                 np.bincount(np.concatenate([different[first], different[second]]))
             )
-        b = b * table[place.ravel()[:, None], place.ravel()]
+        b = b * table[corner_index.ravel()[:, None], corner_index.ravel()]
     return b
 
 
@@ -171,8 +260,8 @@ def _largest(exponents: Indices) -> Fraction:
 def _checked(bounds: ArrayLike, rules: int) -> Floats:
     """Return float bounds, never below the given ones."""
     try:
-        given = np.asarray(bounds)
-        b = given.astype(np.float64)
+        exact_bounds = np.asarray(bounds)
+        b = exact_bounds.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise ModelError(f"bounds cannot be read as a matrix of numbers ({error})") from error
     if b.shape != (rules, rules):
@@ -195,36 +284,36 @@ def _checked(bounds: ArrayLike, rules: int) -> Floats:
         k = int(np.argmin(b.diagonal()))
         raise ModelError(f"bounds[{k}, {k}] is 0: rule {k + 1} never acts; leave it out")
     # A fraction and the float nearest to it compare exactly.
-    return np.where(np.isfinite(b) & (b < given), np.nextafter(b, np.inf), b)
+    return np.where(np.isfinite(b) & (b < exact_bounds), np.nextafter(b, np.inf), b)
 
 
 def _with_multipliers(loop: DoubleSum, b: Floats, i: Indices, j: Indices) -> Shaped:
     r, n = loop.rules, loop.size
-    one = np.eye(n)
+    eye = np.eye(n)
     N = slack_unknown(loop, "N", n, count=len(i))
     Sigma = replace(slack_unknown(loop, "Sigma", n), latex=r"\Sigma")
-    place = np.zeros((r, r), dtype=np.intp)
-    known = np.zeros((r, r))
-    place[i, j] = place[j, i] = np.arange(len(i))
-    known[i, j] = known[j, i] = 1.0
+    pair_index = np.zeros((r, r), dtype=np.intp)
+    is_bounded = np.zeros((r, r))
+    pair_index[i, j] = pair_index[j, i] = np.arange(len(i))
+    is_bounded[i, j] = is_bounded[j, i] = 1.0
     parts = (
-        SumPart(unknown=Sigma, left=one[None], right=one[None], at=None),
+        SumPart(unknown=Sigma, left=eye[None], right=eye[None], at=None),
         SumPart(
             unknown=N,
-            left=-known[:, :, None, None] * one,
-            right=one[None],
-            member=place,
+            left=-is_bounded[:, :, None, None] * eye,
+            right=eye[None],
+            member=pair_index,
             at=None,
             latex=("-", ""),
             symbol="N_{{i}{j}}",
         ),
     )
-    whole = Term(unknown=Sigma, left=one[None], right=one[None])
+    slack_term = Term(unknown=Sigma, left=eye[None], right=eye[None])
     less = Term(
         unknown=N,
         # (i, j) and (j, i).
-        left=-(np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None] * one,
-        right=one[None],
+        left=-(np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None] * eye,
+        right=eye[None],
         items=np.zeros(len(i), dtype=np.intp),
         members=np.arange(len(i)),
         latex=("-b_{ij}", ""),
@@ -232,20 +321,99 @@ def _with_multipliers(loop: DoubleSum, b: Floats, i: Indices, j: Indices) -> Sha
         factor=r"\sum_{i,j}",
     )
     name = f"{loop.name}, bounds of memberships" if loop.name else "bounds of memberships"
-    bound = LMI(name=name, blocks=(n,), terms=(whole, less), weight=SLACK_SHARE * loop.weight)
+    bound = LMI(name=name, blocks=(n,), terms=(slack_term, less), weight=SLACK_SHARE * loop.weight)
     changed = replace(loop, parts=(*loop.parts, *parts))
     return changed, (N, Sigma), (bound, _positive(loop, N))
 
 
 def _positive(loop: DoubleSum, N: Unknown) -> LMI:
     """Return N_k > 0 for every member."""
-    one = np.eye(N.rows)[None]
+    eye = np.eye(N.rows)[None]
     name = "multipliers of memberships"
     return LMI(
         name=f"{loop.name}, {name}" if loop.name else name,
         blocks=(N.rows,),
-        terms=(Term(unknown=N, left=one, right=one, members=np.arange(N.count), symbol="N_k"),),
+        terms=(Term(unknown=N, left=eye, right=eye, members=np.arange(N.count), symbol="N_k"),),
         count=N.count,
         weight=SLACK_SHARE * loop.weight,
         index=rf"k = 1, \dots, {N.count}",
     )
+
+
+def number_of_points(rules: int, corners: Corners | None, subdivision: int) -> int:
+    """Return how many blends there are whose shares are multiples of 1/parts."""
+    sizes = [rules] if corners is None else product_rules(corners).sizes.values()
+    return prod(count_of(size, subdivision) for size in sizes)
+
+
+def points_of(rules: int, corners: Corners | None, subdivision: int) -> Floats:
+    """Return memberships h, (blends, rules): every choice of shares that are multiples of 1/parts.
+
+    The shares are those of the rules. If the memberships are products, they are those of the
+    corners of each premise, because other blends never occur then.
+    """
+    shares = _whole_shares(rules, corners, subdivision)
+    return np.asarray(shares / shares.sum(axis=1, keepdims=True))
+
+
+def at_points(subdivision: int) -> Callable[[DoubleSum], RelaxedSum]:
+    """Return a function that poses sum_ij h_i h_j Theta_ij < 0 at all blends h in steps of 1/parts.
+
+    Each inequality is multiplied by a positive number near 1. The condition is necessary, not
+    sufficient: unknowns that satisfy any relaxation satisfy this too. So if it has no solution, no
+    relaxation has one. It says nothing about the blends between these points.
+    """
+    return partial(_pose, subdivision=subdivision)
+
+
+def _pose(loop: DoubleSum, subdivision: int) -> RelaxedSum:
+    shares = _whole_shares(loop.rules, loop.corners, subdivision)
+    shares = shares[_possible(loop, shares)]
+    item, i, j = np.nonzero((shares[:, :, None] * shares[:, None, :]) > 0)
+    # Whole numbers times a power of two: an exact no needs the ratios of the weights unrounded.
+    scale = 2.0 ** -round(2.0 * log2(shares[0].sum()))
+    weight = (shares[item, i] * shares[item, j]).astype(np.float64)
+    lmi = loop.lmi(
+        "blend",
+        (Summand(i, j, weight, item, factor=r"\sum_{i,j} h^{k}_i h^{k}_j"),),
+        count=len(shares),
+        label=lambda k: _label(shares[k]),
+        index=rf"k = 1, \dots, {len(shares)}",
+        scale=scale,
+    )
+    return (), (lmi,)
+
+
+def _possible(loop: DoubleSum, shares: Indices) -> Indices:
+    """Return which blends can occur: no more rules than act at a time, no pair that never does."""
+    active = shares > 0
+    fits = active.sum(axis=1) <= loop.most_active
+    if loop.active is not None:
+        fits &= ~np.einsum("ki,ij,kj->k", active, ~loop.active, active)
+    return np.flatnonzero(fits)
+
+
+def _whole_shares(rules: int, corners: Corners | None, subdivision: int) -> Indices:
+    """Return the shares of all rules as whole numbers, (blends, rules), with equal sums."""
+    plain = ProductRules(np.arange(rules)[:, None], ("h",))
+    product = plain if corners is None else product_rules(corners)
+    tables = {name: _counts(size, subdivision) for name, size in product.sizes.items()}
+    grid = np.indices([len(table) for table in tables.values()]).reshape(len(tables), -1)
+    chosen = {name: tables[name][row] for name, row in zip(tables, grid, strict=True)}
+    shares = np.ones((grid.shape[1], rules), dtype=np.intp)
+    for column, premise in enumerate(product.premises):
+        shares *= chosen[premise][:, product.corners[:, column]]
+    return shares
+
+
+def _counts(size: int, subdivision: int) -> Indices:
+    """Return (count, size): all nonnegative whole numbers with the sum ``subdivision``."""
+    chosen = multisets(size, subdivision)
+    return np.asarray((chosen[:, :, None] == np.arange(size)).sum(axis=1), dtype=np.intp)
+
+
+def _label(shares: Indices) -> str:
+    active, total = np.flatnonzero(shares), int(shares.sum())
+    if len(active) == 1:
+        return f"rule {active[0] + 1}"
+    return "blend of " + ", ".join(f"{shares[k]}/{total} of rule {k + 1}" for k in active)

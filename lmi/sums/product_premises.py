@@ -1,4 +1,13 @@
-"""Relaxations by products of memberships: all coefficients of a polynomial are to be negative.
+"""Relaxations by products of memberships or of premise weights.
+
+A double sum as a polynomial in the weights of its premises, and its coefficients.
+
+Where rules are combinations of corners, h_i = prod_k w_(k, c_ik), the double sum is a polynomial in
+the weights w_k of each premise, homogeneous in each: of degree D_k where premise k is a factor D_k
+times, 2 where it is a factor of each membership once.  Times prod_k (w_k1 + w_k2 + ...)^d, which is
+1, it is so of degree D_k + d.
+
+Relaxations by products of memberships: all coefficients of a polynomial are to be negative.
 
 The polynomial is that of ``simplex_products``.  Products of weights are nonnegative and not all
 zero, so it is negative wherever each of its coefficients is negative definite.  Pairs of rules
@@ -11,21 +20,211 @@ Arino and Sala (2007), Eng. Applications of Artificial Intelligence 20(8), for t
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from math import comb, log2, perm, prod
+
 import numpy as np
 
 from takagi.lmi.condition.term import LMI, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, selections
-from takagi.lmi.sums.rule_pairs import slack_unknown
-from takagi.lmi.sums.simplex_products import (
-    Simplex,
-    SimplexCoefficients,
-    coefficients,
-    simplexes_of,
-)
-from takagi.lmi.sums.slack_matrices import negative_whole
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, Weights, selections
+from takagi.lmi.sums.slack_matrices import negative_whole, slack_unknown
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
+
+
+def count_of(values: int, degree: int) -> int:
+    """Return how many multisets of ``degree`` numbers from 0 ... values - 1 there are."""
+    return comb(values + degree - 1, degree)
+
+
+def multisets(values: int, degree: int) -> Indices:
+    """Return (count, degree), each row sorted; row k is the multiset with number k."""
+    rows = np.zeros((1, 0), dtype=np.intp)
+    for _ in range(degree):
+        # Each row is continued with every value from its last entry to the largest one.
+        last = rows[:, -1] if rows.shape[1] else np.zeros(len(rows), dtype=np.intp)
+        choices = values - last
+        row = np.repeat(np.arange(len(rows)), choices)
+        step = np.arange(len(row)) - np.repeat(np.cumsum(choices) - choices, choices)
+        rows = np.column_stack([rows[row], last[row] + step])
+    ordered = np.empty_like(rows)
+    ordered[numbers_of(rows, values)] = rows
+    return ordered
+
+
+def numbers_of(rows: Indices, values: int) -> Indices:
+    """Return the numbers, 0 ... count - 1, of multisets given as sorted rows, (..., degree).
+
+    m_1 <= m_2 <= ... becomes c_t = m_t + t - 1, a set; sets are numbered by sum_t (c_t choose t).
+    """
+    degree = rows.shape[-1]
+    table = np.array(
+        [[comb(c, t + 1) for t in range(degree)] for c in range(values + degree)], dtype=np.intp
+    ).reshape(values + degree, degree)
+    position = np.arange(degree)
+    return np.asarray(table[rows + position, position].sum(axis=-1), dtype=np.intp)
+
+
+@dataclass(frozen=True, slots=True)
+class Simplex:
+    """The weights of one premise, and the columns of corners in which they are factors.
+
+    Attributes
+    ----------
+    name : of the premise.
+    corners : number of weights.
+    columns : of the rules' corners.
+    """
+
+    name: str
+    corners: int
+    columns: tuple[int, ...]
+
+    @property
+    def degree(self) -> int:
+        """Return D_k: both memberships of a pair have the factors."""
+        return 2 * len(self.columns)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimplexCoefficients:
+    """Coefficient k of the polynomial is scale sum_(t: item_t = k) weight_t Theta_(i_t, j_t).
+
+    Attributes
+    ----------
+    i, j, item, weight : (T,); the weights are whole numbers, with the same sum in all items.
+    total : their sum.
+    scale : a power of two near 1 / total, that makes a coefficient about a mean of the Theta_ij.
+    exponents : for each premise (items, D_k + d), the corners whose weights are multiplied.
+    """
+
+    i: Indices
+    j: Indices
+    item: Indices
+    weight: Weights
+    total: int
+    scale: float
+    exponents: tuple[Indices, ...]
+
+    @property
+    def count(self) -> int:
+        """Return the number of coefficients."""
+        return len(self.exponents[0])
+
+    def summand(self, factor: str) -> Summand:
+        """Return the weighted sum, with the weights written as ``factor``."""
+        return Summand(self.i, self.j, self.weight, self.item, factor=factor)
+
+
+def simplexes_of(rules: ProductRules) -> tuple[Simplex, ...]:
+    """Return every premise of the rules, in the order of the columns.
+
+    Raises
+    ------
+    ModelError : a premise with different numbers of corners in its columns.
+    """
+    simplexes = []
+    for name in dict.fromkeys(rules.premises):
+        columns = tuple(c for c, premise in enumerate(rules.premises) if premise == name)
+        sides = {int(rules.corners[:, c].max()) + 1 for c in columns}
+        if len(sides) > 1:
+            raise ModelError(
+                f"premise {name} has {' and '.join(map(str, sorted(sides)))} corners in different "
+                "columns; a premise has the same corners wherever it is a factor"
+            )
+        simplexes.append(Simplex(name, sides.pop(), columns))
+    return tuple(simplexes)
+
+
+def coefficients(loop: DoubleSum, rules: ProductRules, degree: int) -> SimplexCoefficients:
+    """Return which Theta_ij appear in which coefficient; without products that are always zero.
+
+    A coefficient divided by the number of orderings of its product is a mean of the Theta_ij; the
+    weights are those of the mean times prod_k (D_k + d)! / d!, the same for all coefficients.
+    """
+    r = rules.rules
+    item = np.zeros((r, r, 1), dtype=np.intp)
+    weight = np.ones((r, r, 1))
+    simplexes = simplexes_of(rules)
+    for simplex in simplexes:
+        number, factor = _table(simplex, rules, degree)
+        count = count_of(simplex.corners, simplex.degree + degree)
+        item = (item[..., None] * count + number[:, :, None, :]).reshape(r, r, -1)
+        weight = (weight[..., None] * factor[:, :, None, :]).reshape(r, r, -1)
+    exponents = _exponents(simplexes, degree)
+    keep = _acting(loop, simplexes, exponents, item)
+    i, j, _ = (indices.ravel() for indices in np.indices(item.shape))
+    inside = keep[item.ravel()]
+    total = prod(perm(simplex.degree + degree, simplex.degree) for simplex in simplexes)
+    return SimplexCoefficients(
+        i=i[inside],
+        j=j[inside],
+        item=(np.cumsum(keep) - 1)[item.ravel()[inside]],
+        weight=weight.ravel()[inside],
+        total=total,
+        # A power of two, so that rounding never touches the ratios of the weights.
+        scale=2.0 ** -round(log2(total)),
+        exponents=tuple(rows[keep] for rows in exponents),
+    )
+
+
+def _table(simplex: Simplex, rules: ProductRules, degree: int) -> tuple[Indices, Weights]:
+    """Return number and weight, (r, r, multisets of ``degree``), of one premise.
+
+    The product of the corners of rules i and j and of a multiset of the power's is the multiset
+    ``number``, with exponents e; the weight is prod_c e_c! / (e_c - a_c)!, a of i and j alone.
+    """
+    powers = multisets(simplex.corners, degree)
+    # Rules agree in many premises: the table is made for each combination of corners once.
+    corners, row = np.unique(rules.corners[:, simplex.columns], axis=0, return_inverse=True)
+    row = row.ravel()
+    shape = (len(corners), len(corners), len(powers))
+    premise_corners = [
+        *(np.broadcast_to(corner[:, None, None], shape) for corner in corners.T),
+        *(np.broadcast_to(corner[None, :, None], shape) for corner in corners.T),
+    ]
+    times = (powers[:, :, None] == np.arange(simplex.corners)).sum(axis=1)
+    weight = np.ones(shape)
+    for position, corner in enumerate(premise_corners):
+        further = sum(
+            (corner == second_corner for second_corner in premise_corners[position:]),
+            np.zeros(shape, dtype=np.intp),
+        )
+        weight *= times[np.arange(len(powers)), corner] + further
+    rows = np.stack(
+        [*premise_corners, *(np.broadcast_to(power, shape) for power in powers.T)], axis=3
+    )
+    number = numbers_of(np.sort(rows, axis=3), simplex.corners)
+    return number[row[:, None], row], weight[row[:, None], row]
+
+
+def _exponents(simplexes: tuple[Simplex, ...], degree: int) -> tuple[Indices, ...]:
+    """Return for each premise (items, D_k + d), the last premise changing first."""
+    rows = [multisets(simplex.corners, simplex.degree + degree) for simplex in simplexes]
+    positions = np.indices([len(premise_rows) for premise_rows in rows]).reshape(len(rows), -1)
+    return tuple(
+        premise_rows[position] for premise_rows, position in zip(rows, positions, strict=True)
+    )
+
+
+def _acting(
+    loop: DoubleSum, simplexes: tuple[Simplex, ...], exponents: tuple[Indices, ...], item: Indices
+) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Return which coefficients belong to a product of weights that can differ from zero."""
+    keep = np.ones(len(exponents[0]), dtype=np.bool_)
+    if loop.active is not None:
+        keep[item[~loop.active]] = False
+    if loop.most_active < loop.rules:
+        # All rules with corners of the product act where it is not zero.
+        acting = np.ones(len(keep), dtype=np.intp)
+        for simplex, rows in zip(simplexes, exponents, strict=True):
+            different = 1 + (np.diff(rows, axis=1) > 0).sum(axis=1)
+            acting *= different ** len(simplex.columns)
+        keep &= acting <= loop.most_active
+    return keep
+
 
 # The shares of the Theta_ij in a coefficient, which sum to 1.
 _POLYA = r"\sum_{{i,j}} \tfrac{{k_i (k_j - \delta_{{ij}})}}{{{}}}"
@@ -42,16 +241,16 @@ def polya(loop: DoubleSum, degree: int) -> RelaxedSum:
     Source: Sala and Arino (2007), Fuzzy Sets and Systems 158(24), theorem 5.
     """
     rules = ProductRules(np.arange(loop.rules)[:, None], ("h",))
-    found = coefficients(loop, rules, degree)
-    chosen = found.exponents[0]
+    sums = coefficients(loop, rules, degree)
+    chosen = sums.exponents[0]
     lmi = loop.lmi(
         "product of memberships",
-        (found.summand(_POLYA.format((degree + 2) * (degree + 1))),),
-        count=found.count,
+        (sums.summand(_POLYA.format((degree + 2) * (degree + 1))),),
+        count=sums.count,
         label=lambda item: " ".join(f"h{c + 1}" for c in chosen[item].tolist()),
         index=rf"k \in \mathbb{{N}}_0^{{{loop.rules}}},\; |k| = {degree + 2}",
-        scale=found.scale,
-        printed=found.total,
+        scale=sums.scale,
+        printed=sums.total,
     )
     return (), (lmi,)
 
@@ -106,32 +305,32 @@ def known_rules(loop: DoubleSum) -> ProductRules:
 def _product_lmi(loop: DoubleSum, degree: int, X: Unknown | None = None) -> LMI:
     rules = known_rules(loop)
     simplexes = simplexes_of(rules)
-    found = coefficients(loop, rules, degree)
+    sums = coefficients(loop, rules, degree)
 
     def label(item: int) -> str:
         corners = (
             f"{simplex.name} at {' '.join(str(c + 1) for c in rows[item].tolist())}"
-            for simplex, rows in zip(simplexes, found.exponents, strict=True)
+            for simplex, rows in zip(simplexes, sums.exponents, strict=True)
         )
         return "corners " + ", ".join(corners)
 
     return loop.lmi(
         "product of corner weights",
-        (found.summand(_SHARES if degree else _PAIRS),),
-        () if X is None else (_less(loop, found, X),),
-        count=found.count,
+        (sums.summand(_SHARES if degree else _PAIRS),),
+        () if X is None else (_less(loop, sums, X),),
+        count=sums.count,
         label=label,
         index=_index(simplexes, degree),
-        scale=found.scale,
-        printed=found.total,
+        scale=sums.scale,
+        printed=sums.total,
     )
 
 
 def _index(simplexes: tuple[Simplex, ...], degree: int) -> str:
     """Return which products w^k there are, and what their coefficients are means of."""
     sides = r",\; ".join(
-        rf"|k_{{{place}}}| = {simplex.degree + degree}"
-        for place, simplex in enumerate(simplexes, start=1)
+        rf"|k_{{{number}}}| = {simplex.degree + degree}"
+        for number, simplex in enumerate(simplexes, start=1)
     )
     if not degree:
         return sides + r",\; \mathcal{P}_k = \{(i,j) : h_i h_j = w^k\}"
@@ -139,20 +338,20 @@ def _index(simplexes: tuple[Simplex, ...], degree: int) -> str:
     return sides + rf",\; c^{{k}}_{{ij}} \propto [w^k] \prod_p (\sum_c w_{{pc}}){power} h_i h_j"
 
 
-def _less(loop: DoubleSum, found: SimplexCoefficients, X: Unknown) -> Term:
+def _less(loop: DoubleSum, sums: SimplexCoefficients, X: Unknown) -> Term:
     """Return -X_ij summed as the Theta_ij are; (i, j) and (j, i) appear in the same coefficient."""
     E = selections(loop.rules, loop.size)
-    half = found.i <= found.j
-    i, j = found.i[half], found.j[half]
+    half = sums.i <= sums.j
+    i, j = sums.i[half], sums.j[half]
     # The term is added to its transpose, which the pairs i < j need and i = j has twice.
-    weight = found.scale * found.weight[half] * np.where(i == j, 0.5, 1.0)
+    weight = sums.scale * sums.weight[half] * np.where(i == j, 0.5, 1.0)
     return Term(
         unknown=X,
         left=-weight[:, None, None] * E.transpose(0, 2, 1)[i],
         right=E[j],
         at=None,
         plus_transpose=True,
-        items=found.item[half],
+        items=sums.item[half],
         latex=(r"-\tfrac12 E_i^\top", "E_j"),
         factor=_PAIRS,
     )

@@ -1,4 +1,4 @@
-"""Relaxations with a matrix of slack unknowns X = [X_ij] < 0 that the Theta_ij stay below."""
+"""Relaxations by pairs of rules, alone and with slack matrices."""
 
 from __future__ import annotations
 
@@ -6,9 +6,67 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Term
 from takagi.lmi.condition.unknown import Unknown, triangle
-from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, selections
-from takagi.lmi.sums.rule_pairs import SLACK_SHARE, pair_lmis, slack_name, slack_unknown
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, selections
 from takagi.models.arrays import Indices
+
+# Margin of a slack unknown for a margin 1 of Theta. The margin of a slack reduces the margin of the
+# sum, r - 1 times in Tanaka and Wang's relaxation, so it must be small. But if it is much smaller,
+# the centring near a least objective finds no interior point (seen at 1 / 128).
+SLACK_SHARE = 2.0**-4
+
+
+def rule_lmi(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
+    """Return Theta_ii + slack < 0."""
+    r = loop.rules
+    i = np.arange(r)
+    return loop.lmi(
+        "rule",
+        # With a single gain nothing depends on j.
+        (Summand(i, i, np.ones(r), names=("i", "i")),),
+        slack,
+        count=r,
+        label=lambda item: f"rule {item + 1} of {r}",
+        index=rf"i = 1, \dots, {r}",
+    )
+
+
+def pair_lmis(
+    loop: DoubleSum, rule_slack: tuple[Term, ...] = (), cross: tuple[Term, ...] = ()
+) -> tuple[LMI, ...]:
+    """Return Theta_ii + own < 0, and Theta_ij + Theta_ji + cross < 0 for the pairs i < j that act.
+
+    Parameters
+    ----------
+    cross : with one contribution for all pairs, or one for each pair of ``loop.pairs()``.
+    """
+    i, j = loop.pairs()
+    if not len(i):
+        return (rule_lmi(loop, rule_slack),)
+    unit_weights = np.ones(len(i))
+    pairs = loop.lmi(
+        "pair",
+        (Summand(i, j, unit_weights), Summand(j, i, unit_weights, names=("j", "i"))),
+        cross,
+        count=len(i),
+        label=lambda item: f"rules {i[item] + 1} and {j[item] + 1}",
+        index=rf"1 \le i < j \le {loop.rules}" + together(loop),
+    )
+    return rule_lmi(loop, rule_slack), pairs
+
+
+def together(loop: DoubleSum) -> str:
+    """Return what the index range of pairs adds where some pairs never act, in LaTeX."""
+    return "" if loop.active is None else r",\; h_i h_j \not\equiv 0"
+
+
+def slack_unknown(loop: DoubleSum, name: str, size: int, count: int = 1) -> Unknown:
+    """Return a symmetric slack unknown of its own for each double sum of a condition."""
+    return Unknown(slack_name(loop, name), size, size, symmetric=True, count=count, latex=name)
+
+
+def slack_name(loop: DoubleSum, name: str) -> str:
+    """Return the name with the double sum's in front, where a condition has several."""
+    return f"{loop.name}, {name}" if loop.name else name
 
 
 def kim_lee(loop: DoubleSum) -> RelaxedSum:
@@ -19,30 +77,30 @@ def kim_lee(loop: DoubleSum) -> RelaxedSum:
     Source: Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), theorem 3.
     """
     r, n = loop.rules, loop.size
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     X = slack_unknown(loop, "X", n, count=triangle(r))
-    place = _places(r)
-    own = Term(
+    member = _places(r)
+    rule_slack = Term(
         unknown=X,
-        left=-one,
-        right=one,
+        left=-eye,
+        right=eye,
         at=None,
-        members=np.diag(place),
+        members=np.diag(member),
         latex=("-", ""),
         symbol=f"{X.symbol}_{{ii}}",
     )
     i, j = loop.pairs()
     cross = Term(
         unknown=X,
-        left=-2.0 * one,
-        right=one,
+        left=-2.0 * eye,
+        right=eye,
         at=None,
-        members=place[i, j],
+        members=member[i, j],
         latex=("-2", ""),
         symbol=f"{X.symbol}_{{ij}}",
     )
-    pairs = pair_lmis(loop, (own,), (cross,) if len(i) else ())
-    return (X,), (*pairs, _whole_of_blocks(loop, X, place))
+    pairs = pair_lmis(loop, (rule_slack,), (cross,) if len(i) else ())
+    return (X,), (*pairs, _whole_of_blocks(loop, X, member))
 
 
 def liu_zhang(loop: DoubleSum) -> RelaxedSum:
@@ -56,7 +114,7 @@ def liu_zhang(loop: DoubleSum) -> RelaxedSum:
     X = slack_unknown(loop, "X", r * n)
     E = selections(r, n)
     Et = E.transpose(0, 2, 1)
-    own = Term(unknown=X, left=-Et, right=E, at=None, latex=(r"-E_i^\top", "E_i"))
+    rule_slack = Term(unknown=X, left=-Et, right=E, at=None, latex=(r"-E_i^\top", "E_i"))
     i, j = loop.pairs()
     cross = Term(
         unknown=X,
@@ -66,17 +124,17 @@ def liu_zhang(loop: DoubleSum) -> RelaxedSum:
         plus_transpose=True,
         latex=(r"-E_i^\top", "E_j"),
     )
-    pairs = pair_lmis(loop, (own,), (cross,) if len(i) else ())
+    pairs = pair_lmis(loop, (rule_slack,), (cross,) if len(i) else ())
     return (X,), (*pairs, negative_whole(loop, X))
 
 
 def negative_whole(loop: DoubleSum, X: Unknown) -> LMI:
     """Return X < 0."""
-    whole = np.eye(X.rows)[None]
+    eye = np.eye(X.rows)[None]
     return LMI(
         name=slack_name(loop, "slack"),
         blocks=(X.rows,),
-        terms=(Term(unknown=X, left=whole, right=whole),),
+        terms=(Term(unknown=X, left=eye, right=eye),),
         sign=-1,
         weight=SLACK_SHARE * loop.weight,
     )
@@ -85,23 +143,23 @@ def negative_whole(loop: DoubleSum, X: Unknown) -> LMI:
 def _places(rules: int) -> Indices:
     """Return (rules, rules): which member the block (i, j) is, the same as (j, i)."""
     i, j = np.triu_indices(rules)
-    place = np.zeros((rules, rules), dtype=np.intp)
-    place[i, j] = place[j, i] = np.arange(len(i))
-    return place
+    member = np.zeros((rules, rules), dtype=np.intp)
+    member[i, j] = member[j, i] = np.arange(len(i))
+    return member
 
 
-def _whole_of_blocks(loop: DoubleSum, X: Unknown, place: Indices) -> LMI:
+def _whole_of_blocks(loop: DoubleSum, X: Unknown, member: Indices) -> LMI:
     """Return [X_ij] < 0, block (i, j) and its mirror image being member place[i, j] of X."""
     r, n = loop.rules, loop.size
     E = selections(r, n)
     Et = E.transpose(0, 2, 1)
     a, b = np.triu_indices(r, 1)
-    own = Term(
+    diagonal = Term(
         unknown=X,
         left=E,
         right=Et,
         items=np.zeros(r, dtype=np.intp),
-        members=np.diag(place),
+        members=np.diag(member),
         latex=("E_i", r"E_i^\top"),
         symbol=f"{X.symbol}_{{ii}}",
         factor=r"\sum_i",
@@ -111,7 +169,7 @@ def _whole_of_blocks(loop: DoubleSum, X: Unknown, place: Indices) -> LMI:
         left=E[a],
         right=Et[b],
         items=np.zeros(len(a), dtype=np.intp),
-        members=place[a, b],
+        members=member[a, b],
         plus_transpose=True,
         latex=("E_i", r"E_j^\top"),
         symbol=f"{X.symbol}_{{ij}}",
@@ -120,7 +178,7 @@ def _whole_of_blocks(loop: DoubleSum, X: Unknown, place: Indices) -> LMI:
     return LMI(
         name=slack_name(loop, "slack"),
         blocks=(r * n,),
-        terms=(own, cross) if len(a) else (own,),
+        terms=(diagonal, cross) if len(a) else (diagonal,),
         sign=-1,
         weight=SLACK_SHARE * loop.weight,
     )

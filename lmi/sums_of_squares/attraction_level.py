@@ -39,25 +39,22 @@ from fractions import Fraction
 from types import MappingProxyType
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.lmi.answer import Status, Try
-from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Equality, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.decision.decide import decide, optimise
 from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution, parametrised
-from takagi.lmi.refutation.adjoint import over_one_denominator
-from takagi.lmi.refutation.alternative import Alternative
-from takagi.lmi.refutation.indefinite import is_definite, is_semidefinite
-from takagi.lmi.refutation.refutation import exact_no
+from takagi.lmi.equalities import ExactSolution, exact_solution, parametrised
+from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite, over_one_denominator
+from takagi.lmi.refutation.refutation import Alternative, exact_no
 from takagi.lmi.solver.solve import quick
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums_of_squares.decrease import Decrease
 from takagi.lmi.sums_of_squares.polynomial import (
+    Decrease,
     StatePolynomial,
+    _asked,
     identity,
     monomials,
     without_idle,
@@ -71,7 +68,7 @@ SOURCE = "Chesi (2011), Domain of Attraction, sections 3.3 and 4.1; Parrilo (200
 BACK_OFF = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 FURTHER = (0.5, 0.9, 0.99, 0.999, 1 - 1e-4, 1 - 1e-6, 1 - 1e-8)
 # A level nearer to its upper bound than this share is called the largest.
-NEAR = 0.02
+LARGEST_GAP = 0.02
 # How often the monomials are reduced by multipliers.
 FACES = 4
 
@@ -133,7 +130,7 @@ class AttractionLevel:
     @property
     def largest(self) -> bool:
         """Return whether the level is the largest of this condition, to solver accuracy."""
-        return self.level is not None and self.level >= (1 - NEAR) * self.bound
+        return self.level is not None and self.level >= (1 - LARGEST_GAP) * self.bound
 
     def fault(self) -> str:
         """Return why nothing proves ``invariant_level``, and ``level`` if there is one; or "".
@@ -152,17 +149,17 @@ class AttractionLevel:
             G = values[name][0]
             if np.any(G != G.T) or not test(G):
                 return f"{name} is not positive {'definite' if name == 'W' else 'semidefinite'}"
-        shown = {name: _expanded(values[name][0], basis) for name, basis in self.bases.items()}
+        squares = {name: _expanded(values[name][0], basis) for name, basis in self.bases.items()}
         level = case.function + StatePolynomial(n, {(0,) * n: -Fraction(c)}) if c < np.inf else None
-        left = _weight(case, self.multiplier_degree, level is None)
-        left = left.times(-1) if level is None else left * level
-        if (left + (shown["Lambda"] * case.slope + shown["S"]).times(-1)).terms:
+        difference = _weight(case, self.multiplier_degree, level is None)
+        difference = difference.times(-1) if level is None else difference * level
+        if (difference + (squares["Lambda"] * case.slope + squares["S"]).times(-1)).terms:
             return "the identity of the polynomials does not hold"
-        if (case.function + shown["W"].times(-1)).terms:
+        if (case.function + squares["W"].times(-1)).terms:
             return "V is not the polynomial of its Gram matrix"
-        own = self.bases["W"]
-        if any(len(m.terms) != 1 for m in own) or {
-            k for m in own for a in m.terms for k in range(n) if a[k] == sum(a) > 0
+        function_basis = self.bases["W"]
+        if any(len(m.terms) != 1 for m in function_basis) or {
+            k for m in function_basis for a in m.terms for k in range(n) if a[k] == sum(a) > 0
         } != set(range(n)):
             return "the monomials of V have no power of each state"
         if self.level is not None and self.level > min(c, case.attraction_end()):
@@ -247,47 +244,51 @@ def attraction_level(
     if why := _without_level(case):
         status: Status = "unknown" if case.ray is None else "infeasible"
         return replace(none, status=status, ray=case.ray, diagnosis=why)
-    found = none
+    result = none
     for every in (False,) if case.seems_to_rise() else (True, False):
         answers = []
-        for one in case.with_other_weights():
-            found = replace(none, orders=one.orders, tries=found.tries)
-            answers.append(_sought(found, one, size, every))
-            found = answers[-1]
-            if found.invariant_level is not None:
-                return found
+        for weighted_case in case.with_other_weights():
+            result = replace(none, orders=weighted_case.orders, tries=result.tries)
+            answers.append(_sought(result, weighted_case, size, every))
+            result = answers[-1]
+            if result.invariant_level is not None:
+                return result
     order: tuple[Status, ...] = ("candidate", "unknown", "infeasible")
     best = min(answers, key=lambda answer: order.index(answer.status))
-    return replace(best, tries=found.tries)
+    return replace(best, tries=result.tries)
 
 
-def _sought(found: AttractionLevel, case: Decrease, size: Fraction, every: bool) -> AttractionLevel:
+def _sought(
+    result: AttractionLevel, case: Decrease, size: Fraction, every: bool
+) -> AttractionLevel:
     """Return what is shown of every level, or of the largest, with V in units of ``size``."""
-    condition, bases, outcome, no = _solved(case, found.multiplier_degree, every)
-    found = replace(found, condition=condition, bases=bases, tries=found.tries + outcome.tries)
+    condition, bases, outcome, no = _solved(case, result.multiplier_degree, every)
+    result = replace(result, condition=condition, bases=bases, tries=result.tries + outcome.tries)
     values = outcome.values if outcome.status == "candidate" else outcome.feasible
     if every:
         exact = exact_solution(condition, values) if values else None
-        return found if exact is None else _shown(found, case, exact, size, np.inf)
+        return result if exact is None else _shown(result, case, exact, size, np.inf)
     if values:
         # The bound of multipliers that are far from any solution bounds nothing.
-        bound = -outcome.least * float(size) if outcome.status == "candidate" else np.inf
-        return _proved(replace(found, bound=bound), case, values["c"].item(), size)
+        bound = -outcome.lower_bound * float(size) if outcome.status == "candidate" else np.inf
+        return _proved(replace(result, bound=bound), case, values["c"].item(), size)
     if no is None:
         advice = "take another multiplier degree, another V, or states of like size"
-        return replace(found, diagnosis=outcome.unsettled(advice))
-    what = "W > 0 of V" if _title("c") not in no.multipliers else "c > 0 with these degrees"
-    why = f"exact multipliers exclude every {what}; take another V, or a larger multiplier degree"
-    return replace(found, status="infeasible", no=no, diagnosis=why)
+        return replace(result, diagnosis=outcome.unsettled(advice))
+    excluded = "W > 0 of V" if _title("c") not in no.multipliers else "c > 0 with these degrees"
+    why = (
+        f"exact multipliers exclude every {excluded}; take another V, or a larger multiplier degree"
+    )
+    return replace(result, status="infeasible", no=no, diagnosis=why)
 
 
 def _without_level(case: Decrease) -> str:
     """Return why no level needs to be sought; empty if one does."""
     if case.ray is None:
         return "" if case.orders else "V' is 0 along every axis of the states; take another V"
-    what = "V rises" if case.rises else "V is not positive"
+    reason = "V rises" if case.rises else "V is not positive"
     along = ", ".join(str(entry) for entry in case.ray)
-    return f"{what} from 0 along the ray ({along}), so it has no level; take another V"
+    return f"{reason} from 0 along the ray ({along}), so it has no level; take another V"
 
 
 def _solved(
@@ -344,71 +345,76 @@ def _of_null_space(Z: Array, basis: tuple[StatePolynomial, ...]) -> tuple[StateP
     zero = StatePolynomial(basis[0].n, {})
     return tuple(
         sum(
-            (m.times(Fraction(u, max(map(abs, one)))) for m, u in zip(basis, one, strict=True)),
+            (
+                m.times(Fraction(u, max(map(abs, null_vector))))
+                for m, u in zip(basis, null_vector, strict=True)
+            ),
             zero,
         )
-        for one in columns
+        for null_vector in columns
     )
 
 
 def _shown(
-    found: AttractionLevel, case: Decrease, exact: ExactSolution, size: Fraction, c: float
+    result: AttractionLevel, case: Decrease, exact: ExactSolution, size: Fraction, c: float
 ) -> AttractionLevel:
     """Return what exact numbers prove at a level in units of ``size``; nothing if they do not."""
     units = {"S": size, "W": size} if c < np.inf else {"Lambda": 1 / size, "W": size}
     values = {name: value * units.get(name, 1) for name, value in exact.values.items()}
     solution = ExactSolution(condition=exact.condition, values=MappingProxyType(values))
-    done = replace(found, invariant_level=c * float(size), exact=solution)
-    if done.fault():
-        return found
+    shown = replace(result, invariant_level=c * float(size), exact=solution)
+    if shown.fault():
+        return result
     end = case.attraction_end()
     if end <= 0:
         why = (
             "no solution leaves {V < invariant_level}; that solutions tend to 0 is not shown, "
             "because V' may be 0 away from 0: take another V"
         )
-        return replace(done, diagnosis=why)
-    done = replace(done, status="candidate", level=done.invariant_level, proved=True)
+        return replace(shown, diagnosis=why)
+    shown = replace(shown, status="candidate", level=shown.invariant_level, proved=True)
     if end < c:
         why = "the level ends where V' is 0 and solutions may stay; {V < invariant_level} is kept"
         level = float(end) * (1 - BACK_OFF[0]) * float(size)
-        done = replace(done, level=level, bound=float(end * size), diagnosis=why)
-    if done.largest:
-        return done
+        shown = replace(shown, level=level, bound=float(end * size), diagnosis=why)
+    if shown.largest:
+        return shown
     why = "a lower bound: neither every level nor an upper bound was proved; raise the degree"
-    return replace(done, diagnosis=f"the level is {why} of the multiplier")
+    return replace(shown, diagnosis=f"the level is {why} of the multiplier")
 
 
-def _proved(found: AttractionLevel, case: Decrease, best: float, size: Fraction) -> AttractionLevel:
+def _proved(
+    result: AttractionLevel, case: Decrease, best: float, size: Fraction
+) -> AttractionLevel:
     """Return a level slightly below the best, at which the rounded Gram matrices are definite."""
-    assert found.condition is not None
-    for share in BACK_OFF if found.bound < np.inf else (*BACK_OFF, *FURTHER):
+    assert result.condition is not None
+    for share in BACK_OFF if result.bound < np.inf else (*BACK_OFF, *FURTHER):
         c = best * (1 - share)
-        fixed = _at_level(found.condition, c)
+        fixed = _at_level(result.condition, c)
         inside = decide(fixed, most=quick())
-        found = replace(found, tries=found.tries + inside.tries)
+        result = replace(result, tries=result.tries + inside.tries)
         exact = exact_solution(fixed, inside.values) if inside.status == "candidate" else None
         if exact is not None:
-            done = _shown(found, case, exact, size, c)
-            if done.invariant_level is not None:
-                return done
+            shown = _shown(result, case, exact, size, c)
+            if shown.invariant_level is not None:
+                return shown
     why = "the sums of squares did not hold in exact arithmetic: take states of like size"
-    if found.bound < np.inf and case.attraction_end() >= best:
+    if result.bound < np.inf and case.attraction_end() >= best:
         level = best * (1 - BACK_OFF[-1]) * float(size)
-        return replace(found, status="candidate", level=level, diagnosis=why)
-    return replace(found, diagnosis=why)
+        return replace(result, status="candidate", level=level, diagnosis=why)
+    return replace(result, diagnosis=why)
 
 
 def _at_level(condition: Condition, c: float) -> Condition:
     """Return the condition at a fixed level."""
     C = next(unknown for unknown in condition.unknowns if unknown.name == "c")
-    one = np.ones((1, 1, 1))
-    level = Term(unknown=C, left=one, right=one, at=(0, 1))
+    eye = np.ones((1, 1, 1))
+    level = Term(unknown=C, left=eye, right=eye, at=(0, 1))
     fixed = Equality(
         name="level",
         shape=(1, 1),
         terms=(level,),
-        constants=(Constant(value=-c * one, at=(0, 1), latex=f"-{c:.6g}"),),
+        constants=(Constant(value=-c * eye, at=(0, 1), latex=f"-{c:.6g}"),),
     )
     return replace(condition, objective={}, equalities=(*condition.equalities, fixed))
 
@@ -421,19 +427,19 @@ def _condition(case: Decrease, degree: int, bases: Bases, every: bool) -> Condit
         for name, latex in (("S", "S"), ("Lambda", r"\Lambda"), ("W", "W"))
     )
     c = Unknown("c", 1, 1)
-    one = V.power(0)
-    parts = [(S, bases["S"], one), (Lambda, bases["Lambda"], case.slope)]
+    unit = V.power(0)
+    summands = [(S, bases["S"], unit), (Lambda, bases["Lambda"], case.slope)]
     level = (
-        identity("every level", parts, r.times(-1))
+        identity("every level", summands, r.times(-1))
         if every
-        else identity("level set", [*parts, (c, (one,), r)], r * V)
+        else identity("level set", [*summands, (c, (unit,), r)], r * V)
     )
     unknowns = (S, Lambda, W) if every else (S, Lambda, W, c)
     return Condition(
         name=f"level of a function of degree {V.degree} in the region of attraction",
         unknowns=unknowns,
         lmis=tuple(_square(unknown) for unknown in unknowns),
-        equalities=(level, identity("function", [(W, bases["W"], one)], V)),
+        equalities=(level, identity("function", [(W, bases["W"], unit)], V)),
         objective={} if every else {"c": -np.ones((1, 1, 1))},
         source=SOURCE,
     )
@@ -444,8 +450,8 @@ def _title(name: str) -> str:
 
 
 def _square(G: Unknown) -> LMI:
-    one = np.eye(G.rows)[None]
-    return LMI(name=_title(G.name), blocks=(G.rows,), terms=(Term(unknown=G, left=one, right=one),))
+    eye = np.eye(G.rows)[None]
+    return LMI(name=_title(G.name), blocks=(G.rows,), terms=(Term(unknown=G, left=eye, right=eye),))
 
 
 def _weight(case: Decrease, multiplier: int, every: bool) -> StatePolynomial:
@@ -468,14 +474,14 @@ def _bases(case: Decrease, multiplier: int, every: bool) -> Bases:
         tuple(p + q for p, q in zip(a, b, strict=True)) for a in products for b in case.slope.terms
     }
     highest = max(sum(a) for a in support) // 2
-    found = {
+    bases = {
         "S": without_idle(monomials(n, range(1, highest + 1)), support),
         "Lambda": l,
         "W": without_idle(monomials(n, range(1, V.degree // 2 + 1)), V.terms),
     }
     return {
         name: tuple(StatePolynomial(n, {a: Fraction(1)}) for a in basis)
-        for name, basis in found.items()
+        for name, basis in bases.items()
     }
 
 
@@ -486,55 +492,3 @@ def _expanded(G: Array, basis: Sequence[StatePolynomial]) -> StatePolynomial:
             if G[i, j]:
                 total = total + (a * b).times(G[i, j])
     return total
-
-
-def _asked(
-    field: Sequence[object], function: object, states: Sequence[str], degree: int | None
-) -> tuple[tuple[StatePolynomial, ...], StatePolynomial, int]:
-    n = len(states)
-    if isinstance(field, str) or len(field) != n or not n or len(set(states)) != n:
-        raise ModelError(
-            f"field has {len(field)} entries for the states {list(states)}; one polynomial for "
-            "each of different states is needed"
-        )
-    f = tuple(StatePolynomial.of(entry, states) for entry in field)
-    for name, motion in zip(states, f, strict=True):
-        if motion.terms.get((0,) * n):
-            raise ModelError(
-                f"{name}' is {float(motion.terms[(0,) * n]):g} at 0; shift the states so that the "
-                "equilibrium is 0"
-            )
-    V = _function(function, f, states)
-    if V.degree % 2 or V.degree < 2 or V.least_degree < 2:
-        raise ModelError(
-            f"V has terms of degree {V.least_degree} to {V.degree}; an even degree is needed, and "
-            "no term below degree 2"
-        )
-    most = max(p.degree for p in f)
-    if degree is None:
-        degree = max(0, most - 1 + (most - 1) % 2)
-    number("multiplier_degree", degree, at_least=0)
-    if degree % 2:
-        raise ModelError(f"multiplier_degree is {degree}; an even number is needed")
-    return f, V, int(degree)
-
-
-def _function(
-    given: object, f: Sequence[StatePolynomial], states: Sequence[str]
-) -> StatePolynomial:
-    n = len(states)
-    if given is None:
-        units = [tuple(int(j == k) for j in range(n)) for k in range(n)]
-        A = np.array([[float(p.terms.get(unit, 0)) for unit in units] for p in f])
-        if np.linalg.eigvals(A).real.max() >= 0:
-            raise ModelError(
-                "the linearisation at 0 is not stable, so it has no quadratic function; give V"
-            )
-        P = solve_continuous_lyapunov(A.T, -np.eye(n))
-        short = [[f"{value:.6g}" for value in row] for row in (P + P.T) / 2]
-        return StatePolynomial.quadratic(np.array(short))
-    if isinstance(given, (list, tuple, np.ndarray)):
-        if np.shape(given) != (n, n):
-            raise ModelError(f"V is a matrix of shape {np.shape(given)}; ({n}, {n}) is needed")
-        return StatePolynomial.quadratic(given)
-    return StatePolynomial.of(given, states)

@@ -27,8 +27,7 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.ramps import effort_ramp, effort_ramp_slope
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque_gradient
 
 CURVE_POINTS = 25
 # Where a bandwidth that grows with the wind has grown, over the wind at which pitch begins to act:
@@ -93,9 +92,9 @@ def effort_gains(
     ------
     ModelError : a setting out of range, or no gain at some wind; names the wind and what to relax.
     """
-    asked = settings or EffortSettings()
-    _check(asked)
-    rows = [_named_node(turbine, schedule, asked, k) for k in range(len(schedule.wind))]
+    chosen = settings or EffortSettings()
+    _check(chosen)
+    rows = [_named_node(turbine, schedule, chosen, k) for k in range(len(schedule.wind))]
     gamma = np.array([row[0] for row in rows])
     rate = np.array([row[1] for row in rows])
     # The smaller of both nodes' values, because an interval's integral rate must suit both of its
@@ -110,57 +109,57 @@ def effort_gains(
 
 
 def _named_node(
-    turbine: Turbine, schedule: EffortSchedule, asked: EffortSettings, k: int
+    turbine: Turbine, schedule: EffortSchedule, settings: EffortSettings, k: int
 ) -> tuple[float, float, tuple[float, float], bool]:
     """Return ``_node``; what is said about the table gets the wind and what to change."""
     try:
-        return _node(turbine, schedule, asked, k)
+        return _node(turbine, schedule, settings, k)
     except ModelError as error:
         raise ModelError(
             f"at wind {schedule.wind[k]:.4g} m/s with overlap {schedule.overlap:.4g} rad/s^2 and "
-            f"speed errors up to {asked.speed_error:.4g} rad/s: {error}; reduce these"
+            f"speed errors up to {settings.speed_error:.4g} rad/s: {error}; reduce these"
         ) from error
 
 
 def _node(
-    turbine: Turbine, schedule: EffortSchedule, asked: EffortSettings, k: int
+    turbine: Turbine, schedule: EffortSchedule, settings: EffortSettings, k: int
 ) -> tuple[float, float, tuple[float, float], bool]:
     wind = float(schedule.wind[k])
-    stiffness = _stiffness(turbine, schedule, asked, k)
+    stiffness = _stiffness(turbine, schedule, settings, k)
     full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
     reserve = full - float(effort_ramp(-schedule.trim_effort[k], schedule.overlap))
-    most = asked.torque_share * reserve / asked.speed_error
-    aimed = min(_bandwidth(schedule, asked, k), most)
-    slowest = _least_gain(turbine, schedule, asked, k, aimed) * aimed - stiffness[1]
-    share = _over_region_25(schedule, k, asked.partial_integral_share, asked.integral_share)
+    torque_limit = settings.torque_share * reserve / settings.speed_error
+    aimed = min(_bandwidth(schedule, settings, k), torque_limit)
+    slowest = _least_gain(turbine, schedule, settings, k, aimed) * aimed - stiffness[1]
+    share = _over_region_25(schedule, k, settings.partial_integral_share, settings.integral_share)
     integral = share * max(slowest, 0.1 * aimed)
-    gains = [1 / inertia for inertia in asked.inertia]
+    gains = [1 / inertia for inertia in settings.inertia]
     A = [[[a, 0.0], [-1.0, 0.0]] for a in stiffness for _ in gains]
     B = [[[-gain], [0.0]] for _ in stiffness for gain in gains]
     K = guaranteed_cost_gain(
         A,
         B,
-        state_ranges=[asked.speed_error, asked.speed_error / integral],
-        input_ranges=[asked.speed_error * aimed],
+        state_ranges=[settings.speed_error, settings.speed_error / integral],
+        input_ranges=[settings.speed_error * aimed],
     )
     if K is None or K[0, 0] >= 0 or K[0, 1] <= 0:
         raise ModelError(
             f"guaranteed-cost LMI at wind {wind:.4g} m/s: no gain serves the speed slopes "
             f"{stiffness[0]:.4g} to {stiffness[1]:.4g} 1/s; lower the bandwidth "
-            f"({asked.bandwidth:.4g} 1/s) or the speed error ({asked.speed_error:.4g} rad/s)"
+            f"({settings.bandwidth:.4g} 1/s) or the speed error ({settings.speed_error:.4g} rad/s)"
         )
     gamma_e, gamma_i = -float(K[0, 0]), float(K[0, 1])
-    limited = gamma_e > most
-    return min(gamma_e, most), gamma_i / gamma_e, stiffness, limited
+    limited = gamma_e > torque_limit
+    return min(gamma_e, torque_limit), gamma_i / gamma_e, stiffness, limited
 
 
-def _bandwidth(schedule: EffortSchedule, asked: EffortSettings, k: int) -> float:
-    partial = min(asked.partial_bandwidth, asked.bandwidth)
-    aimed = _over_region_25(schedule, k, partial, asked.bandwidth)
-    if asked.bandwidth_growth == 1:
+def _bandwidth(schedule: EffortSchedule, settings: EffortSettings, k: int) -> float:
+    partial = min(settings.partial_bandwidth, settings.bandwidth)
+    aimed = _over_region_25(schedule, k, partial, settings.bandwidth)
+    if settings.bandwidth_growth == 1:
         return aimed
     begin = _pitch_begins(schedule)
-    growth = np.interp(schedule.wind[k], (begin, GROWN * begin), (1.0, asked.bandwidth_growth))
+    growth = np.interp(schedule.wind[k], (begin, GROWN * begin), (1.0, settings.bandwidth_growth))
     return aimed * float(growth)
 
 
@@ -178,21 +177,21 @@ def _over_region_25(schedule: EffortSchedule, k: int, partial: float, full: floa
 
 
 def _stiffness(
-    turbine: Turbine, schedule: EffortSchedule, asked: EffortSettings, k: int
+    turbine: Turbine, schedule: EffortSchedule, settings: EffortSettings, k: int
 ) -> tuple[float, float]:
     """Return the least and greatest dT_r/domega / J over the speed band at the trim."""
     wind, speed = float(schedule.wind[k]), float(schedule.rotor_speed[k])
-    band = speed + asked.speed_error * np.linspace(-1, 1, 9)
+    band = speed + settings.speed_error * np.linspace(-1, 1, 9)
     slope = rotor_torque_gradient(turbine, band, schedule.pitch(wind, turbine), wind)[0]
     return float(slope.min() / turbine.inertia), float(slope.max() / turbine.inertia)
 
 
 def _least_gain(
-    turbine: Turbine, schedule: EffortSchedule, asked: EffortSettings, k: int, gamma: float
+    turbine: Turbine, schedule: EffortSchedule, settings: EffortSettings, k: int, gamma: float
 ) -> float:
     """Return the least 1 - F (1 - sigma) along the efforts that the operating set can demand."""
     wind, speed = float(schedule.wind[k]), float(schedule.rotor_speed[k])
-    reach = gamma * asked.speed_error
+    reach = gamma * settings.speed_error
     effort = schedule.trim_effort[k] + reach * np.linspace(-1, 1, CURVE_POINTS)
     b = float(schedule.effectiveness[k])
     pitch = turbine.pitch_min + effort_ramp(effort, schedule.overlap) / b
@@ -202,12 +201,12 @@ def _least_gain(
     return float((1 - share * (1 - sigma)).min())
 
 
-def _check(asked: EffortSettings) -> None:
+def _check(settings: EffortSettings) -> None:
     shares = ("bandwidth_growth", "torque_share", "integral_share", "partial_integral_share")
     for name in ("bandwidth", "partial_bandwidth", "speed_error", *shares):
-        value = getattr(asked, name)
+        value = getattr(settings, name)
         if not 0 < value < 100:
             raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
-    low, high = asked.inertia
+    low, high = settings.inertia
     if not 0 < low <= 1 <= high:
-        raise ModelError(f"inertia {asked.inertia} was given; low <= 1 <= high, both positive")
+        raise ModelError(f"inertia {settings.inertia} was given; low <= 1 <= high, both positive")

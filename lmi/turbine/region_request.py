@@ -56,13 +56,13 @@ class ActuatorBound:
     name : what is bounded, in words.
     limit : in the condition's coordinates, > 0.
     offset : c, (n,); zero for the command itself.
-    least : whether the bound is made as small as it can be, instead of just kept.
+    minimised : whether the bound is made as small as it can be, instead of just kept.
     """
 
     name: str
     limit: float
     offset: Floats
-    least: bool = False
+    minimised: bool = False
 
 
 def regional_gain_condition(
@@ -105,16 +105,16 @@ def regional_gain_condition(
     lmis = [scale, _decay(Q, M, A, B), *initial_lmis(Q, corners), *state_lmis(Q, box)]
     for bound in bounds:
         _check_bound(bound, n)
-        if bound.least or np.any(bound.offset):
+        if bound.minimised or np.any(bound.offset):
             lmis += _demand_lmis(Q, M, mu, bound)
         else:
             lmis += input_lmis(Q, M, np.array([bound.limit]))
-    least = any(bound.least for bound in bounds)
+    minimised = any(bound.minimised for bound in bounds)
     return Condition(
         name="regional gains with decay rate and actuator bounds",
-        unknowns=(Q, M, mu) if least else (Q, M),
+        unknowns=(Q, M, mu) if minimised else (Q, M),
         lmis=tuple(lmis),
-        objective={"mu": np.ones((1, 1, 1))} if least else {},
+        objective={"mu": np.ones((1, 1, 1))} if minimised else {},
         parameters={"alpha": decay_rate},
         source="Tanaka and Wang (2001), sections 3.3-3.4",
     )
@@ -122,24 +122,24 @@ def regional_gain_condition(
 
 def _decay(Q: Unknown, M: Unknown, A: Floats, B: Floats) -> LMI:
     rules, n = A.shape[:2]
-    one = np.eye(n)[None]
-    own = np.arange(rules)
+    eye = np.eye(n)[None]
+    rule_numbers = np.arange(rules)
     return LMI(
         name="decay of rule",
         blocks=(n,),
         terms=(
-            Term(unknown=Q, left=A, right=one, plus_transpose=True, latex=("A_{i}", "")),
+            Term(unknown=Q, left=A, right=eye, plus_transpose=True, latex=("A_{i}", "")),
             Term(
                 unknown=M,
                 left=-B[None],
-                right=one,
+                right=eye,
                 plus_transpose=True,
-                items=own,
-                members=own,
+                items=rule_numbers,
+                members=rule_numbers,
                 latex=("-B", ""),
                 symbol="M_{i}",
             ),
-            Term(unknown=Q, left=2 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
+            Term(unknown=Q, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
         ),
         sign=-1,
         count=rules,
@@ -157,25 +157,25 @@ def _check_bound(bound: ActuatorBound, n: int) -> None:
 
 def _demand_lmis(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> tuple[LMI, ...]:
     """Pose [[mu, M_i + c Q], [(.)', Q]] >= 0 and mu <= limit^2, or the limit itself for mu."""
-    n, own = Q.rows, np.arange(M.count)
-    one, row = np.eye(n)[None], bound.offset[None, None, :]
+    n, rule_numbers = Q.rows, np.arange(M.count)
+    eye, row = np.eye(n)[None], bound.offset[None, None, :]
     terms = (
-        Term(unknown=Q, left=one, right=one, at=(1, 1)),
-        Term(unknown=M, left=ONE, right=one, at=(0, 1), members=own, symbol="M_{i}"),
-        Term(unknown=Q, left=row, right=one, at=(0, 1), latex=("c", "")),
+        Term(unknown=Q, left=eye, right=eye, at=(1, 1)),
+        Term(unknown=M, left=ONE, right=eye, at=(0, 1), members=rule_numbers, symbol="M_{i}"),
+        Term(unknown=Q, left=row, right=eye, at=(0, 1), latex=("c", "")),
     )
     limit = Constant(value=bound.limit**2 * ONE, latex=r"\bar r^2")
     demand = LMI(
         name=bound.name,
         blocks=(1, n),
-        terms=(*terms, Term(unknown=mu, left=ONE, right=ONE)) if bound.least else terms,
-        constants=() if bound.least else (limit,),
+        terms=(*terms, Term(unknown=mu, left=ONE, right=ONE)) if bound.minimised else terms,
+        constants=() if bound.minimised else (limit,),
         count=M.count,
         weight=LIMIT_WEIGHT,
-        labels=tuple(f"{bound.name}, rule {i + 1}" for i in own),
+        labels=tuple(f"{bound.name}, rule {i + 1}" for i in rule_numbers),
         index=rf"i = 1, \dots, {M.count}",
     )
-    if not bound.least:
+    if not bound.minimised:
         return (demand,)
     largest = LMI(
         name=f"limit: {bound.name}",

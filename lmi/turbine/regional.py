@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from takagi.lmi.analysis.quadratic_condition import rate_of
+from takagi.lmi.analysis.decay_rate import rate_of
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import decide, optimise
@@ -34,8 +34,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.full_load import full_load_model
-from takagi.models.turbine.partial_load import partial_load_model
+from takagi.models.turbine.region_models import full_load_model, partial_load_model
 from takagi.models.turbine.regional_model import WIND_ESTIMATE
 
 BISECTIONS = 8
@@ -45,24 +44,31 @@ def why_none(task: RegionRequest, condition: Condition, outcome: Outcome) -> str
     """Return the sentence that names condition, region, winds, and each single change."""
     low, high = (float(end) for end in task.model.box[WIND_ESTIMATE])
     names = [lmi.name for lmi in condition.lmis]
-    asked = task.requirement
-    said = (
+    requirement = task.requirement
+    sentence = (
         f"{task.region}, {low:.4g} to {high:.4g} m/s: no gains were found ({outcome.status}) with "
-        f"decay rate {asked.decay_rate:.4g} 1/s from speed errors up to {asked.speed_error:.4g} "
-        f"rad/s and pitch errors up to {asked.pitch_error:.4g} rad"
+        f"decay rate {requirement.decay_rate:.4g} 1/s from speed errors up to "
+        f"{requirement.speed_error:.4g} rad/s and pitch errors up to "
+        f"{requirement.pitch_error:.4g} rad"
     )
     if outcome.multipliers:
-        said += f": {binding_items(condition, outcome.multipliers, *names)}"
-    slower = _largest_share(task, lambda s: replace(asked, decay_rate=s * asked.decay_rate))
+        sentence += f": {binding_items(condition, outcome.multipliers, *names)}"
+    slower = _largest_share(
+        task, lambda s: replace(requirement, decay_rate=s * requirement.decay_rate)
+    )
     smaller = _largest_share(
         task,
         lambda s: replace(
-            asked, speed_error=s * asked.speed_error, pitch_error=s * asked.pitch_error
+            requirement,
+            speed_error=s * requirement.speed_error,
+            pitch_error=s * requirement.pitch_error,
         ),
     )
-    free = decide(task.condition(asked, bounded=False)).status == "candidate"
-    unboxed = decide(task.condition(asked, boxed=False)).status == "candidate"
-    advice = [f"lower the decay rate to {slower * asked.decay_rate:.3g} 1/s"] if slower else []
+    free = decide(task.condition(requirement, bounded=False)).status == "candidate"
+    unboxed = decide(task.condition(requirement, boxed=False)).status == "candidate"
+    advice = (
+        [f"lower the decay rate to {slower * requirement.decay_rate:.3g} 1/s"] if slower else []
+    )
     if smaller:
         advice.append(f"shrink the operating set to {smaller:.0%}")
     if free:
@@ -72,7 +78,7 @@ def why_none(task: RegionRequest, condition: Condition, outcome: Outcome) -> str
             "give the model wider bands, if its bounds allow (the ellipsoid does not fit into them)"
         )
     advice.append("narrow the wind range, so that the rules differ less")
-    return f"{said}; relax one of these: {', or '.join(advice)}"
+    return f"{sentence}; relax one of these: {', or '.join(advice)}"
 
 
 def _largest_share(task: RegionRequest, scaled: Callable[[float], Requirement]) -> float:
@@ -166,7 +172,9 @@ class RegionalGains:
     @property
     def diagnosis(self) -> str:
         """Why a region has none; empty when both have."""
-        return "; ".join(part.diagnosis for part in (self.partial, self.full) if part.diagnosis)
+        return "; ".join(
+            region.diagnosis for region in (self.partial, self.full) if region.diagnosis
+        )
 
 
 def regional_gains(

@@ -17,8 +17,7 @@ from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.polynomials.simplex_polynomials import Basis, UnknownPolynomial
-from takagi.lmi.varying.answer_in_states import decided_lyapunov
+from takagi.lmi.polynomials import Basis, UnknownPolynomial
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
     polynomial_lmis,
@@ -26,6 +25,7 @@ from takagi.lmi.varying.parameter_condition import (
 from takagi.lmi.varying.parameter_motion import kept_degrees
 from takagi.lmi.varying.parameter_space import (
     RateBounds,
+    decided_lyapunov,
     degrees_of,
     membership_rates,
     varying_loop,
@@ -65,7 +65,7 @@ def function_at_points(
     w, matrix = np.asarray(blends, dtype=np.float64), sought.A
     G = np.tensordot(matrix.basis.values(w), matrix.values.astype(np.float64), axes=1)
     if step is None:
-        slopes = np.array([_slopes(basis, one, w) for one in sought.motion.velocities])
+        slopes = np.array([_slopes(basis, velocity, w) for velocity in sought.motion.velocities])
         decrease = _falling(P, basis.values(w), slopes, G, weight)
     else:
         decrease = _next_falling(P, basis.values(w), G, weight)
@@ -81,25 +81,25 @@ def function_at_points(
 
 def _slopes(basis: Basis, velocity: tuple[Floats, ...], w: Floats) -> Floats:
     """Return dB_a/dt at the blends, (N, count)."""
-    found = np.zeros((len(w), basis.count))
+    rates = np.zeros((len(w), basis.count))
     for slope in UnknownPolynomial.of(basis).derivatives(velocity):
-        found += slope.basis.values(w) @ slope.weights
-    return found
+        rates += slope.basis.values(w) @ slope.weights
+    return rates
 
 
 def _falling(P: Unknown, B: Floats, slopes: Floats, G: Floats, weight: float) -> LMI:
     """Pose the continuous inequality: B (N, count), slopes (velocities, N, count), G (N, n, n)."""
     many, n = len(slopes), P.rows
     loops, shares = np.tile(G, (many, 1, 1)), np.tile(B, (many, 1))[:, :, None, None] * np.eye(n)
-    moved = slopes.reshape(-1, P.count)[:, :, None, None] * np.eye(n)
-    ones = np.tile(np.eye(n), (len(loops), 1, 1))
+    rate_factors = slopes.reshape(-1, P.count)[:, :, None, None] * np.eye(n)
+    identities = np.tile(np.eye(n), (len(loops), 1, 1))
     terms: list[Term] = []
     for a in range(P.count):
         of, B_a = np.full(len(loops), a), shares[:, a]
         terms += [
             Term(unknown=P, members=of, left=B_a, right=loops, plus_transpose=True),
-            Term(unknown=P, members=of, left=moved[:, a], right=ones),
-            Term(unknown=P, members=of, left=2 * B_a, right=ones, parameter="alpha"),
+            Term(unknown=P, members=of, left=rate_factors[:, a], right=identities),
+            Term(unknown=P, members=of, left=2 * B_a, right=identities, parameter="alpha"),
         ]
     return _lmi((n,), terms, len(loops), weight, -1)
 
@@ -107,22 +107,22 @@ def _falling(P: Unknown, B: Floats, slopes: Floats, G: Floats, weight: float) ->
 def _next_falling(P: Unknown, B: Floats, G: Floats, weight: float) -> LMI:
     """Pose the discrete inequality: B (N, count), G (N, n, n)."""
     n, count = P.rows, len(G) * P.count
-    ones, loops = np.tile(np.eye(n), (count, 1, 1)), np.repeat(G, P.count, axis=0)
+    identities, loops = np.tile(np.eye(n), (count, 1, 1)), np.repeat(G, P.count, axis=0)
     shares = np.repeat(B, P.count, axis=0)[:, :, None, None] * np.eye(n)
     terms = [
         Term(
             unknown=P,
             members=np.full(count, a),
             left=shares[:, a],
-            right=ones,
+            right=identities,
             parameter="contraction",
         )
         for a in range(P.count)
     ]
     following, back = np.tile(np.arange(P.count), len(G)), loops.transpose(0, 2, 1)
     terms += [
-        Term(unknown=P, members=following, left=back, right=ones, at=(0, 1)),
-        Term(unknown=P, members=following, left=ones, right=ones, at=(1, 1)),
+        Term(unknown=P, members=following, left=back, right=identities, at=(0, 1)),
+        Term(unknown=P, members=following, left=identities, right=identities, at=(1, 1)),
     ]
     return _lmi((n, n), terms, count, weight, 1)
 

@@ -1,4 +1,8 @@
-r"""LMIs by which a polynomial P(h) > 0 shows stability; every coefficient is an LMI.
+"""The LMIs of P(h), and their terms as polynomial coefficients.
+
+What a polynomial P(h) contributes to an LMI along the motion of h: terms, items and labels.
+
+LMIs by which a polynomial P(h) > 0 shows stability; every coefficient is an LMI.
 
     continuous   He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0
 
@@ -33,19 +37,165 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
-from takagi.lmi.condition.term import LMI, Constant, Term
+from takagi.lmi.analysis.decay_rate import vertex_weight
+from takagi.lmi.condition.term import LMI, Array, Constant, Labels, Position, Term, identity_like
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known, UnknownPolynomial
+from takagi.lmi.polynomials import (
+    Basis,
+    Contributions,
+    Degrees,
+    Known,
+    UnknownPolynomial,
+    contributions,
+)
 from takagi.lmi.varying.parameter_motion import ParameterMotion, motion_of
 from takagi.lmi.varying.parameter_space import VaryingLoop
-from takagi.lmi.varying.parameter_terms import TermCoefficients, identity_like
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TermCoefficients:
+    """The coefficients of an LMI in l, once for each corner of the velocities.
+
+    Item v * count + b is coefficient b at velocity v.
+
+    Attributes
+    ----------
+    basis : of the coefficients.
+    motion : whose l it is.
+    eye : (1, n, n), exact where the model is.
+    """
+
+    basis: Basis
+    motion: ParameterMotion
+    eye: Array
+
+    @classmethod
+    def of(
+        cls, motion: ParameterMotion, eye: Array, *parts: Degrees, polya: int = 0
+    ) -> TermCoefficients:
+        """Return those of the least degrees that hold all parts, raised by ``polya``."""
+        degrees = tuple(
+            max(all_degrees) + (polya if size > 1 else 0)
+            for all_degrees, size in zip(zip(*parts, strict=True), motion.sizes, strict=True)
+        )
+        return cls(Basis(motion.sizes, degrees), motion, eye)
+
+    @property
+    def velocities(self) -> int:
+        return max(1, len(self.motion.velocities))
+
+    @property
+    def count(self) -> int:
+        """Return how many items there are."""
+        return self.basis.count * self.velocities
+
+    def term(
+        self,
+        unknown: Unknown,
+        polynomial: UnknownPolynomial,
+        factor_given: Known | None = None,
+        *,
+        at: Position = (0, 0),
+        factor: float = 1,
+        behind: bool = True,
+        plus_transpose: bool = False,
+        parameter: str | None = None,
+        latex: tuple[str, str] = ("", ""),
+        symbol: str = "",
+    ) -> Term:
+        """Return X(l) K(l), or K(l) X(l), in every item.
+
+        Parameters
+        ----------
+        factor_given : K; None is the identity.
+        factor : multiplies K.
+        behind : K stands behind X.
+        """
+        product = self._contributions(polynomial, factor_given)
+        offsets = np.arange(self.velocities)[:, None] * self.basis.count
+        items = (offsets + product.items).ravel()
+        members = np.tile(product.members, self.velocities)
+        # A fraction times a float is a float.
+        size = Fraction(factor) if product.values.dtype == object else factor
+        values = np.tile(size * product.values, (self.velocities, 1, 1))
+        eye = self._identity(unknown.cols if not behind else unknown.rows)
+        return Term(
+            unknown=unknown,
+            left=eye if behind else values,
+            right=values if behind else eye,
+            at=at,
+            plus_transpose=plus_transpose,
+            items=items,
+            members=members,
+            parameter=parameter,
+            latex=latex,
+            symbol=symbol,
+        )
+
+    def rate_terms(
+        self, unknown: Unknown, polynomial: UnknownPolynomial, symbol: str
+    ) -> tuple[Term, ...]:
+        """Return dX/dt at the velocity of each item."""
+        slopes: list[tuple[int, Contributions]] = []
+        for number, velocity in enumerate(self.motion.velocities):
+            for slope in polynomial.derivatives(velocity):
+                slopes.append((number, self._contributions(slope, None)))
+        if not slopes:
+            return ()
+        eye = self._identity(unknown.rows)
+        return (
+            Term(
+                unknown=unknown,
+                left=np.concatenate([slope_part.values for _, slope_part in slopes]),
+                right=eye,
+                items=np.concatenate(
+                    [number * self.basis.count + slope_part.items for number, slope_part in slopes]
+                ),
+                members=np.concatenate([slope_part.members for _, slope_part in slopes]),
+                symbol=symbol,
+            ),
+        )
+
+    def constant(self, polynomial: Known, at: Position, latex: str) -> Constant:
+        """Return a known polynomial in l in every item."""
+        values = polynomial.to(self.basis.degrees).values
+        return Constant(value=np.tile(values, (self.velocities, 1, 1)), at=at, latex=latex)
+
+    @property
+    def index(self) -> str:
+        """Return the range of the items in LaTeX."""
+        degrees = ", ".join(map(str, self.basis.degrees))
+        degrees = degrees if len(self.basis.degrees) == 1 else f"({degrees})"
+        rates = r" \text{ at each rate}" if self.velocities > 1 else ""
+        return rf"\text{{each coefficient of degree }} {degrees}{rates}"
+
+    def labels(self, prefix: str = "") -> Sequence[str]:
+        """Return names of the items, e.g. ``"h1 h2, rates 3 of 6"``."""
+        count, velocities = self.basis.count, self.velocities
+
+        def name(item: int) -> str:
+            velocity, coefficient = divmod(item, count)
+            moving = f", rates {velocity + 1} of {velocities}" if velocities > 1 else ""
+            product = self.basis.label(coefficient, self.motion.axes) or "all memberships"
+            return f"{prefix}{product}{moving}"
+
+        return Labels(self.count, name)
+
+    def _contributions(self, polynomial: UnknownPolynomial, factor: Known | None) -> Contributions:
+        if factor is None:
+            zero = Basis(self.motion.sizes, (0,) * len(self.motion.sizes))
+            factor = Known(zero, self._identity(self.eye.shape[1]))
+        return contributions(polynomial, factor, self.basis.degrees)
+
+    def _identity(self, size: int) -> Array:
+        return identity_like(self.eye, size)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -115,15 +265,15 @@ class SoughtPolynomial:
         """Return A as a polynomial in l."""
         return self.motion.known(self.A)
 
-    def coefficients(self, *more: Degrees) -> TermCoefficients:
+    def coefficients(self, *more_degrees: Degrees) -> TermCoefficients:
         """Return those of an LMI that holds P(h), P(h+) and parts of more degrees."""
-        parts = (self.now.basis.degrees, self.then.basis.degrees, *more)
+        parts = (self.now.basis.degrees, self.then.basis.degrees, *more_degrees)
         one = identity_like(self.A.values, self.P.rows)
         return TermCoefficients.of(self.motion, one, *parts, polya=self.polya)
 
-    def product(self, known: Known) -> Degrees:
+    def product(self, factor: Known) -> Degrees:
         """Return the degrees of P(h+) K(h)."""
-        return self.then.basis.raised(known.basis.degrees).degrees
+        return self.then.basis.raised(factor.basis.degrees).degrees
 
 
 def unknown_lyapunov(basis: Basis, states: int) -> Unknown:
@@ -134,9 +284,9 @@ def unknown_lyapunov(basis: Basis, states: int) -> Unknown:
 def polynomial_lmis(sought: SoughtPolynomial, *, bounded: bool = True) -> tuple[LMI, ...]:
     """Pose P(h) > 0, and with ``bounded`` that no coefficient is above I, which fixes the scale."""
     P, n = sought.P, sought.P.rows
-    still = ParameterMotion(sought.basis.sizes, (), (), sought.axes)
+    no_motion = ParameterMotion(sought.basis.sizes, (), (), sought.axes)
     one = identity_like(sought.A.values, n)
-    at = TermCoefficients.of(still, one, sought.basis.degrees, polya=sought.polya)
+    at = TermCoefficients.of(no_motion, one, sought.basis.degrees, polya=sought.polya)
     positive = LMI(
         name="P positive definite",
         blocks=(n,),
@@ -193,11 +343,11 @@ def direct_terms(
             ),
             at.term(P, sought.then, at=(last, last), symbol="P(h^+)"),
         )
-    moved = (
+    motion_terms = (
         at.term(P, sought.now, A, plus_transpose=True, latex=("", "A(h)"), symbol="P(h)"),
         *at.rate_terms(P, sought.now, r"\dot P(h)"),
     )
-    return (*moved, decay_term(sought, at)) if rated else moved
+    return (*motion_terms, decay_term(sought, at)) if rated else motion_terms
 
 
 def decay_term(sought: SoughtPolynomial, at: TermCoefficients) -> Term:
@@ -267,11 +417,11 @@ def _dilated_discrete(
 ) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
     P, n = sought.P, sought.P.rows
     G = Unknown("G", n, n)
-    one = at.one
+    eye = at.eye
     return (G,), (
         at.term(P, sought.now, parameter="contraction", latex=(r"\rho^2", ""), symbol="P(h)"),
         at.term(G, _same(sought), sought.matrix, at=(1, 0), latex=("", "A(h)")),
-        Term(unknown=G, left=one, right=one, at=(1, 1), plus_transpose=True),
+        Term(unknown=G, left=eye, right=eye, at=(1, 1), plus_transpose=True),
         at.term(P, sought.then, at=(1, 1), factor=-1, latex=("-", ""), symbol="P(h^+)"),
     )
 
@@ -281,11 +431,11 @@ def _dilated_continuous(
 ) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
     P, n, A = sought.P, sought.P.rows, sought.matrix
     F, G = Unknown("F", n, n), Unknown("G", n, n)
-    one = at.one
+    eye = at.eye
     # A power of two: no digit is touched.
     kappa = 2.0 ** round(np.log2(sought.weight / 2))
-    scale = one * (type(one[0, 0, 0])(kappa))
-    first = Term(unknown=F, left=-scale, right=one, at=(0, 1), latex=(r"-\kappa", ""))
+    scale = eye * (type(eye[0, 0, 0])(kappa))
+    first = Term(unknown=F, left=-scale, right=eye, at=(0, 1), latex=(r"-\kappa", ""))
     return (F, G), (
         at.term(F, _same(sought), A, plus_transpose=True, latex=("", "A(h)")),
         *at.rate_terms(P, sought.now, r"\dot P(h)"),
@@ -296,7 +446,7 @@ def _dilated_continuous(
         Term(
             unknown=G,
             left=-scale,
-            right=one,
+            right=eye,
             at=(1, 1),
             plus_transpose=True,
             latex=(r"-\kappa", ""),

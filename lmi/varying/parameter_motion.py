@@ -22,7 +22,7 @@ from itertools import product
 
 import numpy as np
 
-from takagi.lmi.polynomials.simplex_polynomials import (
+from takagi.lmi.polynomials import (
     Basis,
     Degrees,
     Known,
@@ -63,19 +63,19 @@ def velocity_corners(bound: Floats) -> Floats:
             "give the model its premises, with a rate for each"
         )
     signs = np.array(list(product((-1.0, 1.0), repeat=len(moving) - 1)))
-    found = []
+    corner_groups = []
     for free in range(len(moving)):
-        others = np.delete(moving, free)
-        rest = signs * phi[others]
-        balance = -rest.sum(axis=1)
+        other_rates = np.delete(moving, free)
+        other_values = signs * phi[other_rates]
+        balance = -other_values.sum(axis=1)
         # A rate that balances the others exactly is a corner, although rounding may exceed its
         # bound.
         fits = np.abs(balance) <= phi[moving[free]] * (1 + 1e-12)
         corners = np.zeros((int(fits.sum()), len(phi)))
-        corners[:, others] = rest[fits]
+        corners[:, other_rates] = other_values[fits]
         corners[:, moving[free]] = balance[fits]
-        found.append(corners)
-    return _distinct(np.concatenate(found), float(phi.max()))
+        corner_groups.append(corners)
+    return _distinct(np.concatenate(corner_groups), float(phi.max()))
 
 
 def step_corners(bound: Floats) -> tuple[Floats, Floats]:
@@ -106,8 +106,8 @@ def step_corners(bound: Floats) -> tuple[Floats, Floats]:
 
 def _balanced(bound: Floats) -> Floats:
     """Return the bounds that matter: what the others cannot balance, no membership can do."""
-    others = np.array([np.delete(bound, c).sum() for c in range(len(bound))])
-    return np.asarray(np.minimum(bound, others))
+    sums_of_others = np.array([np.delete(bound, c).sum() for c in range(len(bound))])
+    return np.asarray(np.minimum(bound, sums_of_others))
 
 
 def _two(phi: float) -> tuple[Floats, Floats]:
@@ -121,16 +121,16 @@ def _more(phi: Floats) -> tuple[Floats, Floats]:
     from scipy.spatial import HalfspaceIntersection
 
     free = len(phi) - 1
-    one, none = np.eye(free), np.zeros((free, free))
+    eye, none = np.eye(free), np.zeros((free, free))
     sums, nothing = np.ones((1, free)), np.zeros((1, free))
     # Rows g with g . (h, h+) <= c, for all but the last membership of each.
     rows = [
-        (np.hstack([-one, none]), np.zeros(free)),
-        (np.hstack([none, -one]), np.zeros(free)),
+        (np.hstack([-eye, none]), np.zeros(free)),
+        (np.hstack([none, -eye]), np.zeros(free)),
         (np.hstack([sums, nothing]), np.ones(1)),
         (np.hstack([nothing, sums]), np.ones(1)),
-        (np.hstack([-one, one]), phi[:-1]),
-        (np.hstack([one, -one]), phi[:-1]),
+        (np.hstack([-eye, eye]), phi[:-1]),
+        (np.hstack([eye, -eye]), phi[:-1]),
         (np.hstack([-sums, sums]), phi[-1:]),
         (np.hstack([sums, -sums]), phi[-1:]),
     ]
@@ -197,17 +197,17 @@ class ParameterMotion:
         return UnknownPolynomial.of(placed) if T is None else UnknownPolynomial(placed, T)
 
     def _substitution(
-        self, basis: Basis, places: Sequence[MotionPoint]
+        self, basis: Basis, points: Sequence[MotionPoint]
     ) -> tuple[Basis, Floats | None]:
         degrees = [0] * len(self.sizes)
-        for degree, place in zip(basis.degrees, places, strict=True):
-            degrees[place.simplex] += degree
+        for degree, point in zip(basis.degrees, points, strict=True):
+            degrees[point.simplex] += degree
         placed = Basis(self.sizes, tuple(degrees))
-        if all(place.identity for place in places):
+        if all(point.identity for point in points):
             return placed, None
         T: Floats = np.ones((1, 1))
-        for degree, place in zip(basis.degrees, places, strict=True):
-            T = np.asarray(np.kron(T, substituted(degree, place.points)))
+        for degree, point in zip(basis.degrees, points, strict=True):
+            T = np.asarray(np.kron(T, substituted(degree, point.points)))
         return placed, T
 
 
@@ -220,7 +220,7 @@ def kept_degrees(degrees: Degrees, rates: Sequence[Floats], *, discrete: bool) -
     ------
     ModelError : some memberships of one simplex without a bound, others with one.
     """
-    found = []
+    kept = []
     for degree, rate in zip(degrees, rates, strict=True):
         free = np.isinf(rate)
         # A single one is bounded by what the others can balance.
@@ -229,8 +229,8 @@ def kept_degrees(degrees: Degrees, rates: Sequence[Floats], *, discrete: bool) -
                 f"rate_bounds leaves {int(free.sum())} of {len(free)} memberships without a bound "
                 "and bounds the others; bound all but one of them, or none"
             )
-        found.append(0 if free.sum() > 1 and not discrete else degree)
-    return tuple(found)
+        kept.append(0 if free.sum() > 1 and not discrete else degree)
+    return tuple(kept)
 
 
 def motion_of(
@@ -254,8 +254,8 @@ def motion_of(
 
 def still_motion(space: Space) -> ParameterMotion:
     """Return the motion of memberships whose rates do not matter, or are zero."""
-    places = tuple(MotionPoint(k, np.eye(size)) for k, size in enumerate(space.sizes))
-    return ParameterMotion(space.sizes, places, places, space.axes)
+    points = tuple(MotionPoint(k, np.eye(size)) for k, size in enumerate(space.sizes))
+    return ParameterMotion(space.sizes, points, points, space.axes)
 
 
 def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -> ParameterMotion:
@@ -274,7 +274,7 @@ def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -
         velocity_corners(rate) if degree else np.zeros((1, len(rate)))
         for degree, rate in zip(degrees, rates, strict=True)
     ]
-    count = int(np.prod([len(one) for one in corners]))
+    count = int(np.prod([len(simplex_corners) for simplex_corners in corners]))
     if count > MOST_CORNERS:
         raise ModelError(
             f"the rates have {count} corners, more than {MOST_CORNERS}; let P depend on fewer "
@@ -299,9 +299,9 @@ def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> 
     for k, (degree, bound, size) in enumerate(zip(degrees, steps, space.sizes, strict=True)):
         names = space.axes[starts[k] : starts[k + 1]]
         first = second = np.eye(size)
-        here = after = len(sizes)
+        here = next_index = len(sizes)
         if degree and size > 1 and (bound >= 1).all():
-            after += 1
+            next_index += 1
             axes += [*names, *(f"{name}+" for name in names)]
             sizes += [size, size]
         else:
@@ -311,7 +311,7 @@ def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> 
             axes += names
             sizes.append(first.shape[1])
         now.append(MotionPoint(here, first))
-        then.append(MotionPoint(after, second))
+        then.append(MotionPoint(next_index, second))
     return ParameterMotion(tuple(sizes), tuple(now), tuple(then), tuple(axes))
 
 

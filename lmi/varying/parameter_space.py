@@ -1,4 +1,4 @@
-"""The memberships of a model as a point of a product of simplexes, and how fast they may move."""
+"""Rules on a product of simplexes, and the answer in the model's states."""
 
 from __future__ import annotations
 
@@ -9,18 +9,22 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.loop_pairs import gain_stack
-from takagi.lmi.analysis.slow_modes import slow_vertex
+from takagi.lmi.analysis.actuator_rates import gain_stack
+from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,
     corners_of,
     input_stack,
     sample_time_of,
+    slow_vertex,
     vertex_stack,
 )
-from takagi.lmi.condition.term import Array
+from takagi.lmi.condition.evaluate import rate_of_values
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.polynomials.simplex_polynomials import Degrees, Known, marginals
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.decision.outcome import Outcome, advice_about_limit, binding_items
+from takagi.lmi.polynomials import Basis, Degrees, Known, PolynomialLyapunov, marginals
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError, did_you_mean
 
@@ -84,15 +88,17 @@ def degrees_of(space: Space, degree: int | Sequence[int]) -> Degrees:
     ------
     ModelError : not whole, negative, or not one for each.
     """
-    given = tuple(degree) if isinstance(degree, Sequence) else (degree,) * len(space.sizes)
-    if len(given) != len(space.sizes) or not all(
-        isinstance(one, (int, np.integer)) and not isinstance(one, bool) and one >= 0
-        for one in given
+    degrees = tuple(degree) if isinstance(degree, Sequence) else (degree,) * len(space.sizes)
+    if len(degrees) != len(space.sizes) or not all(
+        isinstance(number, (int, np.integer)) and not isinstance(number, bool) and number >= 0
+        for number in degrees
     ):
-        what = f"one for each of {', '.join(space.premises)}" if space.premises else "one number"
-        raise ModelError(f"degree is {degree!r}; whole numbers from 0 are needed, {what}")
+        needed = f"one for each of {', '.join(space.premises)}" if space.premises else "one number"
+        raise ModelError(f"degree is {degree!r}; whole numbers from 0 are needed, {needed}")
     # A constant premise has nothing to be a polynomial of.
-    return tuple(int(one) if size > 1 else 0 for one, size in zip(given, space.sizes, strict=True))
+    return tuple(
+        int(number) if size > 1 else 0 for number, size in zip(degrees, space.sizes, strict=True)
+    )
 
 
 def polya_of(polya: object) -> int:
@@ -123,25 +129,25 @@ def membership_rates(space: Space, bounds: RateBounds) -> tuple[Floats, ...]:
         bounds = _by_name(space, bounds)
     count = len(space.premises) or space.sizes[0]
     try:
-        given = np.asarray(bounds, dtype=np.float64)
+        rates = np.asarray(bounds, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ModelError(f"rate_bounds cannot be read as real numbers ({error})") from error
-    if given.shape not in ((), (count,)):
+    if rates.shape not in ((), (count,)):
         raise ModelError(
-            f"rate_bounds has shape {given.shape}; ({count},) is needed, one for each "
+            f"rate_bounds has shape {rates.shape}; ({count},) is needed, one for each "
             f"{'premise' if space.premises else 'membership'}, or one number for all"
         )
-    given = np.broadcast_to(given, (count,))
-    if not (given >= 0).all():
+    rates = np.broadcast_to(rates, (count,))
+    if not (rates >= 0).all():
         raise ModelError(
-            f"rate_bounds[{int(np.argmin(given >= 0))}] is {given[np.argmin(given >= 0)]}; it must "
+            f"rate_bounds[{int(np.argmin(rates >= 0))}] is {rates[np.argmin(rates >= 0)]}; it must "
             "be 0, positive, or inf for no bound"
         )
     if not space.premises:
-        return (given.copy(),)
+        return (rates.copy(),)
     return tuple(
         np.full(size, rate / width if size > 1 else 0.0)
-        for rate, width, size in zip(given, space.widths, space.sizes, strict=True)
+        for rate, width, size in zip(rates, space.widths, space.sizes, strict=True)
     )
 
 
@@ -214,9 +220,9 @@ class VaryingLoop:
         Memberships may rest anywhere, so every blend has to decay by itself.  Empty when these do.
         """
         r, step = len(self.A), self.sample_time
-        found = slow_vertex(self.corners.astype(np.float64), alpha, step=step)
-        if found is not None:
-            return self._said(f"rule {found[0] + 1} of {r}", found[1], alpha)
+        slow = slow_vertex(self.corners.astype(np.float64), alpha, step=step)
+        if slow is not None:
+            return self._said(f"rule {slow[0] + 1} of {r}", slow[1], alpha)
         i, j = np.triu_indices(r, 1)
         if not len(i):
             return ""
@@ -224,16 +230,16 @@ class VaryingLoop:
         matrix = self.matrix
         w = marginals(h, self.space.sizes, self.space.corners)
         blends = np.tensordot(matrix.basis.values(w), matrix.values.astype(np.float64), axes=1)
-        found = slow_vertex(blends, alpha, step=step)
-        if found is None:
+        slow = slow_vertex(blends, alpha, step=step)
+        if slow is None:
             return ""
-        a, b = int(i[found[0]]), int(j[found[0]])
-        return self._said(f"the mean of rules {a + 1} and {b + 1} of {r}", found[1], alpha)
+        a, b = int(i[slow[0]]), int(j[slow[0]])
+        return self._said(f"the mean of rules {a + 1} and {b + 1} of {r}", slow[1], alpha)
 
-    def _said(self, which: str, eigenvalue: complex, alpha: float) -> str:
+    def _said(self, rules: str, eigenvalue: complex, alpha: float) -> str:
         size = "" if self.sample_time is None else f", of size {abs(eigenvalue):.6g},"
         return (
-            f"{which} alone rules it out: its eigenvalue {eigenvalue:.6g}{size} does not decay "
+            f"{rules} alone rules it out: its eigenvalue {eigenvalue:.6g}{size} does not decay "
             f"faster than {alpha:g} 1/s; stabilise it, lower the decay rate, or shrink the box"
         )
 
@@ -255,3 +261,55 @@ def varying_loop(
         return VaryingLoop(A, None, None, space, step)
     B = input_stack(model, A)
     return VaryingLoop(A, B, gain_stack(gains, *(len(A), B.shape[2], A.shape[1])), space, step)
+
+
+def decided_lyapunov(
+    condition: Condition, loop: VaryingLoop, s: Floats, basis: Basis, advice: str
+) -> Answer:
+    """Return the answer of a condition that is posed in states xhat = x / s.
+
+    Parameters
+    ----------
+    basis : of P; the coefficients are the unknown ``P``.
+    advice : what to do where none exists.
+    """
+    outcome = decide(condition)
+    good = outcome.status == "candidate"
+    return replace(
+        outcome.as_answer(condition, s),
+        lyapunov_function=lyapunov_in_states(outcome, loop, s, basis) if good else None,
+        decay_rate=rate_of_values(condition, outcome.values, loop.sample_time) if good else None,
+        diagnosis="" if good else _diagnosis(condition, outcome, advice),
+    )
+
+
+def lyapunov_in_states(
+    outcome: Outcome, loop: VaryingLoop, s: Floats, basis: Basis, size: float | None = None
+) -> PolynomialLyapunov:
+    """Return P(h) in the model's states, times size; None makes the least eigenvalue about 1."""
+    members = outcome.values["P"]
+    family = PolynomialLyapunov(basis, members, loop.space.corners)
+    if size is None:
+        smallest = float(np.linalg.eigvalsh(family.vertices).min())
+        size = float(np.exp2(-np.floor(np.log2(smallest))))
+    return PolynomialLyapunov(basis, size * members / s / s[:, None], loop.space.corners)
+
+
+def no_lyapunov(condition: Condition, s: Floats, why: str) -> Answer:
+    """Return the no for a reason that needs no solver."""
+    return Answer(
+        status="infeasible",
+        margin=-np.inf,
+        bound=0.0,
+        coordinates=s,
+        condition=condition,
+        diagnosis=why,
+    )
+
+
+def _diagnosis(condition: Condition, outcome: Outcome, advice: str) -> str:
+    if outcome.status == "unknown":
+        return outcome.unsettled(f"{advice_about_limit(condition)}, or give scales")
+    names = [lmi.name for lmi in condition.lmis if lmi.strict]
+    binding = binding_items(condition, outcome.multipliers, *names[1:])
+    return f"no P(h) by these LMIs, which says nothing of others: {binding}; {advice}"

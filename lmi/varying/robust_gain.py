@@ -25,14 +25,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.lmi.analysis.actuator_rates import gain_stack
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
     disturbance_channel,
     near_least,
 )
-from takagi.lmi.analysis.loop_pairs import gain_stack
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Answer, ObjectiveUnit
 from takagi.lmi.argument_checks import (
     Vertices,
@@ -47,11 +47,11 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, not_least
-from takagi.lmi.polynomials.simplex_polynomials import Degrees, Known
+from takagi.lmi.polynomials import Degrees, Known
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.varying.answer_in_states import decided_lyapunov, lyapunov_in_states, no_lyapunov
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
+    TermCoefficients,
     direct_lmi,
     direct_terms,
     polynomial_lmis,
@@ -61,12 +61,14 @@ from takagi.lmi.varying.parameter_space import (
     RateBounds,
     Space,
     VaryingLoop,
+    decided_lyapunov,
     degrees_of,
+    lyapunov_in_states,
     membership_rates,
+    no_lyapunov,
     polya_of,
     space_of,
 )
-from takagi.lmi.varying.parameter_terms import TermCoefficients
 from takagi.models.arrays import Floats
 
 SOURCE = "Oliveira and Peres (2007); Gahinet and Apkarian (1994)"
@@ -188,12 +190,12 @@ def robust_hinf_norm_of_loop(
     return _least(task, degrees_of(space, degree), polya_of(polya), None)
 
 
-def _least(given: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) -> Answer:
+def _least(path: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) -> Answer:
     """Return the least gain that P(h) of these degrees shows."""
-    at_rules = given.at_rules
+    at_rules = path.at_rules
     s = state_units(at_rules.A, scales, step=at_rules.sample_time)
     units = ChannelUnits.of(at_rules, s)
-    task = given.scaled(units)
+    task = path.scaled(units)
     condition = task.condition(degrees, polya)
     why = task.loop.hopeless(0.0)
     if why:
@@ -273,9 +275,9 @@ class _Path:
 
     def sought(self, degrees: Degrees, polya: int) -> SoughtPolynomial:
         loop = self.loop
-        kept = kept_degrees(degrees, self.rates, discrete=loop.sample_time is not None)
+        varying_degrees = kept_degrees(degrees, self.rates, discrete=loop.sample_time is not None)
         weight = vertex_weight(loop.corners, step=loop.sample_time)
-        return SoughtPolynomial.of(loop, kept, self.rates, polya=polya, weight=weight)
+        return SoughtPolynomial.of(loop, varying_degrees, self.rates, polya=polya, weight=weight)
 
     def condition(self, degrees: Degrees, polya: int) -> Condition:
         sought = self.sought(degrees, polya)
@@ -367,7 +369,7 @@ def _unsettled(
     stable: Answer, condition: Condition, outcome: Outcome, s: Floats, units: ChannelUnits
 ) -> Answer:
     unit = units.output / units.disturbance
-    said = not_least(outcome.objective * unit, outcome.least * unit)
+    reason = not_least(outcome.objective * unit, outcome.lower_bound * unit)
     return replace(
         stable,
         status="unknown",
@@ -381,8 +383,8 @@ def _unsettled(
         condition=condition,
         feasible=outcome.feasible,
         diagnosis=(
-            f"there is such a P(h), so a bound exists, but {said}; give scales, or leave out fast "
-            "states"
+            f"there is such a P(h), so a bound exists, but {reason}; give scales, or leave out "
+            "fast states"
         ),
         tries=(*stable.tries, *outcome.tries),
     )

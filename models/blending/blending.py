@@ -1,21 +1,28 @@
-"""Two actuators that share one effort, as a value: where each one acts, and its uncertainty."""
+"""Two actuators that share one effort, as a value and at run time.
+
+A blend at run time, in floating point: share, commands, and the plant with its two actuators.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.ramps import ramp, ramp_slope, share_range
+from takagi.models.ramps import effort_ramp, ramp, ramp_slope, share_range
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
+
 
 # Names that the blended plant adds to those of the file.
 EFFORT, RATE, SHARE = "effort", "effort_rate", "share"
@@ -162,9 +169,9 @@ class Blending:
 
 def blending_of(plant: Plant) -> Blending | None:
     """Return the blending from which a plant was made; None for other plants."""
-    found = plant.blending
-    assert found is None or isinstance(found, Blending)  # set by ``blended_plant`` alone
-    return found
+    blending = plant.blending
+    assert blending is None or isinstance(blending, Blending)  # set by ``blended_plant`` alone
+    return blending
 
 
 def unit_text(unit: str) -> str:
@@ -191,57 +198,208 @@ def _check(blending: Blending) -> None:
             "give a positive one"
         )
     if effort.range is None or not effort.range.lower < 0 < effort.range.upper:
-        given = "no range" if effort.range is None else f"the range {effort.range}"
+        range_text = "no range" if effort.range is None else f"the range {effort.range}"
         raise ModelError(
-            f"effort: {given} was given; below 0 the low actuator acts, above 0 the high one: give "
-            "range = [low, high] with 0 inside, or write the plant with one input"
+            f"effort: {range_text} was given; below 0 the low actuator acts, above 0 the high one: "
+            "give range = [low, high] with 0 inside, or write the plant with one input"
         )
     if blending.low.name == blending.high.name:
         raise ModelError(
             f"high: {blending.high.name} is the low actuator already; two inputs are needed"
         )
-    for place, actuator in (("low", blending.low), ("high", blending.high)):
+    for end, actuator in (("low", blending.low), ("high", blending.high)):
         if actuator.direction not in (-1, 1):
             raise ModelError(
-                f"{place}.direction: {actuator.direction} was given; 1 if raising {actuator.name} "
+                f"{end}.direction: {actuator.direction} was given; 1 if raising {actuator.name} "
                 "raises the effort, -1 if it lowers it"
             )
         if not 0 <= actuator.error < 1:
             raise ModelError(
-                f"{place}.error: {float(actuator.error):g} was given; a share from 0 up to but not "
+                f"{end}.error: {float(actuator.error):g} was given; a share from 0 up to but not "
                 "1 is needed: with 1 the actuator might not act at all"
             )
-        _check_acts(blending, place, actuator)
+        _check_acts(blending, end, actuator)
 
 
-def _check_acts(blending: Blending, place: str, actuator: Actuator) -> None:
+def _check_acts(blending: Blending, end: str, actuator: Actuator) -> None:
     plant = blending.plant
     symbol = actuator.variable.symbol
     if not any(row.has(symbol) for row in plant.equations):
         raise ModelError(
-            f"{place}.input: no equation contains {actuator.name}: where it should act, nothing "
+            f"{end}.input: no equation contains {actuator.name}: where it should act, nothing "
             "does; write what it does into an equation, or name the input that does it"
         )
     if (plant.mass is not None and plant.mass.has(symbol)) or any(
         y.expression.has(symbol) for y in plant.outputs
     ):
         raise ModelError(
-            f"{place}.input: {actuator.name} stands in the mass matrix or an output; a blended "
+            f"{end}.input: {actuator.name} stands in the mass matrix or an output; a blended "
             "actuator may stand in equations only"
         )
-    known = {v.symbol for v in (*plant.states, *plant.disturbances)} | set(plant.values)
-    strange = sorted(str(s) for s in actuator.effectiveness.free_symbols - known)
+    symbols = {v.symbol for v in (*plant.states, *plant.disturbances)} | set(plant.values)
+    strange = sorted(str(s) for s in actuator.effectiveness.free_symbols - symbols)
     if strange:
         raise ModelError(
-            f"{place}.effectiveness: {', '.join(strange)} stands in it; states, signals and "
+            f"{end}.effectiveness: {', '.join(strange)} stands in it; states, signals and "
             "parameters may"
         )
     room = blending.room(actuator)
     if room is not None and room <= 0:
-        way = "up" if actuator.direction * blending.sign(actuator) > 0 else "down"
+        direction = "up" if actuator.direction * blending.sign(actuator) > 0 else "down"
         raise ModelError(
-            f"{place}.input: {actuator.name} acts by going {way} from its rest, "
+            f"{end}.input: {actuator.name} acts by going {direction} from its rest, "
             f"{float(actuator.variable.rest):g}{unit_text(actuator.variable.unit)}, which is the "
             "end of its range: beyond the hand-over no actuator acts; correct the direction, the "
             "rest or the range"
         )
+
+
+@dataclass(frozen=True, eq=False)
+class RunTimeBlending:
+    """Evaluates ``blending`` at states of the blended plant: those of the plant, then the effort.
+
+    Attributes
+    ----------
+    errors : actuator -> delta: its motion from rest moves the plant 1 + delta times as much. The
+        default is 0. Values outside the range of a proof are allowed.
+
+    Raises
+    ------
+    ModelError : a name that is no blended actuator.
+    """
+
+    blending: Blending
+    errors: Mapping[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        names = [a.name for a in self.blending.actuators]
+        for name in self.errors or {}:
+            if name not in names:
+                raise ModelError(
+                    f"error of {name}: the blended actuators are {' and '.join(names)}"
+                )
+
+    def share(self, effort: float) -> float:
+        """Return F(U) of the high actuator, the slope of the secant of psi from rest."""
+        e, rest = float(self.blending.overlap), float(self.blending.effort.rest)
+        if effort == rest:
+            return float(self.blending.share_at_rest)
+        # psi in two parts, each a function of differences that are exact in floating point: the
+        # difference of psi itself has no digits left near rest.
+        here, there = (min(max(s, -e), e) for s in (effort, rest))
+        curved = (here - there) * (here + there + 2 * e) / (4 * e)
+        return (curved + (max(effort, e) - max(rest, e))) / (effort - rest)
+
+    def signals(self, state: Floats) -> dict[str, float]:
+        """Return the signals that the law knows at a state (n,): the share's deviation, by name.
+
+        The name is that of the model's variable: the deviation from the share at the equilibrium.
+        """
+        at_rest = float(self.blending.share_at_rest)
+        name = f"delta_{SHARE}" if self.blending.share_at_rest else SHARE
+        return {name: self.share(float(state[-1])) - at_rest}
+
+    def commands(self, state: Floats) -> Floats:
+        """Return the commands (low, high) of the actuators at a state (n,), in SI."""
+        commands = []
+        for actuator, b in zip(self.blending.actuators, self._effectiveness, strict=True):
+            sign = self.blending.sign(actuator)
+            psi = float(effort_ramp(sign * state[-1], float(self.blending.overlap)))
+            step = sign * actuator.direction * psi / b(*map(float, state[:-1]))
+            commands.append(float(actuator.variable.rest) + step)
+        return np.array(commands)
+
+    def sent(self, state: Floats) -> Floats:
+        """Return the commands (low, high), held within the ranges of the actuators."""
+        sides = [a.variable.range for a in self.blending.actuators]
+        low = [-np.inf if side is None else float(side.lower) for side in sides]
+        high = [np.inf if side is None else float(side.upper) for side in sides]
+        return np.clip(self.commands(state), low, high)
+
+    def moved(self, commands: Floats) -> Floats:
+        """Return the actual positions (low, high) for their commands, with ``errors``."""
+        rest = self.at_rest
+        wrong = [(self.errors or {}).get(a.name, 0.0) for a in self.blending.actuators]
+        return np.asarray(rest + (1 + np.array(wrong)) * (commands - rest))
+
+    def disturbed_rate(
+        self, moving: Sequence[Variable], *, told: bool = False
+    ) -> Callable[[Floats, Floats, Floats], Floats]:
+        """Return (x, u, w) -> x' of the plant as it was written, moved by its two actuators.
+
+        u has the plant's other inputs, then the rate of the effort; w has the disturbances in
+        ``moving``, in its order.  Other signals have their rest values, and commands are held
+        within the ranges of the actuators.
+
+        Parameters
+        ----------
+        told : whether u ends with the commands (low, high), as a program sends and holds them, and
+            they do not follow from the state.
+        """
+        plant = self.blending.plant
+        free = [v.symbol for v in moving]
+        values = {s: value for s, value in self._values().items() if s not in free}
+        inputs = [v.symbol for v in plant.inputs]
+        blended = {a.variable.symbol: k for k, a in enumerate(self.blending.actuators)}
+        right_sides = explicit_rows(
+            plant, [*(v.symbol for v in plant.states), *inputs, *free], values
+        )
+
+        def slope(x: Floats, u: Floats, w: Floats) -> Floats:
+            if told:
+                u, sent = u[:-2], np.asarray(u[-2:], dtype=np.float64)
+            else:
+                sent = self.sent(x)
+            acting, other_inputs = self.moved(sent), iter(u[:-1])
+            inputs_acting = [
+                float(acting[blended[s]] if s in blended else next(other_inputs)) for s in inputs
+            ]
+            return np.append(
+                right_sides(*map(float, x[:-1]), *inputs_acting, *map(float, w)), float(u[-1])
+            )
+
+        return slope
+
+    def _values(self) -> dict[sp.Symbol, sp.Expr]:
+        import sympy as sp
+
+        plant = self.blending.plant
+        values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+        rests = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.disturbances}
+        return values | rests
+
+    @cached_property
+    def _effectiveness(self) -> tuple[Callable[..., float], ...]:
+        return tuple(self._compiled(a) for a in self.blending.actuators)
+
+    def _compiled(self, actuator: Actuator) -> Callable[..., float]:
+        import sympy as sp
+
+        symbols = [v.symbol for v in self.blending.plant.states]
+        b = sp.sympify(actuator.effectiveness).subs(self._values())
+        function: Callable[..., float] = sp.lambdify(symbols, b, modules=["scipy", "numpy"])
+        return function
+
+    @cached_property
+    def at_rest(self) -> Floats:
+        """The commands (low, high) at the equilibrium."""
+        return np.array([float(self.blending.at_rest(a)) for a in self.blending.actuators])
+
+
+def explicit_rows(
+    plant: Plant, symbols: Sequence[sp.Symbol], values: Mapping[sp.Symbol, sp.Expr]
+) -> Callable[..., Floats]:
+    """Return f of the plant's equations, or M^-1 f, as a function of the symbols in floats."""
+    import sympy as sp
+
+    rows = [sp.sympify(row).subs(values) for row in plant.equations]
+    right_sides = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
+    if plant.mass is None:
+        return lambda *point: np.array(right_sides(*point), dtype=np.float64)
+    mass = sp.lambdify(symbols, plant.mass.subs(values).tolist(), modules=["scipy", "numpy"])
+
+    def solved(*point: float) -> Floats:
+        f = np.array(right_sides(*point), dtype=np.float64)
+        return np.asarray(np.linalg.solve(np.array(mass(*point), float), f), dtype=np.float64)
+
+    return solved

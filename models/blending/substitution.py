@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING
 from takagi.models.blending.blending import SHARE, Actuator, Blending, blending_of, unit_text
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Parameter, Variable
+from takagi.models.plant.plant import Parameter, Plant, Variable
 from takagi.models.ramps import ramp
 from takagi.models.sector.model import sector_model
 
@@ -48,27 +47,27 @@ def check_authority(blending: Blending) -> None:
     ------
     ModelError : names the actuator, a place on the box, and the largest effort that fits.
     """
-    for place, actuator in (("low", blending.low), ("high", blending.high)):
-        found = effectiveness_range(blending, actuator)
-        least = found.outer.lower
+    for end_name, actuator in (("low", blending.low), ("high", blending.high)):
+        effectiveness = effectiveness_range(blending, actuator)
+        smallest = effectiveness.outer.lower
         where, value = _lowest(blending, actuator)
-        if least <= 0:
+        if smallest <= 0:
             sure = value <= 0
             found_so_far = "" if sure else "not shown to be positive on the box, with "
             raise ModelError(
-                f"{place}.effectiveness: {_text(actuator)} is {found_so_far}{value:.6g} {where}; "
-                f"there {actuator.name} moves nothing, or the wrong way: shrink the ranges that it "
-                "depends on, or correct it or its direction"
+                f"{end_name}.effectiveness: {_text(actuator)} is {found_so_far}{value:.6g} "
+                f"{where}; there {actuator.name} moves nothing, or the wrong way: shrink the "
+                "ranges that it depends on, or correct it or its direction"
             )
         room = blending.room(actuator)
-        if room is None or blending.most(actuator) <= room * least:
+        if room is None or blending.most(actuator) <= room * smallest:
             continue
-        fits = _fitting(blending, actuator, room * least)
+        fits = _fitting(blending, actuator, room * smallest)
         end = "upper" if actuator is blending.high else "lower"
         name, unit = actuator.name, unit_text(actuator.variable.unit)
         raise ModelError(
             f"effort: at its {end} end {name} would have to go "
-            f"{float(blending.most(actuator) / least):.6g}{unit} from where it idles {where}, "
+            f"{float(blending.most(actuator) / smallest):.6g}{unit} from where it idles {where}, "
             f"and its range leaves {float(room):.6g}: beyond that no actuator acts; give effort "
             f"a range up to {fits:.6g}{unit_text(blending.effort.unit)} on that side, or {name} a "
             "wider one"
@@ -86,15 +85,15 @@ def effectiveness_range(blending: Blending, actuator: Actuator) -> Range:
 
     b, box = blending.effectiveness(actuator), blending.plant.box
     missing = sorted(str(s) for s in b.free_symbols if s not in box)
-    place = "low" if actuator is blending.low else "high"
+    end = "low" if actuator is blending.low else "high"
     if missing:
         raise ModelError(
-            f"{place}.effectiveness: it depends on {', '.join(missing)}, which has no range"
+            f"{end}.effectiveness: it depends on {', '.join(missing)}, which has no range"
         )
     try:
         return expression_range(b, {s: box[s] for s in b.free_symbols})
     except ModelError as error:
-        raise ModelError(f"{place}.effectiveness: {_text(actuator)}: {error}") from error
+        raise ModelError(f"{end}.effectiveness: {_text(actuator)}: {error}") from error
 
 
 def _lowest(blending: Blending, actuator: Actuator) -> tuple[str, float]:
@@ -119,12 +118,12 @@ def _lowest(blending: Blending, actuator: Actuator) -> tuple[str, float]:
     return (f"at {words}" if words else "everywhere"), best[0]
 
 
-def _fitting(blending: Blending, actuator: Actuator, most: Fraction) -> float:
-    """Return the effort at which an actuator delivers ``most``, rounded towards 0."""
-    low, high = -blending.overlap, max(most, blending.overlap)
+def _fitting(blending: Blending, actuator: Actuator, largest: Fraction) -> float:
+    """Return the effort at which an actuator delivers ``largest``, rounded towards 0."""
+    low, high = -blending.overlap, max(largest, blending.overlap)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if ramp(middle, blending.overlap) <= most else (low, middle)
+        low, high = (middle, high) if ramp(middle, blending.overlap) <= largest else (low, middle)
     return float(blending.sign(actuator) * low)
 
 
@@ -156,15 +155,15 @@ def blended_plant(blending: Blending) -> Plant:
     parameters = blending_parameters(blending)
     rows = [_behind(row, blending) for row in plant.equations]
     mass = None if plant.mass is None else sp.diag(plant.mass, sp.Matrix([[1]]))
-    moved = [a.variable.symbol for a in blending.actuators]
+    blended_inputs = [a.variable.symbol for a in blending.actuators]
     for symbol, premise in plant.premises.items():
-        if premise.has(*moved):
+        if premise.has(*blended_inputs):
             raise ModelError(f"premise {symbol}: it depends on a blended actuator; leave it out")
     return replace(
         plant,
         equations=(*rows, blending.rate.symbol),
         states=(*plant.states, blending.effort),
-        inputs=(*(v for v in plant.inputs if v.symbol not in moved), blending.rate),
+        inputs=(*(v for v in plant.inputs if v.symbol not in blended_inputs), blending.rate),
         disturbances=(*plant.disturbances, *_signals(blending)),
         parameters=(*plant.parameters, *parameters),
         mass=mass,
@@ -174,11 +173,11 @@ def blended_plant(blending: Blending) -> Plant:
 
 def actuator_laws(blending: Blending) -> dict[sp.Symbol, sp.Expr]:
     """Return actuator symbol -> its position from effort, share, errors and parameters."""
-    found = {}
+    laws = {}
     for a in blending.actuators:
-        still, moved = _parts(blending, a)
-        found[a.variable.symbol] = still + moved / a.effectiveness
-    return found
+        fixed, delivered = _parts(blending, a)
+        laws[a.variable.symbol] = fixed + delivered / a.effectiveness
+    return laws
 
 
 def _behind(row: sp.Expr, blending: Blending) -> sp.Expr:
@@ -193,12 +192,12 @@ def _behind(row: sp.Expr, blending: Blending) -> sp.Expr:
     slopes = [sp.diff(row, symbol) for symbol in symbols]
     if any(slope.has(*symbols) for slope in slopes):
         return row.subs(actuator_laws(blending), simultaneous=True)
-    found = row.subs(dict.fromkeys(symbols, 0))
+    blended_row = row.subs(dict.fromkeys(symbols, 0))
     for actuator, slope in zip(blending.actuators, slopes, strict=True):
         if slope != 0:
-            still, moved = _parts(blending, actuator)
-            found += slope * still + _ratio(slope, actuator.effectiveness) * moved
-    return found
+            fixed, delivered = _parts(blending, actuator)
+            blended_row += slope * fixed + _ratio(slope, actuator.effectiveness) * delivered
+    return blended_row
 
 
 def _ratio(slope: sp.Expr, effectiveness: sp.Expr) -> sp.Expr:
@@ -214,13 +213,13 @@ def _parts(blending: Blending, actuator: Actuator) -> tuple[sp.Expr, sp.Expr]:
     It is v = idle + step / b as commanded, and v* + (1 + delta)(v - v*) with the error delta.
     """
     share, effort = _symbol(SHARE), blending.effort
-    known = {p.symbol.name for p in blending_parameters(blending)}
+    names = {p.symbol.name for p in blending_parameters(blending)}
 
     def number(name: str) -> sp.Expr:
-        return _symbol(name) if name in known else 0
+        return _symbol(name) if name in names else 0
 
-    part = share if actuator is blending.high else share - 1
-    delivered = number(f"{actuator.name}_effort_rest") + part * (
+    share_part = share if actuator is blending.high else share - 1
+    delivered = number(f"{actuator.name}_effort_rest") + share_part * (
         effort.symbol - number("effort_rest")
     )
     step = blending.sign(actuator) * actuator.direction * delivered
@@ -237,15 +236,15 @@ def _parts(blending: Blending, actuator: Actuator) -> tuple[sp.Expr, sp.Expr]:
 def blending_parameters(blending: Blending) -> tuple[Parameter, ...]:
     """Return the numbers that appear in the blended equations; those that are 0 are left out."""
     unit = blending.effort.unit
-    found = [("effort_rest", blending.effort.rest, unit)]
+    numbers = [("effort_rest", blending.effort.rest, unit)]
     for a in blending.actuators:
         delivered = blending.delivered(a, blending.effort.rest)
-        found.append((f"{a.name}_effort_rest", delivered, unit))
-        found.append((f"{a.name}_idle", a.variable.rest, a.variable.unit))
+        numbers.append((f"{a.name}_effort_rest", delivered, unit))
+        numbers.append((f"{a.name}_idle", a.variable.rest, a.variable.unit))
         if a.error and delivered:
-            found.append((f"{a.name}_rest", blending.at_rest(a), a.variable.unit))
+            numbers.append((f"{a.name}_rest", blending.at_rest(a), a.variable.unit))
     return tuple(
-        Parameter(_symbol(name), value, unit, FROM) for name, value, unit in found if value
+        Parameter(_symbol(name), value, unit, FROM) for name, value, unit in numbers if value
     )
 
 
@@ -300,11 +299,11 @@ def blended_model(
     ------
     ModelError : as ``sector_model`` does.
     """
-    wanted = _wanted(plant, always=share_apart)
-    if wanted:
+    premises = _wanted(plant, always=share_apart)
+    if premises:
         try:
             return sector_model(
-                plant, choice=choice, rest=rest, premises={**plant.premises, **wanted}
+                plant, choice=choice, rest=rest, premises={**plant.premises, **premises}
             )
         except ModelError:
             # Some may not be found, if a term has another factor too. Then any factored form is
@@ -323,5 +322,5 @@ def _wanted(plant: Plant, *, always: bool) -> dict[sp.Symbol, sp.Expr]:
     expanded = sp.Matrix([sp.expand(row) for row in plant.equations])
     named = {"high_share": SHARE}
     named |= {f"{a.name}_off": a.error_name for a in blending.actuators if a.error}
-    found = {sp.Symbol(k, real=True): sp.Symbol(s, real=True) for k, s in named.items()}
-    return {name: signal for name, signal in found.items() if expanded.has(signal)}
+    signals = {sp.Symbol(k, real=True): sp.Symbol(s, real=True) for k, s in named.items()}
+    return {name: signal for name, signal in signals.items() if expanded.has(signal)}

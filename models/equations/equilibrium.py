@@ -1,21 +1,97 @@
-"""Where a plant rests: checked exactly, or solved for the inputs that hold the states there."""
+"""Where a plant rests, exactly or in a proved ball.
+
+Numbers of a plant that are not decimals: a decimal next to each, and how far it is at most.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.models.equations.ball import Ball
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import rational
+from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.design_settings import Rest
 from takagi.models.plant.dimensions import short
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models.plant.plant import Plant, Variable
 
 if TYPE_CHECKING:
     import sympy as sp
+
+
+DIGITS = 13  # of the number that its ball settles
+PRECISION = 60  # decimals worked with
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """A number within ``radius`` of the decimal ``middle``, under the name ``symbol``.
+
+    ``equals`` is the expression without symbols that it is; None for a rest that was solved for.
+    """
+
+    symbol: sp.Symbol
+    middle: Fraction
+    radius: Fraction
+    equals: sp.Expr | None = None
+
+    @property
+    def side(self) -> Interval:
+        return Interval(self.middle - self.radius, self.middle + self.radius)
+
+
+def decimal_near(value: sp.Expr | Fraction) -> tuple[Fraction, Fraction]:
+    """Return the decimal that the nearest float prints, and a radius that settles 13 digits.
+
+    Raises
+    ------
+    ModelError : no finite real number, or 0.
+    """
+    import sympy as sp
+
+    if isinstance(value, Fraction):
+        nearest = float(value)
+    else:
+        number = sp.N(value, PRECISION)
+        if not (number.is_real and number.is_finite):
+            raise ModelError(f"{value} is no finite real number")
+        nearest = float(number)
+    middle = Fraction(repr(nearest))
+    if middle == 0:
+        raise ModelError(f"{value} is too small to stand apart from 0")
+    power = int(f"{float(middle):e}".partition("e")[2]) - DIGITS
+    return middle, Fraction(10) ** power
+
+
+def balls_of(plant: Plant) -> dict[sp.Symbol, Ball]:
+    """Return variable or parameter -> its ball; a rest of x has the name ``x_rest``.
+
+    Raises
+    ------
+    ModelError : a name that is taken.
+    """
+    import sympy as sp
+
+    balls = {
+        p.symbol: Ball(p.symbol, p.value, p.within, p.equals)
+        for p in plant.parameters
+        if p.within > 0
+    }
+    names = {v.name for v in plant.variables} | {p.symbol.name for p in plant.parameters}
+    names |= {s.name for s in plant.premises}
+    for variable in plant.variables:
+        if variable.within == 0:
+            continue
+        name = f"{variable.name}_rest"
+        if name in names:
+            raise ModelError(
+                f"plant {plant.name!r}: the rest of {variable.name} is called {name}, which is "
+                "another name of the plant; rename that one"
+            )
+        symbol = sp.Symbol(name, real=True)
+        balls[variable.symbol] = Ball(symbol, variable.rest, variable.within, variable.equals)
+    return balls
 
 
 ROUNDING = 1e-12  # of the ranges, by which decimals miss a rest
@@ -35,8 +111,8 @@ def inputs_at_equilibrium(
     import sympy as sp
 
     inputs = [v.symbol for v in plant.inputs]
-    held = {symbol: value for symbol, value in rest.items() if symbol not in inputs}
-    at_rest = [row.subs(held) for row in rows]
+    fixed = {symbol: value for symbol, value in rest.items() if symbol not in inputs}
+    at_rest = [row.subs(fixed) for row in rows]
     try:
         slopes, offsets = sp.linear_eq_to_matrix(at_rest, inputs)
     except ValueError as error:
@@ -48,15 +124,15 @@ def inputs_at_equilibrium(
     if not solutions:
         return {s: rest[s] for s in inputs}
     free = {s: rest[s] for s in inputs}
-    found = {s: value.subs(free) for s, value in zip(inputs, solutions[0], strict=True)}
+    solved = {s: value.subs(free) for s, value in zip(inputs, solutions[0], strict=True)}
     for variable in plant.inputs:
-        value, side = found[variable.symbol], variable.range
+        value, side = solved[variable.symbol], variable.range
         if side is not None and not side.lower <= value <= side.upper:
             raise ModelError(
                 f"plant {plant.name!r}: {variable.label} has to be {_short(value, 9)} to hold the "
                 f"states at rest, outside its range {side}; widen the range, or move the rest"
             )
-    return found
+    return solved
 
 
 def check_equilibrium(
@@ -71,14 +147,14 @@ def check_equilibrium(
 
     for variable, row in zip(plant.states, rows, strict=True):
         require_value(plant, row, rest, f"equation of {variable.name}")
-    left = [
+    residual_rows = [
         (variable, row, residual)
         for variable, row in zip(plant.states, rows, strict=True)
         for residual in [row.subs(rest)]
         if residual != 0 and sp.simplify(residual) != 0
         if not (plant.references and _is_rounding(plant, row, rest, residual))
     ]
-    if not left:
+    if not residual_rows:
         return
     advice = (
         "no input makes it vanish; give rest values of the states at which one does"
@@ -88,20 +164,21 @@ def check_equilibrium(
         "such equations, and they are found; or let rest='solve inputs' (on the command line "
         "--solve-rest) find the inputs that hold the states there"
     )
-    if any(not residual.is_rational or _has_table(row) for _, row, residual in left):
+    if any(not residual.is_rational or _has_table(row) for _, row, residual in residual_rows):
         # exp(350) is not a decimal: a ball around one is proved, or a parameter is the rest itself.
         advice += (
             "; where no decimals do, write rest = 'solve' for a state or input, and its rest is "
             "found in a proved ball; or write the equation with its value at rest, such as "
             "k*exp(b/T0 - b/T) for a*exp(-b/T), or f(p0) for what flows in"
         )
-    first = left[0][0].name
-    told = "; ".join(
-        residual_text(plant, v, residual, alone=len(left) == 1) for v, _, residual in left
+    first = residual_rows[0][0].name
+    residual_texts = "; ".join(
+        residual_text(plant, v, residual, alone=len(residual_rows) == 1)
+        for v, _, residual in residual_rows
     )
     raise ModelError(
-        f"plant {plant.name!r}, equation of {first}: at rest ({equilibrium_text(rest)}) {told}, so "
-        f"the model cannot be written around this point; {advice}"
+        f"plant {plant.name!r}, equation of {first}: at rest ({equilibrium_text(rest)}) "
+        f"{residual_texts}, so the model cannot be written around this point; {advice}"
     )
 
 
@@ -126,9 +203,9 @@ def residual_text(
 ) -> str:
     """Return the residual of an equation at rest, with its unit; ``alone`` calls the state x."""
     x, discrete = "x" if alone else variable.name, plant.sample_time is not None
-    what = f"{x}(t + T) - {x}" if discrete else f"{x}'"
+    quantity = f"{x}(t + T) - {x}" if discrete else f"{x}'"
     unit = ("" if variable.unit == "-" else f" {variable.unit}") + " per second" * (not discrete)
-    return f"{what} is {_short(residual, 6)}{unit}, not 0"
+    return f"{quantity} is {_short(residual, 6)}{unit}, not 0"
 
 
 def require_value(
@@ -139,9 +216,9 @@ def require_value(
         return
     import sympy as sp
 
-    part = next((p for p in sp.postorder_traversal(row) if not _is_finite(p.subs(rest))), row)
+    term = next((p for p in sp.postorder_traversal(row) if not _is_finite(p.subs(rest))), row)
     raise ModelError(
-        f"plant {plant.name!r}, {where}: at rest ({equilibrium_text(rest)}) {_why(part, rest)}, so "
+        f"plant {plant.name!r}, {where}: at rest ({equilibrium_text(rest)}) {_why(term, rest)}, so "
         "the equation has no value there; give rest values at which it has one"
     )
 
@@ -154,14 +231,14 @@ def _is_finite(value: sp.Expr) -> bool:
     return not value.is_number or value.is_real is not False
 
 
-def _why(part: sp.Expr, rest: Mapping[sp.Symbol, sp.Expr]) -> str:
+def _why(term: sp.Expr, rest: Mapping[sp.Symbol, sp.Expr]) -> str:
     """Return what is wrong with the smallest part that has no value."""
-    if part.is_Pow and part.base.subs(rest) == 0:
-        return f"{short(part.base)} is 0, and the equation divides by it"
-    if part.is_Pow:
-        return f"{short(part.base)} is negative, and the equation takes its root"
-    inner = ", ".join(f"{short(a)} = {_short(a.subs(rest), 6)}" for a in part.args)
-    return f"{short(part)} has no finite value ({inner})"
+    if term.is_Pow and term.base.subs(rest) == 0:
+        return f"{short(term.base)} is 0, and the equation divides by it"
+    if term.is_Pow:
+        return f"{short(term.base)} is negative, and the equation takes its root"
+    inner = ", ".join(f"{short(a)} = {_short(a.subs(rest), 6)}" for a in term.args)
+    return f"{short(term)} has no finite value ({inner})"
 
 
 def _short(value: sp.Expr, digits: int) -> str:
@@ -192,29 +269,31 @@ def check_equilibrium_stays(
         return
     fixed = {symbol: value for symbol, value in rest.items() if symbol not in free}
     for variable, row in zip(plant.states, rows, strict=True):
-        left = row.subs(fixed)
-        moving = sorted(str(s) for s in left.free_symbols & free)
-        if not moving or sp.simplify(left) == 0:
+        residual = row.subs(fixed)
+        moving = sorted(str(s) for s in residual.free_symbols & free)
+        if not moving or sp.simplify(residual) == 0:
             continue
-        ends = _at_ends(plant, left)
+        ends = _at_ends(plant, residual)
         raise ModelError(
             f"plant {plant.name!r}, equation of {variable.name}: the rest moves with the uncertain "
-            f"{', '.join(moving)}: there {short(left)} is left, {ends}, and no law that does not "
-            f"know {', '.join(moving)} holds the plant at one rest; follow a state by [reference] "
-            "with an integral, which finds the input that holds it, or measure the parameter and "
-            "put it into [scheduling], or give it a value"
+            f"{', '.join(moving)}: there {short(residual)} is left, {ends}, and no law that does "
+            f"not know {', '.join(moving)} holds the plant at one rest; follow a state by "
+            "[reference] with an integral, which finds the input that holds it, or measure the "
+            "parameter and put it into [scheduling], or give it a value"
         )
 
 
-def _at_ends(plant: Plant, left: sp.Expr) -> str:
+def _at_ends(plant: Plant, residual: sp.Expr) -> str:
     """Return the residuals with every uncertain parameter at its lower, and at its upper end."""
-    shown = []
+    texts = []
     for end in ("lower", "upper"):
         values = {v.symbol: getattr(v.range, end) for v in plant.uncertain}
-        held = {s: rational(value) for s, value in values.items() if s in left.free_symbols}
-        place = ", ".join(f"{s} = {float(value):.4g}" for s, value in held.items())
-        shown.append(f"{float(left.subs(held)):.4g} at {place}")
-    return " and ".join(shown)
+        values_there = {
+            s: rational(value) for s, value in values.items() if s in residual.free_symbols
+        }
+        end_text = ", ".join(f"{s} = {float(value):.4g}" for s, value in values_there.items())
+        texts.append(f"{float(residual.subs(values_there)):.4g} at {end_text}")
+    return " and ".join(texts)
 
 
 def residuals(
@@ -228,30 +307,37 @@ def residuals(
     """
     import sympy as sp
 
-    left = sp.zeros(len(f), 1)
+    next_values = sp.zeros(len(f), 1)
     if plant.sample_time is not None:
-        left = sp.Matrix([rest[v.symbol] for v in plant.states])
-        left = left if mass is None else mass * left
-    found = [(row - part).subs(rest) for row, part in zip(f, left, strict=True)]
-    for variable, row in zip(plant.states, found, strict=True):
+        next_values = sp.Matrix([rest[v.symbol] for v in plant.states])
+        next_values = next_values if mass is None else mass * next_values
+    rows = [(row - next_value).subs(rest) for row, next_value in zip(f, next_values, strict=True)]
+    for variable, row in zip(plant.states, rows, strict=True):
         if row.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
             raise ModelError(
                 f"plant {plant.name!r}, equation of {variable.name}: it divides by 0 at rest, so "
                 "that no rest can be found from it; write it without that quotient, or give all "
                 "rests as numbers"
             )
-    return found
+    return rows
 
 
-def require_zero(plant: Plant, left: Sequence[sp.Expr], balls: Mapping[sp.Symbol, Ball]) -> None:
+def require_zero(
+    plant: Plant, residuals_of_rows: Sequence[sp.Expr], balls: Mapping[sp.Symbol, Ball]
+) -> None:
     """Raise ModelError, with every residual, unless each may be 0 in the balls."""
     from takagi.models.ranges.expression_range import expression_range
 
     box = {ball.symbol: ball.side for ball in balls.values()}
-    ranges = [expression_range(row, {s: box[s] for s in row.free_symbols}).outer for row in left]
-    if all(found.contains(0) for found in ranges):
+    ranges = [
+        expression_range(row, {s: box[s] for s in row.free_symbols}).outer
+        for row in residuals_of_rows
+    ]
+    if all(residual_range.contains(0) for residual_range in ranges):
         return
-    sizes = {v: found.centre for v, found in zip(plant.states, ranges, strict=True)}
+    sizes = {
+        v: residual_range.centre for v, residual_range in zip(plant.states, ranges, strict=True)
+    }
     refuse_residuals(plant, sizes, {v.symbol: v.rest for v in plant.variables}, "give another rest")
 
 
@@ -264,7 +350,7 @@ def refuse_residuals(
     """Raise ModelError with every residual that is not 0, its equation and its unit."""
     import sympy as sp
 
-    told = [
+    texts = [
         f"{v.name}' has no value"
         if size is None
         else residual_text(plant, v, sp.Float(float(size)))
@@ -272,4 +358,4 @@ def refuse_residuals(
         if size is None or abs(size) > 0
     ]
     where = equilibrium_text({s: sp.Float(float(v)) for s, v in at.items()})
-    raise ModelError(f"plant {plant.name!r}: at ({where}) {'; '.join(told)}; {advice}")
+    raise ModelError(f"plant {plant.name!r}: at ({where}) {'; '.join(texts)}; {advice}")

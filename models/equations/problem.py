@@ -7,21 +7,21 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.models.equations.ball import Ball, balls_of, decimal_near
-from takagi.models.equations.equations import Equations, Step
+from takagi.models.equations.equations import Equations, Step, units_of
 from takagi.models.equations.equilibrium import (
+    Ball,
+    balls_of,
     check_equilibrium,
     check_equilibrium_stays,
+    decimal_near,
     inputs_at_equilibrium,
     require_zero,
     residuals,
 )
-from takagi.models.equations.premise_units import units_of
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.design_settings import RESTS, Rest
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models.plant.plant import Plant, Variable
 from takagi.models.ranges.domain import Domain
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Problem:
     box : range of each variable that a premise may depend on, in deviations.
     domain : where bounds shall hold if that is less than the box (a band, a union of cells), in
         deviations; None for the box.
-    wanted : premises fixed by the user.
+    premises : premises fixed by the user.
     names : states, inputs, outputs, disturbances; None names them by symbol and unit.
     steps : how the equations came from the plant's, for the derivation.
     rest : the plant's variables at the equilibrium, which its deviations are taken from.
@@ -49,7 +49,7 @@ class Problem:
     equations: Equations
     box: Mapping[sp.Symbol, Interval]
     domain: Domain | None = None
-    wanted: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    premises: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     names: Mapping[str, Sequence[str]] | None = None
     steps: tuple[Step, ...] = ()
     rest: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
@@ -109,9 +109,9 @@ def problem_of_plant(
     balls = balls_of(plant)
     values = {s: rational(value) for s, value in plant.values.items() if s not in balls}
     f = cleaned(plant.equations, values)
-    seen = cleaned((y.expression for y in plant.outputs), values)
-    given = plant.premises if premises is None else premises
-    wanted = dict(zip(given, cleaned(given.values(), values), strict=True))
+    outputs = cleaned((y.expression for y in plant.outputs), values)
+    premises_given = plant.premises if premises is None else premises
+    wanted = dict(zip(premises_given, cleaned(premises_given.values(), values), strict=True))
     if how not in RESTS:
         raise ModelError(f"rest={how!r} was given; {' or '.join(map(repr, RESTS))} is known")
     over = over_box(domain, plant.box, [v.symbol for v in plant.variables])
@@ -127,13 +127,15 @@ def problem_of_plant(
         mass = sp.Matrix(*plant.mass.shape, cleaned(list(plant.mass), values))
     relations: dict[sp.Symbol, sp.Expr] = {}
     if balls:
-        left = residuals(plant, f, mass, rest)
+        residual_rows = residuals(plant, f, mass, rest)
         # They are 0, though no algebra shows it.
-        require_zero(plant, left, balls)
-        f = tuple(row - value for row, value in zip(f, left, strict=True))
-        relations = _relations(left, [b.symbol for b in balls.values() if b.equals is None])
+        require_zero(plant, residual_rows, balls)
+        f = tuple(row - value for row, value in zip(f, residual_rows, strict=True))
+        relations = _relations(
+            residual_rows, [b.symbol for b in balls.values() if b.equals is None]
+        )
     if mass is not None:
-        from takagi.models.equations.mass_matrix import explicit
+        from takagi.models.equations.equations import explicit
 
         f, steps = explicit(mass, f, plant, over.within(_parameter_sides(plant, balls)))
     if plant.sample_time is not None:
@@ -146,25 +148,25 @@ def problem_of_plant(
     check_equilibrium(plant, f, rest, how)
     check_equilibrium_stays(plant, f, rest)
     deviation = _deviation_symbols(plant, rest, wanted)
-    moved = {s: rest[s] + deviation[s] for s in rest}
-    offsets = [y.subs(rest) for y in seen]
-    places = {s: (deviation[s], value) for s, value in rest.items() if s not in balls}
-    over = over.moved(places | {s: (deviation[s], sp.S.Zero) for s in rest if s in balls})
+    at_deviation = {s: rest[s] + deviation[s] for s in rest}
+    offsets = [y.subs(rest) for y in outputs]
+    shifts = {s: (deviation[s], value) for s, value in rest.items() if s not in balls}
+    over = over.moved(shifts | {s: (deviation[s], sp.S.Zero) for s in rest if s in balls})
     if balls:
         over = _settled(over, {deviation[s]: balls[s] for s in rest if s in balls})
     equations = Equations(
-        f=tuple(row.subs(moved, simultaneous=True) for row in f),
+        f=tuple(row.subs(at_deviation, simultaneous=True) for row in f),
         states=tuple(deviation[v.symbol] for v in plant.states),
         inputs=tuple(deviation[v.symbol] for v in plant.inputs),
         disturbances=tuple(deviation[v.symbol] for v in plant.disturbances),
         outputs=tuple(
-            y.subs(moved, simultaneous=True) - offset
-            for y, offset in zip(seen, offsets, strict=True)
+            y.subs(at_deviation, simultaneous=True) - offset
+            for y, offset in zip(outputs, offsets, strict=True)
         ),
         units={deviation[v.symbol]: v.unit for v in plant.variables}
         | {balls[v.symbol].symbol: v.unit for v in plant.variables if v.symbol in balls}
         | {p.symbol: p.unit for p in plant.parameters if p.symbol in balls}
-        | units_of(plant, given),
+        | units_of(plant, premises_given),
         sample_time=plant.sample_time,
         scheduling=tuple(deviation[v.symbol] for v in plant.disturbances if v.schedules),
     )
@@ -172,7 +174,7 @@ def problem_of_plant(
         equations,
         box=over.sides(deviation.values()),
         domain=over if over.rectangle is None else None,
-        wanted={s: e.subs(moved, simultaneous=True) for s, e in wanted.items()},
+        premises={s: e.subs(at_deviation, simultaneous=True) for s, e in wanted.items()},
         names={
             "states": equations.named(equations.states),
             "inputs": equations.named(equations.inputs),
@@ -191,22 +193,26 @@ def problem_of_plant(
     )
 
 
-def _relations(left: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
+def _relations(
+    residual_rows: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]
+) -> dict[sp.Symbol, sp.Expr]:
     """Return the last of the symbols in each row that is linear in them, from row = 0."""
     import sympy as sp
 
-    found: dict[sp.Symbol, sp.Expr] = {}
-    for value in left:
-        row = sp.expand(value.subs(found))
-        used = [s for s in symbols if s in row.free_symbols]
-        polynomial = row.as_poly(*used) if used and row.is_polynomial(*used) else None
+    solutions: dict[sp.Symbol, sp.Expr] = {}
+    for value in residual_rows:
+        row = sp.expand(value.subs(solutions))
+        occurring = [s for s in symbols if s in row.free_symbols]
+        polynomial = (
+            row.as_poly(*occurring) if occurring and row.is_polynomial(*occurring) else None
+        )
         if polynomial is None:
             continue
         if polynomial.total_degree() == 1 and all(c.is_Rational for c in polynomial.coeffs()):
-            symbol = used[-1]
+            symbol = occurring[-1]
             solved = sp.expand(symbol - row / row.coeff(symbol))
-            found = {s: e.subs(symbol, solved) for s, e in found.items()} | {symbol: solved}
-    return found
+            solutions = {s: e.subs(symbol, solved) for s, e in solutions.items()} | {symbol: solved}
+    return solutions
 
 
 def _parameter_sides(plant: Plant, balls: Mapping[sp.Symbol, Ball]) -> dict[sp.Symbol, Interval]:
@@ -218,15 +224,15 @@ def _with_balls(plant: Plant, rest: Mapping[sp.Symbol, sp.Expr]) -> Plant:
     bent = [v for v in plant.inputs if v.range is not None and not rest[v.symbol].is_Rational]
     if not bent:
         return plant
-    found = []
+    inputs = []
     for variable in plant.inputs:
         value = rest[variable.symbol]
         if value.is_Rational:
-            found.append(replace(variable, rest=Fraction(int(value.p), int(value.q))))
+            inputs.append(replace(variable, rest=Fraction(int(value.p), int(value.q))))
         else:
             middle, radius = decimal_near(value)
-            found.append(replace(variable, rest=middle, within=radius))
-    return replace(plant, inputs=tuple(found))
+            inputs.append(replace(variable, rest=middle, within=radius))
+    return replace(plant, inputs=tuple(inputs))
 
 
 def _settled(over: Domain, balls: Mapping[sp.Symbol, Ball]) -> Domain:
@@ -246,11 +252,11 @@ def _ball_steps(balls: Mapping[sp.Symbol, Ball]) -> tuple[Step, ...]:
 
     if not balls:
         return ()
-    told = [
+    formulas = [
         rf"{sp.latex(ball.symbol)} = {float(ball.middle):.15g} \pm {float(ball.radius):.0e}"
         for ball in balls.values()
     ]
-    return (Step("Numbers that are no decimals, in SI units.", r",\quad ".join(told)),)
+    return (Step("Numbers that are no decimals, in SI units.", r",\quad ".join(formulas)),)
 
 
 def cleaned(
@@ -259,12 +265,12 @@ def cleaned(
     """Return the expressions with parameters put in and floats as rationals."""
     import sympy as sp
 
-    found = []
+    exact = []
     for expression in expressions:
-        whole = sp.sympify(expression).subs(values)
-        floats = {number: rational(float(number)) for number in whole.atoms(sp.Float)}
-        found.append(whole.xreplace(floats))
-    return tuple(found)
+        substituted = sp.sympify(expression).subs(values)
+        floats = {number: rational(float(number)) for number in substituted.atoms(sp.Float)}
+        exact.append(substituted.xreplace(floats))
+    return tuple(exact)
 
 
 def _deviation_symbols(
@@ -272,13 +278,13 @@ def _deviation_symbols(
 ) -> dict[sp.Symbol, sp.Symbol]:
     import sympy as sp
 
-    taken = {v.name for v in plant.variables} | {str(s) for s in wanted}
+    names = {v.name for v in plant.variables} | {str(s) for s in wanted}
 
     def symbol(variable: Variable) -> sp.Symbol:
         if rest[variable.symbol] == 0:
             return variable.symbol
         name = f"delta_{variable.name}"
-        if name in taken:
+        if name in names:
             raise ModelError(
                 f"plant {plant.name!r}: the deviation of {variable.name} from its rest is called "
                 f"{name}, which is another name of the plant; rename that one"
@@ -300,8 +306,8 @@ def over_box(
     if domain is None:
         return Domain.of_box(box)
     for cell in domain.cells:
-        used = {s for place in cell.places.values() for s in place.free_symbols}
-        strange = [s for s in cell.box if s not in variables and s not in used]
+        cell_symbols = {s for cell_value in cell.places.values() for s in cell_value.free_symbols}
+        strange = [s for s in cell.box if s not in variables and s not in cell_symbols]
         strange += [s for s in cell.places if s not in variables]
         if strange:
             twin = next((v for v in variables if v.name == strange[0].name), None)
@@ -318,16 +324,16 @@ def _rest_steps(
 ) -> tuple[Step, ...]:
     import sympy as sp
 
-    moved = [
+    formulas = [
         rf"{sp.latex(deviation[s])} = {sp.latex(s)} - {sp.latex(value, fold_short_frac=True)}"
         if not value.is_Add and not value.could_extract_minus_sign()
         else rf"{sp.latex(deviation[s])} = {sp.latex(s)} - \left({sp.latex(value)}\right)"
         for s, value in rest.items()
         if value != 0
     ]
-    if not moved:
+    if not formulas:
         return ()
-    return (Step("Deviations from rest.", r",\quad ".join(moved)),)
+    return (Step("Deviations from rest.", r",\quad ".join(formulas)),)
 
 
 def _output_label(name: str, unit: str, offset: sp.Expr) -> str:

@@ -15,22 +15,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.equations.ball import decimal_near
-from takagi.models.equations.equilibrium import refuse_residuals, residuals
+from takagi.models.equations.equilibrium import decimal_near, refuse_residuals, residuals
 from takagi.models.equations.problem import cleaned
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact, rational
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models.plant.plant import Plant, Variable
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    Found = Mapping[sp.Symbol, Fraction]
+    RestValues = Mapping[sp.Symbol, Fraction]
 
 SHARES = (Fraction(1, 2), Fraction(1, 8), Fraction(7, 8))  # of a range, to start from
 MOST_STARTS, MOST_STEPS = 27, 40
-DIGITS, KEPT = 26, 60  # to which steps shrink, and which points have
+DIGITS, POINT_DIGITS = 26, 60  # to which steps shrink, and which points have
 SAME = Fraction(1, 10**9)  # of the size: two rests that are no nearer are two
 SIMPLE = 1000  # largest denominator of a rest that is tried as a fraction
 
@@ -53,44 +51,44 @@ def solve_rest(plant: Plant, starts: Mapping[sp.Symbol, Number | None]) -> Plant
                 "inputs rest where the equations say, give the others a number"
             )
     search = _Search(plant, [v for v in plant.variables if v.symbol in starts])
-    found = search.only({s: None if v is None else exact(v) for s, v in starts.items()})
-    simple = search.fractions(found)
+    rests = search.only({s: None if v is None else exact(v) for s, v in starts.items()})
+    simple = search.fractions(rests)
     return replace(
         plant,
-        states=tuple(_resting(v, found, simple) for v in plant.states),
-        inputs=tuple(_resting(v, found, simple) for v in plant.inputs),
+        states=tuple(_resting(v, rests, simple) for v in plant.states),
+        inputs=tuple(_resting(v, rests, simple) for v in plant.inputs),
     )
 
 
-def _resting(variable: Variable, found: Found, simple: Found) -> Variable:
+def _resting(variable: Variable, rests: RestValues, simple: RestValues) -> Variable:
     if variable.symbol in simple:
         return replace(variable, rest=simple[variable.symbol], within=Fraction(0), equals=None)
-    if variable.symbol not in found:
+    if variable.symbol not in rests:
         return variable
-    middle, radius = decimal_near(found[variable.symbol])
+    middle, radius = decimal_near(rests[variable.symbol])
     return replace(variable, rest=middle, within=radius, equals=None)
 
 
 class _Search:
     """The equations at rest, in the values that are to be found."""
 
-    def __init__(self, plant: Plant, wanted: Sequence[Variable]) -> None:
+    def __init__(self, plant: Plant, unknowns: Sequence[Variable]) -> None:
         import sympy as sp
 
-        self.plant, self.wanted = plant, tuple(wanted)
+        self.plant, self.wanted = plant, tuple(unknowns)
         values = {
             p.symbol: rational(p.value) if p.equals is None else p.equals for p in plant.parameters
         }
         self.given = {
             v.symbol: rational(v.rest) if v.equals is None else v.equals
             for v in plant.variables
-            if v not in wanted
+            if v not in unknowns
         }
         mass = None
         if plant.mass is not None:
             mass = sp.Matrix(*plant.mass.shape, cleaned(list(plant.mass), values))
-        whole = {v.symbol: self.given.get(v.symbol, v.symbol) for v in plant.variables}
-        self.rows = residuals(plant, cleaned(plant.equations, values), mass, whole)
+        values_known = {v.symbol: self.given.get(v.symbol, v.symbol) for v in plant.variables}
+        self.rows = residuals(plant, cleaned(plant.equations, values), mass, values_known)
         self.left = [k for k, row in enumerate(self.rows) if sp.simplify(row) != 0]
         self._check_count()
         self.slopes = [[self.rows[k].diff(v.symbol) for v in self.wanted] for k in self.left]
@@ -105,55 +103,55 @@ class _Search:
                 f"give the rest of {len(self.wanted) - len(self.left)} of them"
             )
 
-    def only(self, starts: Mapping[sp.Symbol, Fraction | None]) -> Found:
+    def only(self, starts: Mapping[sp.Symbol, Fraction | None]) -> RestValues:
         """Return the one rest that is found in the ranges."""
-        inside: list[Found] = []
-        outside: list[Found] = []
+        inside: list[RestValues] = []
+        outside: list[RestValues] = []
         nearest: dict[sp.Symbol, Fraction] = {}
         for point in self._starts(starts):
-            found, met = self._newton(point)
-            nearest = nearest or found
-            if not met:
+            solution, solved = self._newton(point)
+            nearest = nearest or solution
+            if not solved:
                 continue
-            fits = all(v.range is None or v.range.contains(found[v.symbol]) for v in self.wanted)
-            known = inside if fits else outside
-            if not any(_same(found, other) for other in known):
-                known.append(found)
+            fits = all(v.range is None or v.range.contains(solution[v.symbol]) for v in self.wanted)
+            solutions = inside if fits else outside
+            if not any(_same(solution, earlier) for earlier in solutions):
+                solutions.append(solution)
         if not inside:
             self._none(outside, nearest)
         if len(inside) > 1:
-            told = "; or ".join(self._told(found) for found in inside)
+            solution_texts = "; or ".join(self._told(solution) for solution in inside)
             name = self.wanted[0].name
             raise ModelError(
-                f"plant {self.plant.name!r}: it has several rests in its ranges: {told}; say which "
-                f"by rest = {{ near = ... }} for {name}, or with a smaller range"
+                f"plant {self.plant.name!r}: it has several rests in its ranges: {solution_texts}; "
+                f"say which by rest = {{ near = ... }} for {name}, or with a smaller range"
             )
         return inside[0]
 
-    def fractions(self, found: Found) -> Found:
+    def fractions(self, rests: RestValues) -> RestValues:
         """Return those of the values that are short fractions, if the equations then hold."""
         import sympy as sp
 
-        simple = {s: v for s, value in found.items() for v in [_simple(value)] if v is not None}
+        simple = {s: v for s, value in rests.items() for v in [_simple(value)] if v is not None}
         written = {s: sp.Rational(v.numerator, v.denominator) for s, v in simple.items()}
         rows = [row.subs(written) for row in self.rows]
-        if sum(sp.simplify(row) != 0 for row in rows) == len(found) - len(simple):
+        if sum(sp.simplify(row) != 0 for row in rows) == len(rests) - len(simple):
             return simple
         if len(self.left) > len(self.wanted):
-            told = ", ".join(f"{self.plant.states[k].name}'" for k in self.left)
+            equation_names = ", ".join(f"{self.plant.states[k].name}'" for k in self.left)
             raise ModelError(
-                f"plant {self.plant.name!r}: it rests at {self._told(found)}, but {told} are more "
-                "equations than values to find, so that no exact rest can be proved; let "
+                f"plant {self.plant.name!r}: it rests at {self._told(rests)}, but {equation_names} "
+                "are more equations than values to find, so that no exact rest can be proved; let "
                 f"{len(self.left) - len(self.wanted)} more be found"
             )
         return {}
 
     def _starts(
-        self, given: Mapping[sp.Symbol, Fraction | None]
+        self, start_values: Mapping[sp.Symbol, Fraction | None]
     ) -> Iterator[dict[sp.Symbol, Fraction]]:
         choices = []
         for v in self.wanted:
-            start = given[v.symbol]
+            start = start_values[v.symbol]
             if start is not None:
                 choices.append([start])
             elif v.range is not None:
@@ -175,16 +173,18 @@ class _Search:
             if not np.all(np.isfinite(slopes)):
                 return point, False
             step = np.linalg.lstsq(slopes, rows, rcond=None)[0]
-            small = True
+            converged = True
             for symbol, move in zip(symbols, step, strict=True):
                 size = abs(point[symbol])
-                point[symbol] = round(point[symbol] - Fraction(float(move)), KEPT)
-                small &= abs(Fraction(float(move))) <= max(size, Fraction(1, 10**9)) / 10**DIGITS
-            if small:
+                point[symbol] = round(point[symbol] - Fraction(float(move)), POINT_DIGITS)
+                converged &= (
+                    abs(Fraction(float(move))) <= max(size, Fraction(1, 10**9)) / 10**DIGITS
+                )
+            if converged:
                 return point, self._holds(point)
         return point, False
 
-    def _values(self, point: Found) -> tuple[np.ndarray, np.ndarray] | None:
+    def _values(self, point: RestValues) -> tuple[np.ndarray, np.ndarray] | None:
         from takagi.models.ranges.expression_range import expression_value
 
         try:
@@ -194,7 +194,7 @@ class _Search:
             return None
         return np.array(rows), np.array(slopes)
 
-    def _holds(self, point: Found) -> bool:
+    def _holds(self, point: RestValues) -> bool:
         """Return whether a residual is explained by the last digits of the point."""
         at = self._values(point)
         if at is None:
@@ -205,10 +205,10 @@ class _Search:
         size = np.array([max(float(abs(point[v.symbol])), 1e-9) for v in self.wanted])
         return bool(np.all(np.abs(rows) <= 1e-18 * (np.abs(slopes) @ size)))
 
-    def _told(self, found: Found) -> str:
-        return ", ".join(f"{v.name} = {float(found[v.symbol]):.6g}{_unit(v)}" for v in self.wanted)
+    def _told(self, rests: RestValues) -> str:
+        return ", ".join(f"{v.name} = {float(rests[v.symbol]):.6g}{_unit(v)}" for v in self.wanted)
 
-    def _none(self, outside: Sequence[Found], nearest: Found) -> None:
+    def _none(self, outside: Sequence[RestValues], nearest: RestValues) -> None:
         """Refuse: a rest outside the ranges, or none with every residual."""
         if outside:
             bent = [
@@ -229,7 +229,7 @@ class _Search:
         refuse_residuals(self.plant, sizes, at, advice)
 
 
-def _number(row: sp.Expr, at: Found) -> Fraction | None:
+def _number(row: sp.Expr, at: RestValues) -> Fraction | None:
     from takagi.models.ranges.expression_range import expression_value
 
     try:
@@ -238,20 +238,20 @@ def _number(row: sp.Expr, at: Found) -> Fraction | None:
         return None
 
 
-def _of(expression: sp.Expr, point: Found) -> Found:
+def _of(expression: sp.Expr, point: RestValues) -> RestValues:
     return {s: point[s] for s in expression.free_symbols}
 
 
 def _simple(value: Fraction) -> Fraction | None:
     """Return the short decimal or fraction that a value is to all its digits, if there is one."""
-    for near in (round(value, 12), value.limit_denominator(SIMPLE)):
-        if abs(value - near) <= Fraction(1, 10**22) * max(abs(value), Fraction(1, 1000)):
-            return near
+    for short_number in (round(value, 12), value.limit_denominator(SIMPLE)):
+        if abs(value - short_number) <= Fraction(1, 10**22) * max(abs(value), Fraction(1, 1000)):
+            return short_number
     return None
 
 
-def _same(one: Found, other: Found) -> bool:
-    return all(abs(one[s] - other[s]) <= SAME * max(abs(one[s]), SAME) for s in one)
+def _same(first: RestValues, second: RestValues) -> bool:
+    return all(abs(first[s] - second[s]) <= SAME * max(abs(first[s]), SAME) for s in first)
 
 
 def _unit(variable: Variable) -> str:

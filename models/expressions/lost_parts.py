@@ -47,7 +47,7 @@ class LostPart:
     ----------
     kind : "quotient", "root", or the name of the function or table.
     argument : the denominator, or what the root, function or table is of.
-    made : what sympy made of it.
+    result : what sympy made of it.
     column : where it appears in the text, from 0.
     covered : range of a table's argument.
     idle : it is multiplied by 0, or 0 is divided by it.
@@ -55,28 +55,28 @@ class LostPart:
 
     kind: str
     argument: sp.Expr
-    made: sp.Expr
+    result: sp.Expr
     column: int
     covered: Interval | None = None
     idle: bool = False
 
 
-def lost_parts(parts: Iterable[LostPart], found: sp.Expr) -> tuple[LostPart, ...]:
+def lost_parts(parts: Iterable[LostPart], expression: sp.Expr) -> tuple[LostPart, ...]:
     """Return the parts whose domain the whole expression does not show any more."""
-    return tuple(part for part in parts if part.idle or not _survives(part, found))
+    return tuple(part for part in parts if part.idle or not _survives(part, expression))
 
 
-def _survives(part: LostPart, found: sp.Expr) -> bool:
+def _survives(part: LostPart, expression: sp.Expr) -> bool:
     import sympy as sp
 
-    powers = found.atoms(sp.Pow)
+    powers = expression.atoms(sp.Pow)
     if part.kind == "quotient":
         below = {power.base for power in powers if power.exp.is_negative}
         factors = [factor.as_base_exp()[0] for factor in sp.Mul.make_args(part.argument)]
         return all(f.is_number or f in below or -f in below for f in factors)
     if part.kind == "root":
         return any(p.base == part.argument and p.exp.is_integer is False for p in powers)
-    return bool(part.made.is_Function and found.has(part.made))
+    return bool(part.result.is_Function and expression.has(part.result))
 
 
 def check_lost(part: LostPart, plant: Plant) -> None:
@@ -113,20 +113,22 @@ def _is_defined(part: LostPart, argument: sp.Expr, plant: Plant) -> bool:
     if part.kind == "tan":
         return _excludes_zero(sp.cos(argument), plant)
     if part.kind == "root" and argument.is_nonnegative:
-        return not part.made.as_base_exp()[1].is_negative or bool(argument.is_positive)
+        return not part.result.as_base_exp()[1].is_negative or bool(argument.is_positive)
     if part.kind == "log" and argument.is_positive:
         return True
-    found = _range(argument, plant)
-    if found is None:
+    argument_range = _range(argument, plant)
+    if argument_range is None:
         return False
     if part.covered is not None:
-        return part.covered.contains(found)
+        return part.covered.contains(argument_range)
     if part.kind == "root":
-        return found.lower >= 0
+        return argument_range.lower >= 0
     low, high = PARTIAL[part.kind]
-    inside = (low is None or found.lower >= low) and (high is None or found.upper <= high)
+    inside = (low is None or argument_range.lower >= low) and (
+        high is None or argument_range.upper <= high
+    )
     if part.kind in EXCLUDED:
-        return inside and found.lower != low and found.upper != high
+        return inside and argument_range.lower != low and argument_range.upper != high
     return inside
 
 
@@ -145,8 +147,8 @@ def _vanishes_at_rest(factor: sp.Expr, plant: Plant) -> bool:
 def _excludes_zero(argument: sp.Expr, plant: Plant) -> bool:
     if argument.is_nonzero:
         return True
-    found = _range(argument, plant)
-    return found is not None and not found.lower <= 0 <= found.upper
+    argument_range = _range(argument, plant)
+    return argument_range is not None and not argument_range.lower <= 0 <= argument_range.upper
 
 
 def _range(argument: sp.Expr, plant: Plant) -> Interval | None:

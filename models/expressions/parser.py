@@ -1,4 +1,6 @@
-"""Expressions as text -> sympy, by a grammar of our own: nothing in the text is ever executed.
+"""Expressions as text, by a grammar that executes nothing.
+
+Expressions as text -> sympy, by a grammar of our own: nothing in the text is ever executed.
 
     sum     = product {("+" | "-") product}
     product = signed {("*" | "/") signed}
@@ -12,19 +14,117 @@ and the size of what powers make, so that no text takes long.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.expressions.lost_parts import PARTIAL, LostPart, lost_parts
-from takagi.models.expressions.tokens import Token, expression_error, number_of, tokens_of
 
 if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.splines.table_function import TableFunction
+
+
+MAX_LENGTH = 4000  # characters
+MAX_DIGITS = 40
+MAX_EXPONENT = 100  # of ten, in a number
+NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+PATTERN = re.compile(
+    rf"(?P<number>{NUMBER})|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<sign>\*\*|[-+*/^(),])"
+    r"|(?P<space>\s+)",
+    re.ASCII,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A piece of text: ``kind`` is number, name, sign or end; ``start`` counts from 0."""
+
+    kind: str
+    text: str
+    start: int
+
+
+def expression_error(text: str, position: int, problem: str) -> ModelError:
+    """Return (not raise) an error that names line and column and puts a caret under the place."""
+    text_before = text[:position]
+    number = text_before.count("\n") + 1
+    column = position - (text_before.rfind("\n") + 1)
+    line = text.splitlines()[number - 1] if text.strip() else ""
+    start = max(0, column - 40)
+    excerpt = line[start : column + 40].replace("\t", " ")
+    position_text = f"column {column + 1}" if number == 1 else f"line {number}, column {column + 1}"
+    return ModelError(f"{position_text}: {problem}\n    {excerpt}\n    {' ' * (column - start)}^")
+
+
+def tokens_of(text: str) -> list[Token]:
+    """Return the tokens, the last of kind ``end``.
+
+    Raises
+    ------
+    ModelError : an empty or too long text, or a character that no expression has.
+    """
+    if len(text) > MAX_LENGTH:
+        raise ModelError(
+            f"the expression has {len(text)} characters, {MAX_LENGTH} are allowed; split it by "
+            "writing parts of it as parameters or equations"
+        )
+    tokens = []
+    position = 0
+    while position < len(text):
+        match = PATTERN.match(text, position)
+        if match is None:
+            raise expression_error(text, position, _strange(text[position]))
+        if match.lastgroup != "space":
+            tokens.append(Token(str(match.lastgroup), match.group(), position))
+        position = match.end()
+    if not tokens:
+        raise expression_error(text, 0, "the expression is empty; write 0 for nothing")
+    return [*tokens, Token("end", "", len(text.rstrip()))]
+
+
+def number_of(token: Token, text: str) -> Fraction:
+    """Return the decimal of a number token, exactly.
+
+    Raises
+    ------
+    ModelError : more than 40 digits, or a power of ten beyond 10^100 either way.
+    """
+    mantissa, _, exponent = token.text.lower().partition("e")
+    digits = len(mantissa.replace(".", ""))
+    if digits > MAX_DIGITS or len(exponent) > 5 or abs(int(exponent or 0)) > MAX_EXPONENT:
+        raise expression_error(
+            text,
+            token.start,
+            f"the number {token.text[:50]} has {digits} digits and exponent {exponent[:20] or 0}; "
+            f"at most {MAX_DIGITS} digits and powers of ten to 10^{MAX_EXPONENT} are read",
+        )
+    return Fraction(Decimal(token.text))
+
+
+def _strange(letter: str) -> str:
+    advice_for = {
+        "=": "an expression has no '='; write what stands on its right",
+        "[": "use round brackets",
+        "]": "use round brackets",
+        "'": "derivatives stand on the left: give the state an equation of its own",
+        "·": "write '*'",
+        "×": "write '*'",
+        "−": "write the minus sign '-'",
+        "²": "write '^2'",
+        "π": "write 'pi'",
+        "%": "write a number such as 0.05",
+    }
+    advice = advice_for.get(
+        letter, "names are of the letters a-z, A-Z, digits and _, signs are + - * / ^"
+    )
+    return f"{letter!r} cannot stand in an expression; {advice}"
+
 
 FUNCTIONS = {
     "sin": "sin",
@@ -93,8 +193,8 @@ def parsed_with_losses(text: str, scope: Scope) -> tuple[sp.Expr, tuple[LostPart
     ModelError : as ``parse_expression``.
     """
     parser = _Parser(text, scope)
-    found = parser.whole()
-    return found, lost_parts(parser.parts, found)
+    expression = parser.whole()
+    return expression, lost_parts(parser.parts, expression)
 
 
 class _Sized(NamedTuple):
@@ -103,7 +203,7 @@ class _Sized(NamedTuple):
     expression: sp.Expr
     bits: int
     degree: int
-    parts: tuple[int, ...] = ()  # of the parser's, that appear in it
+    losses: tuple[int, ...] = ()  # of the parser's, that appear in it
 
 
 class _Parser:
@@ -118,10 +218,10 @@ class _Parser:
         self.parts: list[LostPart] = []
 
     def whole(self) -> sp.Expr:
-        found = self.operand(0)
+        parsed = self.operand(0)
         if self.token.kind != "end":
             raise self.error(self.token, self._unexpected(self.token))
-        return found.expression
+        return parsed.expression
 
     @property
     def token(self) -> Token:
@@ -142,14 +242,14 @@ class _Parser:
             raise self.error(
                 self.token, f"more than {MAX_DEPTH} levels of brackets, signs and powers; split it"
             )
-        left = self.prefix()
+        first = self.prefix()
         while self.token.kind == "sign" and BINDING.get(self.token.text, 0) > binding:
             sign = self.advance()
             # A power takes its exponent from the right, with a sign of its own: 2^-3^2.
-            right = self.operand(SIGN_BINDING if sign.text in ("^", "**") else BINDING[sign.text])
-            left = self.checked(self.combined(sign, left, right), sign)
+            second = self.operand(SIGN_BINDING if sign.text in ("^", "**") else BINDING[sign.text])
+            first = self.checked(self.combined(sign, first, second), sign)
         self.depth -= 1
-        return left
+        return first
 
     def prefix(self) -> _Sized:
         import sympy as sp
@@ -158,25 +258,27 @@ class _Parser:
         if token.kind == "number":
             value = number_of(token, self.text)
             ratio = value.as_integer_ratio()
-            return _Sized(sp.Rational(*ratio), sum(part.bit_length() for part in ratio), 0)
+            return _Sized(
+                sp.Rational(*ratio), sum(number_part.bit_length() for number_part in ratio), 0
+            )
         if token.kind == "name":
             return self.call(token) if self.token.text == "(" else self.name(token)
         if token.text in ("+", "-"):
             inner = self.operand(SIGN_BINDING)
             return inner if token.text == "+" else inner._replace(expression=-inner.expression)
         if token.text == "(":
-            found = self.operand(0)
+            operand = self.operand(0)
             self.close(token)
-            return found
+            return operand
         raise self.error(token, self._unexpected(token))
 
     def close(self, opening: Token) -> None:
         if self.token.text != ")":
-            found = repr(self.token.text) if self.token.kind != "end" else "the end"
+            token_text = repr(self.token.text) if self.token.kind != "end" else "the end"
             raise self.error(
                 self.token,
-                f"{found} where the bracket opened in column {opening.start + 1} should close; "
-                "add ')' or an operator",
+                f"{token_text} where the bracket opened in column {opening.start + 1} should "
+                "close; add ')' or an operator",
             )
         self.advance()
 
@@ -189,11 +291,11 @@ class _Parser:
             return _Sized(sp.pi, 0, 1)
         if token.text in FUNCTIONS or token.text in self.scope.tables:
             raise self.error(token, f"{token.text} is a function; write {token.text}(...)")
-        known = [*self.scope.symbols, "pi"]
+        names = [*self.scope.symbols, "pi"]
         raise self.error(
             token,
-            f"{token.text!r} is not known{did_you_mean(token.text, known)}; names here are "
-            + ", ".join(sorted(known)),
+            f"{token.text!r} is not known{did_you_mean(token.text, names)}; names here are "
+            + ", ".join(sorted(names)),
         )
 
     def call(self, token: Token) -> _Sized:
@@ -206,9 +308,9 @@ class _Parser:
         bits = sum(argument.bits for argument in arguments)
         expressions = [argument.expression for argument in arguments]
         function = self.function(token, expressions)
-        inner = tuple(place for argument in arguments for place in argument.parts)
-        own = self.noted_call(token, expressions, function)
-        return self.checked(_Sized(function, bits, 1, (*inner, *own)), token)
+        inner = tuple(loss for argument in arguments for loss in argument.losses)
+        call_losses = self.noted_call(token, expressions, function)
+        return self.checked(_Sized(function, bits, 1, (*inner, *call_losses)), token)
 
     def noted(self, part: LostPart) -> tuple[int, ...]:
         """Keep a part that has no value somewhere; nothing for one of a number."""
@@ -217,42 +319,45 @@ class _Parser:
         self.parts.append(part)
         return (len(self.parts) - 1,)
 
-    def noted_call(self, token: Token, arguments: list[sp.Expr], made: sp.Expr) -> tuple[int, ...]:
+    def noted_call(
+        self, token: Token, arguments: list[sp.Expr], result: sp.Expr
+    ) -> tuple[int, ...]:
         name, table = token.text, self.scope.tables.get(token.text)
         if table is not None:
             from takagi.models.splines.table_function import table_ranges
 
             sides = zip(arguments, table_ranges(table.table), strict=True)
-            noted = [self.noted(LostPart(name, a, made, token.start, side)) for a, side in sides]
-            return tuple(place for places in noted for place in places)
+            noted = [self.noted(LostPart(name, a, result, token.start, side)) for a, side in sides]
+            return tuple(loss for numbers in noted for loss in numbers)
         if name == "sqrt":
-            return self.noted(LostPart("root", arguments[0], made, token.start))
+            return self.noted(LostPart("root", arguments[0], result, token.start))
         if name in PARTIAL:
-            return self.noted(LostPart(name, arguments[0], made, token.start))
+            return self.noted(LostPart(name, arguments[0], result, token.start))
         return ()
 
     def idle(self, *operands: _Sized) -> None:
         """Note that what appears in these operands is multiplied by 0."""
-        for place in (place for operand in operands for place in operand.parts):
-            self.parts[place] = replace(self.parts[place], idle=True)
+        for loss in (loss for operand in operands for loss in operand.losses):
+            self.parts[loss] = replace(self.parts[loss], idle=True)
 
     def function(self, token: Token, arguments: list[sp.Expr]) -> sp.Expr:
         import sympy as sp
 
         table = self.scope.tables.get(token.text)
         if table is None and token.text not in FUNCTIONS:
-            known = [*FUNCTIONS, *self.scope.tables]
+            names = [*FUNCTIONS, *self.scope.tables]
             variable = token.text in self.scope.symbols
             advice = (
                 f"; {token.text} is a variable or parameter: write {token.text}*(...)"
                 if variable
-                else f"{did_you_mean(token.text, known)}; functions are {', '.join(sorted(known))}"
+                else f"{did_you_mean(token.text, names)}; functions are {', '.join(sorted(names))}"
             )
             raise self.error(token, f"{token.text!r} is not a function{advice}")
-        wanted = 1 if table is None else len(table.orders)
-        if len(arguments) != wanted:
+        argument_count = 1 if table is None else len(table.orders)
+        if len(arguments) != argument_count:
             raise self.error(
-                token, f"{token.text} takes {wanted} argument(s), {len(arguments)} are given"
+                token,
+                f"{token.text} takes {argument_count} argument(s), {len(arguments)} are given",
             )
         if table is not None:
             return table(*arguments)
@@ -263,26 +368,26 @@ class _Parser:
                 )
         return getattr(sp, FUNCTIONS[token.text])(*arguments)
 
-    def combined(self, sign: Token, left: _Sized, right: _Sized) -> _Sized:
-        a, b = left.expression, right.expression
-        bits, degree = left.bits + right.bits, left.degree + right.degree
-        parts = left.parts + right.parts
+    def combined(self, sign: Token, first: _Sized, second: _Sized) -> _Sized:
+        a, b = first.expression, second.expression
+        bits, degree = first.bits + second.bits, first.degree + second.degree
+        losses = first.losses + second.losses
         if sign.text in ("+", "-"):
             total = a + b if sign.text == "+" else a - b
-            return _Sized(total, bits, max(left.degree, right.degree), parts)
+            return _Sized(total, bits, max(first.degree, second.degree), losses)
         if sign.text == "*":
             if a == 0 or b == 0:
-                self.idle(left, right)
-            return _Sized(a * b, bits, degree, parts)
+                self.idle(first, second)
+            return _Sized(a * b, bits, degree, losses)
         if sign.text == "/":
             if b == 0:
                 raise self.error(sign, "division by zero")
             below = self.noted(LostPart("quotient", b, a / b, sign.start))
-            found = _Sized(a / b, bits, degree, parts + below)
+            quotient = _Sized(a / b, bits, degree, losses + below)
             if a == 0:
-                self.idle(found)
-            return found
-        return self.power(sign, left, right)
+                self.idle(quotient)
+            return quotient
+        return self.power(sign, first, second)
 
     def power(self, sign: Token, base: _Sized, exponent: _Sized) -> _Sized:
         value = exponent.expression.subs(self.scope.constants)
@@ -302,25 +407,25 @@ class _Parser:
         self.check_size(bits, degree, sign)  # before the power is worked out
         if base.expression == 0 and value <= 0:
             raise self.error(sign, f"0^{value} is not a number")
-        made, parts = base.expression**exponent.expression, base.parts + exponent.parts
+        result, losses = base.expression**exponent.expression, base.losses + exponent.losses
         if value.q > 1:
-            parts += self.noted(LostPart("root", base.expression, made, sign.start))
+            losses += self.noted(LostPart("root", base.expression, result, sign.start))
         elif value <= 0:
-            parts += self.noted(LostPart("quotient", base.expression, made, sign.start))
-        return _Sized(made, bits, degree, parts)
+            losses += self.noted(LostPart("quotient", base.expression, result, sign.start))
+        return _Sized(result, bits, degree, losses)
 
-    def checked(self, found: _Sized, token: Token) -> _Sized:
+    def checked(self, sized: _Sized, token: Token) -> _Sized:
         """Refuse what is too large, or a number that is not finite and real."""
         import sympy as sp
 
-        self.check_size(found.bits, found.degree, token)
-        if found.expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
-            bent = found.expression.has(sp.I)
+        self.check_size(sized.bits, sized.degree, token)
+        if sized.expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+            bent = sized.expression.has(sp.I)
             why = "takes a root or logarithm of what is negative" if bent else "divides by 0"
             raise self.error(token, f"this is not a finite real number: it {why}; correct it")
-        if found.expression.is_number and found.expression.is_real is False:
-            raise self.error(token, f"{found.expression} is not a real number")
-        return found
+        if sized.expression.is_number and sized.expression.is_real is False:
+            raise self.error(token, f"{sized.expression} is not a real number")
+        return sized
 
     def check_size(self, bits: int, degree: int, token: Token) -> None:
         if bits > MAX_BITS or degree > MAX_DEGREE:

@@ -17,10 +17,9 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.files.toml_document import read_text
+from takagi.models.files.library import read_text
 from takagi.models.files.units import Unit
-from takagi.models.splines.curve import Curve, interpolate_curve
-from takagi.models.splines.surface import Surface, interpolate
+from takagi.models.splines.spline import Curve, Surface, interpolate, interpolate_curve
 
 MAX_CELLS = 200_000
 SMALLEST_AXIS = 4  # points; what a cubic needs
@@ -76,8 +75,8 @@ def read_surface(
     y = [float(units[1].to_si(value)) for value in across]
     values = np.array([[float(units[2].to_si(value)) for value in row] for row in cells])
     surface = interpolate(x, y, values, name=name, x_name=axes[0], y_name=axes[1])
-    found = surface(np.array(x)[:, None], np.array(y)[None, :], clip=True)
-    _check_fit(path, np.asarray(found), values)
+    spline_values = surface(np.array(x)[:, None], np.array(y)[None, :], clip=True)
+    _check_fit(path, np.asarray(spline_values), values)
     return surface
 
 
@@ -110,7 +109,7 @@ def read_coefficient_table(path: Path) -> CoefficientTable:
     header = {key.strip(): value.strip() for key, colon, value in pairs if colon}
     _check_header(path, header)
     ratios, angles, values = (
-        np.array(part, dtype=np.float64) for part in _grid(path, ("tip-speed ratio", "pitch angle"))
+        np.array(axis, dtype=np.float64) for axis in _grid(path, ("tip-speed ratio", "pitch angle"))
     )
     if ratios[0] <= 0:
         raise ModelError(
@@ -148,7 +147,7 @@ def _grid(
 
 def _rows(path: Path, *, skip_corner: bool) -> list[Row]:
     """Return (line number, numbers) of every line that is not a comment."""
-    found: list[Row] = []
+    rows: list[Row] = []
     cells_read = 0
     for line, text in enumerate(read_text(path).splitlines(), start=1):
         if not text.strip() or text.lstrip().startswith("#"):
@@ -157,15 +156,15 @@ def _rows(path: Path, *, skip_corner: bool) -> list[Row]:
         cells_read += len(cells)
         if cells_read > MAX_CELLS:
             raise ModelError(f"{path}:{line}: more than {MAX_CELLS} cells; thin the table out")
-        skip = 1 if skip_corner and not found else 0
+        skip = 1 if skip_corner and not rows else 0
         numbers = [_number(path, line, at, cell) for at, cell in enumerate(cells[skip:], 1 + skip)]
-        found.append((line, numbers))
+        rows.append((line, numbers))
     needed = SMALLEST_AXIS + (1 if skip_corner else 0)
-    if len(found) < needed:
+    if len(rows) < needed:
         raise ModelError(
-            f"{path}: {len(found)} lines of numbers; a cubic spline needs at least {needed}"
+            f"{path}: {len(rows)} lines of numbers; a cubic spline needs at least {needed}"
         )
-    return found
+    return rows
 
 
 def _number(path: Path, line: int, column: int, cell: str) -> Fraction:
@@ -181,24 +180,24 @@ def _number(path: Path, line: int, column: int, cell: str) -> Fraction:
     return Fraction(value)
 
 
-def _check_axis(path: Path, what: str, values: list[tuple[int, Fraction]]) -> None:
+def _check_axis(path: Path, axis_name: str, values: list[tuple[int, Fraction]]) -> None:
     if len(values) < SMALLEST_AXIS:
         raise ModelError(
-            f"{path}:{values[0][0]}: {len(values)} values of {what}; a cubic spline needs at least "
-            f"{SMALLEST_AXIS}"
+            f"{path}:{values[0][0]}: {len(values)} values of {axis_name}; a cubic spline needs at "
+            f"least {SMALLEST_AXIS}"
         )
-    for (_, before), (line, after) in zip(values, values[1:], strict=False):
-        if after <= before:
+    for (_, previous), (line, value) in zip(values, values[1:], strict=False):
+        if value <= previous:
             raise ModelError(
-                f"{path}:{line}: {what} {float(after):.9g} follows {float(before):.9g}; sort them "
-                "increasing, each once"
+                f"{path}:{line}: {axis_name} {float(value):.9g} follows {float(previous):.9g}; "
+                "sort them increasing, each once"
             )
 
 
-def _check_fit(path: Path, found: np.ndarray, values: np.ndarray) -> None:
+def _check_fit(path: Path, spline_values: np.ndarray, values: np.ndarray) -> None:
     """Refuse a spline that misses its table: its decimals are too few for the numbers."""
     size = float(np.ptp(values) or np.max(np.abs(values)))
-    worst = float(np.max(np.abs(found - values)))
+    worst = float(np.max(np.abs(spline_values - values)))
     if worst > FIT * size:
         raise ModelError(
             f"{path}: the spline misses the table by {worst:.3g}, values span {size:.3g}; the "

@@ -1,14 +1,135 @@
-"""The models that come with the package, by name, and which kind of model a file describes."""
+"""Model files: parsed TOML with line numbers, and built-in models by name."""
 
 from __future__ import annotations
 
+import re
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.files.toml_document import Document, read_document
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A parsed file: where it is, its text, and its tables."""
+
+    path: Path
+    text: str
+    data: dict[str, Any]
+
+    def in_floats(self) -> Document:
+        """Return the same file with its decimals as floats, those nearest to them."""
+        try:
+            return replace(self, data=_in_floats(self.data))
+        except RecursionError as error:
+            raise _too_deep(self.path) from error
+
+    def error(self, field: str, problem: str, *, beside: str = "") -> ModelError:
+        """Return (not raise) an error that names file, line if it can be found, and field.
+
+        Parameters
+        ----------
+        beside : a field or section whose line is named where the field itself is not there.
+        """
+        line = self._line_of(field) or (self._line_of(beside) if beside else None)
+        location = f"{self.path}:{line}" if line else f"{self.path}"
+        return ModelError(f"{location}: field {field!r}: {problem}")
+
+    def _line_of(self, field: str) -> int | None:
+        """Return the line where ``section.key`` is set, or its section begins."""
+        section, _, key = field.rpartition(".")
+        current, header_line = "", None
+        for number, line in enumerate(self.text.splitlines(), start=1):
+            header = re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line)
+            if header:
+                current = header.group(1)
+                if current == section or current == field:
+                    header_line = header_line or number
+            elif current == section and re.match(rf"\s*\"?{re.escape(key)}\"?\s*[=.]", line):
+                return number
+        if header_line is None and "." in section:
+            return self._line_of(section)
+        return header_line
+
+
+def read_text(path: Path) -> str:
+    """Return a UTF-8 text file's content; ModelError says why it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        raise ModelError(f"{path}: no such file; check the path") from error
+    except IsADirectoryError as error:
+        raise ModelError(f"{path}: is a folder; name the file in it") from error
+    except UnicodeDecodeError as error:
+        raise ModelError(
+            f"{path}: is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
+        ) from error
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read ({error.strerror})") from error
+
+
+def _too_deep(path: Path) -> ModelError:
+    return ModelError(f"{path}: nested deeper than any model file; check its brackets and dots")
+
+
+def _in_floats(value: Any) -> Any:
+    if isinstance(value, Decimal):
+        return float(value)
+    if isinstance(value, dict):
+        return {key: _in_floats(inner) for key, inner in value.items()}
+    return [_in_floats(inner) for inner in value] if isinstance(value, list) else value
+
+
+def decimal_of(text: str) -> Decimal:
+    """Return every digit of a number; where its exponent is beyond decimals, its float."""
+    try:
+        return Decimal(text)
+    except InvalidOperation:
+        return Decimal(float(text))
+
+
+def read_document(path: Path, *, parse_float: Callable[[str], Any] = float) -> Document:
+    """Return the parsed file; ``parse_float=decimal_of`` keeps every digit of a number.
+
+    Raises
+    ------
+    ModelError : the file cannot be read, or is not TOML (the message has line and column).
+    """
+    text = read_text(path)
+    try:
+        return Document(path, text, tomllib.loads(text, parse_float=parse_float))
+    except RecursionError as error:
+        raise _too_deep(path) from error
+    except tomllib.TOMLDecodeError as error:
+        match = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        location = f"{path}:{match.group(1)}:{match.group(2)}" if match else f"{path}"
+        if text.lstrip().startswith("{"):
+            raise ModelError(f"{path}: {_of_json(text)}") from error
+        raise ModelError(
+            f"{location}: not valid TOML: {error}; expected lines such as "
+            'key = { value = 1.0, unit = "m", source = "..." }'
+        ) from error
+
+
+def _of_json(text: str) -> str:
+    """Return what a JSON file probably is, and where it is to be given."""
+    if "takagi-gains" in text:
+        return (
+            "this is a gain file, and a model is needed: give the model's TOML file, or the name "
+            "of a built-in model, and the gain file behind --gains"
+        )
+    if '"claims"' in text:
+        return (
+            "this is a certificate, and a model is needed: give the model's TOML file, or the name "
+            "of a built-in model; 'takagi check' reads certificates"
+        )
+    return "this is JSON, and a model file is TOML, with lines such as x = { range = [-1, 1] }"
 
 
 def data_folder() -> Path:
@@ -47,8 +168,8 @@ def resolve_model(name_or_path: str | Path) -> Path:
     ------
     ModelError : neither a built-in name (near names are offered) nor a readable file.
     """
-    known = sorted(path.stem for path in data_folder().glob("*.toml"))
-    if isinstance(name_or_path, str) and name_or_path in known:
+    built_in = sorted(path.stem for path in data_folder().glob("*.toml"))
+    if isinstance(name_or_path, str) and name_or_path in built_in:
         return data_folder() / f"{name_or_path}.toml"
     path = Path(name_or_path)
     if path.is_file():
@@ -59,11 +180,11 @@ def resolve_model(name_or_path: str | Path) -> Path:
     looks_like_path = path.suffix == ".toml" or "/" in text or "\\" in text
     if looks_like_path:
         raise ModelError(
-            f"{path}: no such file; check the path, or use a built-in model: " + ", ".join(known)
+            f"{path}: no such file; check the path, or use a built-in model: " + ", ".join(built_in)
         )
     raise ModelError(
-        f"model {text!r} is not known{did_you_mean(text, known)}; built-in models: "
-        f"{', '.join(known)}; or give the path of a TOML file"
+        f"model {text!r} is not known{did_you_mean(text, built_in)}; built-in models: "
+        f"{', '.join(built_in)}; or give the path of a TOML file"
     )
 
 
@@ -114,23 +235,25 @@ def kind_of(document: Document) -> Kind:
         case "turbine":
             return "turbine"
         case None:
-            problem, near = "is missing", ""
+            problem, suggestion = "is missing", ""
         case stated:
             problem = f"{stated!r} was given"
-            near = did_you_mean(stated, _SECTIONS) if isinstance(stated, str) else ""
-    first = next((name for name, part in document.data.items() if isinstance(part, dict)), "")
-    raise document.error("kind", f"{problem}{near}; {_NEEDED}{_guess(document)}", beside=first)
+            suggestion = did_you_mean(stated, _SECTIONS) if isinstance(stated, str) else ""
+    first = next((name for name, section in document.data.items() if isinstance(section, dict)), "")
+    raise document.error(
+        "kind", f"{problem}{suggestion}; {_NEEDED}{_guess(document)}", beside=first
+    )
 
 
 def _guess(document: Document) -> str:
     """Return whose sections the file has, and what to write; nothing where it has none."""
-    found = {
+    own_sections = {
         kind: [name for name in document.data if name in sections]
         for kind, sections in _SECTIONS.items()
     }
-    kind = max(found, key=lambda one: len(found[one]))
-    if not found[kind]:
+    kind = max(own_sections, key=lambda candidate: len(own_sections[candidate]))
+    if not own_sections[kind]:
         return ""
-    told = ", ".join(f"[{name}]" for name in found[kind][:3])
-    belongs = "belongs" if len(found[kind]) == 1 else "belong"
-    return f'. {told} {belongs} to a {kind}: write kind = "{kind}"'
+    section_names = ", ".join(f"[{name}]" for name in own_sections[kind][:3])
+    belongs = "belongs" if len(own_sections[kind]) == 1 else "belong"
+    return f'. {section_names} {belongs} to a {kind}: write kind = "{kind}"'

@@ -17,7 +17,7 @@ from math import isfinite, lcm, pi
 
 from takagi.models.errors import ModelError, did_you_mean
 
-PLACES, PI_DIGITS = 12, 10  # least decimals, and digits, of a figure converted with pi
+LEAST_DECIMALS, PI_DIGITS = 12, 10  # least decimals, and digits, of a figure converted with pi
 ROOT_DIGITS = 15  # of a figure converted by a factor with a root, such as bar^0.5
 # Enough for 12 decimals of figures up to 1e30.
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
@@ -69,16 +69,18 @@ class Unit:
 
     def to_si(self, value: Fraction) -> Fraction:
         """Return the value in SI: exact, or to 12 decimals with pi, to 15 digits with a root."""
-        found = value * self.factor
+        converted = value * self.factor
         if self.rounded and self.pi_power == 0:
-            return Fraction(f"{Decimal(found.numerator) / found.denominator:.{ROOT_DIGITS - 1}e}")
+            return Fraction(
+                f"{Decimal(converted.numerator) / converted.denominator:.{ROOT_DIGITS - 1}e}"
+            )
         if self.pi_power == 0:
-            return found
-        found *= PI**self.pi_power
-        places = PLACES
-        while 0 < abs(found) * 10**places < 10 ** (PI_DIGITS - 1):
-            places += 1
-        return round(found, places)
+            return converted
+        converted *= PI**self.pi_power
+        decimals = LEAST_DECIMALS
+        while 0 < abs(converted) * 10**decimals < 10 ** (PI_DIGITS - 1):
+            decimals += 1
+        return round(converted, decimals)
 
 
 def _base(**exponents: int) -> Dimension:
@@ -109,7 +111,7 @@ _COHERENT = {
     "T": _base(kg=1, s=-2, A=-1),
 }
 # Name -> factor, power of pi, and what it stands for in coherent units.
-_OTHER: dict[str, tuple[Fraction, int, dict[str, int]]] = {
+_DERIVED_UNITS: dict[str, tuple[Fraction, int, dict[str, int]]] = {
     "g": (Fraction(1, 1000), 0, {"kg": 1}),
     "t": (Fraction(1000), 0, {"kg": 1}),
     "L": (Fraction(1, 1000), 0, {"m": 3}),
@@ -159,8 +161,8 @@ def parse_unit(text: str) -> Unit:
     if cleaned == "-":
         return Unit(text, "-", PURE, Fraction(1), 0)
     # A colon for the fraction of a power, so that "/" divides units alone.
-    parts = _FRACTION.sub(r"\1:\2", cleaned).partition("/")
-    above, slash, below = (part.strip() for part in parts)
+    fraction = _FRACTION.sub(r"\1:\2", cleaned).partition("/")
+    above, slash, below = (side.strip() for side in fraction)
     if cleaned in ("", "1") or len(cleaned) > 60 or ":" in cleaned:
         raise _refused(text, cleaned)
     tops = [] if above == "1" and slash else _factors(text, above)
@@ -172,9 +174,9 @@ def parse_unit(text: str) -> Unit:
     return _combined(text, [*tops, *((name, -power) for name, power in bottoms)])
 
 
-def _factors(text: str, part: str) -> list[tuple[str, Fraction]]:
-    found = []
-    for word in re.sub(r"(?<!\*)\*(?!\*)", " ", part).split() or [""]:
+def _factors(text: str, side: str) -> list[tuple[str, Fraction]]:
+    factors = []
+    for word in re.sub(r"(?<!\*)\*(?!\*)", " ", side).split() or [""]:
         match = _FACTOR.fullmatch(word)
         if match is None:
             raise _refused(text, word)
@@ -184,8 +186,8 @@ def _factors(text: str, part: str) -> list[tuple[str, Fraction]]:
         power = Fraction(top) / int(bottom or 1)
         if not 0 < abs(power) <= MAX_POWER:
             raise ModelError(f"unit {text!r}: the power {power} is 0 or above {MAX_POWER}")
-        found.append((match.group(1), power))
-    return found
+        factors.append((match.group(1), power))
+    return factors
 
 
 def _combined(text: str, factors: Iterable[tuple[str, Fraction]]) -> Unit:
@@ -195,12 +197,12 @@ def _combined(text: str, factors: Iterable[tuple[str, Fraction]]) -> Unit:
     # One root of all factors together: m^0.5/cm^0.5 is 10.
     root = lcm(*(power.denominator for _, power in listed))
     for name, power in listed:
-        scale, turns, parts = _meaning(text, name)
+        scale, turns, base_units = _meaning(text, name)
         scaled *= scale ** int(power * root)
         pi_power += turns * power
-        for part, times in parts.items():
-            names[part] = names.get(part, Fraction(0)) + times * power
-            dimension = dimension.times(_COHERENT[part].power(times * power))
+        for base, times in base_units.items():
+            names[base] = names.get(base, Fraction(0)) + times * power
+            dimension = dimension.times(_COHERENT[base].power(times * power))
     if pi_power.denominator > 1:
         raise ModelError(f"unit {text!r}: a root of deg or rpm has no unit; write it with rad")
     factor, exact = _root(scaled, root)
@@ -214,36 +216,36 @@ def _root(value: Fraction, degree: int) -> tuple[Fraction, bool]:
     if degree == 1:
         return value, True
     with localcontext(prec=50):
-        near = (Decimal(value.numerator) / value.denominator) ** (Decimal(1) / degree)
-    found = Fraction(near).limit_denominator(10**20)
-    return (found, True) if found**degree == value else (Fraction(near), False)
+        approximate = (Decimal(value.numerator) / value.denominator) ** (Decimal(1) / degree)
+    rational = Fraction(approximate).limit_denominator(10**20)
+    return (rational, True) if rational**degree == value else (Fraction(approximate), False)
 
 
 def _meaning(text: str, name: str) -> tuple[Fraction, int, dict[str, int]]:
     if name in _COHERENT:
         return Fraction(1), 0, {name: 1}
-    if name in _OTHER:
-        return _OTHER[name]
+    if name in _DERIVED_UNITS:
+        return _DERIVED_UNITS[name]
     if name[:1] in _PREFIXES and name[1:] in _PREFIXED:
-        scale, turns, parts = _meaning(text, name[1:])
-        return scale * _PREFIXES[name[0]], turns, parts
+        scale, turns, base_units = _meaning(text, name[1:])
+        return scale * _PREFIXES[name[0]], turns, base_units
     raise _refused(text, name)
 
 
-def _refused(text: str, part: str) -> ModelError:
-    known = [*_COHERENT, *_OTHER]
-    advice = _ADVICE.get(part)
+def _refused(text: str, word: str) -> ModelError:
+    names = [*_COHERENT, *_DERIVED_UNITS]
+    advice = _ADVICE.get(word)
     if advice is None:
         prefixes = ", ".join(_PREFIXES)
-        near = did_you_mean(part, known)
-        advice = f"known are {', '.join(known)}, with {prefixes} before them, and '-'{near}"
-    what = "" if part == text.strip() else f": {part!r}"
-    return ModelError(f"unit {text!r}{what} is not known; {advice}")
+        suggestion = did_you_mean(word, names)
+        advice = f"known are {', '.join(names)}, with {prefixes} before them, and '-'{suggestion}"
+    word_text = "" if word == text.strip() else f": {word!r}"
+    return ModelError(f"unit {text!r}{word_text} is not known; {advice}")
 
 
-def _written(parts: Iterable[tuple[str, Fraction]]) -> str:
+def _written(factors: Iterable[tuple[str, Fraction]]) -> str:
     """Return ``"kg m/s^2"``, or ``"J/(kg K)"``, of names with exponents."""
-    pairs = [(name, power) for name, power in parts if power]
+    pairs = [(name, power) for name, power in factors if power]
     above = [_factor(name, power) for name, power in pairs if power > 0]
     below = [_factor(name, -power) for name, power in pairs if power < 0]
     if not below:

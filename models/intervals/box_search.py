@@ -11,7 +11,7 @@ from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 from takagi.models.errors import ModelError
 
 Ends: TypeAlias = tuple[Any, Any]  # two exact numbers of one ordered type, smaller first
-Place = TypeVar("Place")
+Box = TypeVar("Box")
 
 
 class NoBound(ModelError):
@@ -54,15 +54,15 @@ SIDES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 def search(
-    look: Callable[[Place], Bounded],
-    halve: Callable[[Place, int], tuple[Place, Place]],
-    roots: Sequence[Place],
+    bound: Callable[[Box], Bounded],
+    halve: Callable[[Box, int], tuple[Box, Box]],
+    roots: Sequence[Box],
     *,
     tolerance: Fraction,
     most_boxes: int,
-    tell: Callable[[Place], str],
+    tell: Callable[[Box], str],
     attained: Ends | None = None,
-    refine: Callable[[Place], Bounded] | None = None,
+    refine: Callable[[Box], Bounded] | None = None,
 ) -> SearchResult:
     """Return the range of f over the union of the roots; both ends from one set of boxes.
 
@@ -71,12 +71,12 @@ def search(
 
     Raises
     ------
-    NoBound : ``look`` cannot decide even on small boxes (a pole).
+    NoBound : ``bound`` cannot decide even on small boxes (a pole).
     ModelError : nothing is attained.
 
     Source: Moore, Kearfott, Cloud (2009), Introduction to Interval Analysis, ch. 11.
     """
-    tree = _Tree(look, halve, tell, refine)
+    tree = _Tree(bound, halve, tell, refine)
     tree.widen(attained)
     for root in roots:
         tree.add(root)
@@ -87,19 +87,19 @@ def search(
     return tree.found(len(roots))
 
 
-class _Tree(Generic[Place]):
+class _Tree(Generic[Box]):
     """Boxes examined so far; those that are not halved cover the domain."""
 
     def __init__(
         self,
-        look: Callable[[Place], Bounded],
-        halve: Callable[[Place, int], tuple[Place, Place]],
-        tell: Callable[[Place], str],
-        refine: Callable[[Place], Bounded] | None,
+        bound: Callable[[Box], Bounded],
+        halve: Callable[[Box, int], tuple[Box, Box]],
+        tell: Callable[[Box], str],
+        refine: Callable[[Box], Bounded] | None,
     ) -> None:
-        self.look, self.halve, self.tell, self.refine = look, halve, tell, refine
+        self.look, self.halve, self.tell, self.refine = bound, halve, tell, refine
         self.refined: set[int] = set()
-        self.places: list[Place | None] = []
+        self.places: list[Box | None] = []
         self.looks: list[Bounded] = []
         self.halves: dict[int, tuple[int, int]] = {}
         self.unknown: deque[int] = deque()
@@ -107,22 +107,22 @@ class _Tree(Generic[Place]):
         self.by_upper: list[tuple[Any, int]] = []
         self.attained: Ends | None = None
 
-    def add(self, place: Place) -> int:
+    def add(self, box: Box) -> int:
         index = len(self.looks)
-        self.places.append(place)
-        self.looks.append(self.look(place))
+        self.places.append(box)
+        self.looks.append(self.look(box))
         self._enter(index)
         return index
 
     def _enter(self, index: int) -> None:
         """Queue a box by its evaluated bounds; entries of an earlier look are skipped later."""
-        seen = self.looks[index]
-        if seen.outer is None:
+        bounds = self.looks[index]
+        if bounds.outer is None:
             self.unknown.append(index)
         else:
-            heapq.heappush(self.by_lower, (seen.outer[0], index))
-            heapq.heappush(self.by_upper, (-seen.outer[1], index))
-        self.widen(seen.attained)
+            heapq.heappush(self.by_lower, (bounds.outer[0], index))
+            heapq.heappush(self.by_upper, (-bounds.outer[1], index))
+        self.widen(bounds.attained)
 
     def _clean(self) -> None:
         """Drop entries of halved boxes and of earlier looks from the heads of the queues."""
@@ -161,19 +161,19 @@ class _Tree(Generic[Place]):
 
     def split(self, index: int) -> bool:
         """Evaluate a box more tightly, or halve it; False when it cannot be halved."""
-        place = self.places[index]
-        if self.refine and place is not None and index not in self.refined:
+        box = self.places[index]
+        if self.refine and box is not None and index not in self.refined:
             if self.looks[index].outer is not None:
                 self.refined.add(index)
-                self.looks[index] = self.refine(place)
+                self.looks[index] = self.refine(box)
                 self._enter(index)
                 return True
         axis = self.looks[index].axis
-        if axis is None or place is None:
+        if axis is None or box is None:
             return False
         if self.looks[index].outer is None:
             self.unknown.popleft()
-        first, second = self.halve(place, axis)
+        first, second = self.halve(box, axis)
         self.places[index] = None
         self.halves[index] = self.add(first), self.add(second)
         return True
@@ -191,8 +191,8 @@ class _Tree(Generic[Place]):
         )
 
     def _no_bound(self, index: int) -> NoBound:
-        place = self.places[index]
-        where = "" if place is None else self.tell(place)
+        box = self.places[index]
+        where = "" if box is None else self.tell(box)
         return NoBound(
             f"no finite bound near {where}: the function seems to have a pole there; shrink "
             "the box, make what is singular inside another function a premise of its own, or give "
@@ -200,15 +200,15 @@ class _Tree(Generic[Place]):
         )
 
     def _text(self, root: int, outer: Ends) -> str:
-        letters, left = [], [root]
-        while left:
-            index = left.pop()
-            seen = self.looks[index]
+        letters, waiting = [], [root]
+        while waiting:
+            index = waiting.pop()
+            bounds = self.looks[index]
             if index in self.halves:
-                letters.append(SIDES[seen.axis or 0])
-                left += reversed(self.halves[index])
-            elif seen.rough and outer[0] <= seen.rough[0][0] and seen.rough[0][1] <= outer[1]:
-                letters.append(seen.rough[1])
+                letters.append(SIDES[bounds.axis or 0])
+                waiting += reversed(self.halves[index])
+            elif bounds.rough and outer[0] <= bounds.rough[0][0] and bounds.rough[0][1] <= outer[1]:
+                letters.append(bounds.rough[1])
             else:
-                letters.append(seen.method)
+                letters.append(bounds.method)
         return "".join(letters)

@@ -1,4 +1,6 @@
-r"""Parallel distributed compensation as a law to be run, of the states or of an estimate of them.
+"""The law u = -sum_i h_i K_i x, and its form with references and an observer.
+
+Parallel distributed compensation as a law to be run, of the states or of an estimate of them.
 
     u = u* - sum_i h_i(z) K_i (x - x*)
 
@@ -9,6 +11,14 @@ Observer-based output feedback puts s in the place of x - x*,
 
 in discrete time s(t + T) replaces s'.  The weights h are those of the plant, if they depend on
 measured outputs only, or the weights at the estimate.
+
+A law with references and measured outputs: integrals, and an observer with constant matrices.
+
+    u = u* - K_x s - K_xi xi,     s' = A s + B (u - u*) + L (y - y* - C s),     xi' = h(y) - r
+
+s estimates the deviations of the plant's own states.  For callers that know an observer of all
+states (``takagi.models.laws.pdc.OutputFeedback``) the estimate has a row for every state, 0 for the
+integrals, which the law has itself and which stand behind the outputs in what it knows.
 """
 
 from __future__ import annotations
@@ -16,18 +26,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
+from takagi.models.equilibrium_line import ConstantObserver
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.vertex_arrays import finite_array
 
 if TYPE_CHECKING:
-    from takagi.models.blending.run_time import RunTimeBlending
+    from takagi.models.blending.blending import RunTimeBlending
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +66,14 @@ class PdcLaw:
     def __post_init__(self) -> None:
         r, n, m = self.model.B.shape
         object.__setattr__(self, "gains", _gains(self.gains, (r, m, n)))
-        for what, size in (("state_rest", n), ("input_rest", m)):
-            value = np.array(getattr(self, what), dtype=np.float64)
+        for field_name, size in (("state_rest", n), ("input_rest", m)):
+            value = np.array(getattr(self, field_name), dtype=np.float64)
             if value.shape != (size,) or not np.all(np.isfinite(value)):
-                raise ModelError(f"{what} has shape {value.shape}; ({size},) is needed, all finite")
+                raise ModelError(
+                    f"{field_name} has shape {value.shape}; ({size},) is needed, all finite"
+                )
             value.flags.writeable = False
-            object.__setattr__(self, what, value)
+            object.__setattr__(self, field_name, value)
 
     @property
     def sample_time(self) -> float | None:
@@ -73,8 +86,7 @@ class PdcLaw:
         form = None if self.model.derivation is None else self.model.derivation.form
         if form is None or form.plant is None:
             return None
-        from takagi.models.blending.blending import blending_of
-        from takagi.models.blending.run_time import RunTimeBlending
+        from takagi.models.blending.blending import RunTimeBlending, blending_of
 
         blending = blending_of(form.plant)
         return None if blending is None else RunTimeBlending(blending)
@@ -108,17 +120,19 @@ class PdcLaw:
             )
         if not self.model.premises:
             return np.full(len(self.model.rules), 1.0 / len(self.model.rules))
-        others = {_name(label): 0.0 for label in (*self.model.inputs, *self.model.disturbances)}
+        other_signals = {
+            _name(label): 0.0 for label in (*self.model.inputs, *self.model.disturbances)
+        }
         if self.blend is not None:
-            others |= self.blend.signals(x)
+            other_signals |= self.blend.signals(x)
         for key, value in signals.items():
-            if key not in others:
+            if key not in other_signals:
                 raise ModelError(
-                    f"signal {key} was given; the model has {', '.join(others) or 'none'}"
+                    f"signal {key} was given; the model has {', '.join(other_signals) or 'none'}"
                 )
-            others[key] = float(value)
+            other_signals[key] = float(value)
         deviation = zip(map(_name, self.model.states), x - self.state_rest, strict=True)
-        point = others | {key: float(value) for key, value in deviation}
+        point = other_signals | {key: float(value) for key, value in deviation}
         return self.model.memberships(self.model.premise_values(**point), clip=True)
 
     def command(self, state: ArrayLike, **signals: float) -> Floats:
@@ -143,8 +157,8 @@ class PdcLaw:
         return np.clip(self.command(state, **signals), low, high)
 
 
-def _gains(given: ArrayLike, shape: tuple[int, int, int]) -> Floats:
-    K = finite_array("K", given)
+def _gains(gains: ArrayLike, shape: tuple[int, int, int]) -> Floats:
+    K = finite_array("K", gains)
     if K.shape == shape[1:]:
         K = np.broadcast_to(K, shape).copy()
     if K.shape != shape:
@@ -246,11 +260,81 @@ def seen_directly(model: TSModel, rows: Sequence[int]) -> dict[int, tuple[int, f
     ----------
     rows : indices of the measured outputs among the outputs of the model.
     """
-    found = {}
+    direct = {}
     for k, row in enumerate(rows):
         C, D = model.C[:, row], model.D[:, row]
-        places = np.flatnonzero(np.any(C != 0, axis=0))
-        if len(places) == 1 and np.all(C == C[0]) and not np.any(D):
-            state = int(places[0])
-            found[state] = (k, float(C[0, state]))
-    return found
+        nonzero = np.flatnonzero(np.any(C != 0, axis=0))
+        if len(nonzero) == 1 and np.all(C == C[0]) and not np.any(D):
+            state = int(nonzero[0])
+            direct[state] = (k, float(C[0, state]))
+    return direct
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceFeedback:
+    """The law of the module.
+
+    Attributes
+    ----------
+    feedback : K with model and rests; the columns of own states are those of the estimate.
+    observer : its matrices.
+    rows : indices of the measured outputs among the outputs of the model.
+    states : places of the states that are estimated.
+    """
+
+    feedback: PdcLaw
+    observer: ConstantObserver
+    rows: tuple[int, ...]
+    states: tuple[int, ...]
+    at_estimate: ClassVar[bool] = False
+
+    @property
+    def model(self) -> TSModel:
+        return self.feedback.model
+
+    @property
+    def sample_time(self) -> float | None:
+        """None: the law is of continuous time."""
+        return self.model.sample_time
+
+    @property
+    def integrals(self) -> list[int]:
+        """Places of the states that the law has itself."""
+        return [k for k in range(len(self.model.states)) if k not in self.states]
+
+    @property
+    def L(self) -> Floats:
+        """(1, n, p), with rows of 0 for the integrals."""
+        gains = np.zeros((1, len(self.model.states), len(self.rows)))
+        gains[0, list(self.states)] = self.observer.L
+        return gains
+
+    def command(self, estimate: ArrayLike, measured: ArrayLike) -> Floats:
+        """Return u (m,) for the estimate (n,) and what is known: y - y* (p,), then xi."""
+        z = np.array(estimate, dtype=np.float64)
+        z[self.integrals] = np.asarray(measured)[len(self.rows) :]
+        return np.asarray(self.feedback.input_rest - self.feedback.gains[0] @ z, dtype=np.float64)
+
+    def following(self, estimate: ArrayLike, measured: ArrayLike, sent: ArrayLike) -> Floats:
+        """Return the rate of the estimate (n,); ``sent`` is u (m,) as the plant gets it."""
+        observer, rates = self.observer, np.zeros(len(self.model.states))
+        s = np.asarray(estimate, dtype=np.float64)[list(self.states)]
+        u = np.asarray(sent, dtype=np.float64) - self.feedback.input_rest
+        gap = np.asarray(measured, dtype=np.float64)[: len(self.rows)] - observer.C @ s
+        rates[list(self.states)] = observer.A @ s + observer.B @ u + observer.L @ gap
+        return rates
+
+    def linear(self, H: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return F, G, K of z' = F z + G (y - y*), u - u* = -K z, z = (xi, s) as the states.
+
+        Parameters
+        ----------
+        H : (q, p), the slopes of what follows by y.
+        """
+        observer, K, n = self.observer, self.feedback.gains[0], len(self.model.states)
+        F, G = np.zeros((n, n)), np.zeros((n, len(self.rows)))
+        states = list(self.states)
+        F[states] = -observer.B @ K
+        F[np.ix_(states, states)] += observer.A - observer.L @ observer.C
+        G[states], G[self.integrals] = observer.L, H
+        return F, G, K

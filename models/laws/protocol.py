@@ -169,10 +169,10 @@ class SampledLaw:
 
     def step(self, state: ProgramState, measurement: Measurement) -> tuple[Command, ProgramState]:
         """Return what is sent at this sample, and the program's state at the next one."""
-        wanted, later = sampled(self.law, state.law_state, measurement, self.sample_time)
+        command, later = sampled(self.law, state.law_state, measurement, self.sample_time)
         sent = Command(
-            _within(wanted.torque, state.sent.torque, self.torque_rate_limit * self.sample_time),
-            _within(wanted.pitch, state.sent.pitch, self.pitch_rate_limit * self.sample_time),
+            _within(command.torque, state.sent.torque, self.torque_rate_limit * self.sample_time),
+            _within(command.pitch, state.sent.pitch, self.pitch_rate_limit * self.sample_time),
         )
         return sent, ProgramState(later, sent)
 
@@ -214,6 +214,6 @@ def _discretises_itself(law: type) -> bool:
     return issubclass(law, Sampling)
 
 
-def _within(wanted: float, before: float, most: float) -> float:
-    """Return the wanted value, or the nearest one that the rate limit allows after ``before``."""
-    return float(min(max(wanted, before - most), before + most))
+def _within(value: float, previous: float, largest_step: float) -> float:
+    """Return the wanted value, or the nearest one that the rate limit allows after ``previous``."""
+    return float(min(max(value, previous - largest_step), previous + largest_step))

@@ -79,10 +79,10 @@ class PlantSettings:
             if value is not None:
                 _positive(name, value)
         for name in ("input_limit", "initial", "noise"):
-            given = dict(getattr(self, name))
-            for key, value in given.items():
+            values = dict(getattr(self, name))
+            for key, value in values.items():
                 _positive(f"{name} of {key}", value)
-            object.__setattr__(self, name, MappingProxyType(given))
+            object.__setattr__(self, name, MappingProxyType(values))
         if self.noise and self.horizon is None:
             raise ModelError("horizon is missing: noise was given, and no time for its effect")
         if self.horizon is not None and not self.noise:
@@ -105,17 +105,17 @@ class PlantSettings:
         disturbances: tuple[str, ...] = (),
     ) -> None:
         """Raise ModelError for a name of a limit, start or noise that the plant does not have."""
-        for field_name, given, known, what in (
+        for field_name, names_given, names, kind in (
             ("input_limit", self.input_limit, inputs, "input"),
             ("initial", self.initial, states, "state"),
             ("noise", self.noise, disturbances, "disturbance"),
         ):
-            for name in given:
-                if name not in known:
-                    listed = ", ".join(known) or "none"
+            for name in names_given:
+                if name not in names:
+                    listed = ", ".join(names) or "none"
                     raise ModelError(
-                        f"{field_name} of {name}: there is no {what} of that name"
-                        f"{did_you_mean(name, known)}; the plant has {listed}"
+                        f"{field_name} of {name}: there is no {kind} of that name"
+                        f"{did_you_mean(name, names)}; the plant has {listed}"
                     )
 
 
@@ -124,11 +124,11 @@ def settling_rate(seconds: float) -> float:
     return math.log(50) / seconds
 
 
-def _word(name: str, given: str, known: tuple[str, ...]) -> None:
-    if given not in known:
+def _word(name: str, value: str, words: tuple[str, ...]) -> None:
+    if value not in words:
         raise ModelError(
-            f"{name} = {given!r} was given{did_you_mean(given, known)}; "
-            f"{' or '.join(known)} is needed"
+            f"{name} = {value!r} was given{did_you_mean(value, words)}; "
+            f"{' or '.join(words)} is needed"
         )
 
 

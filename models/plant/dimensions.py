@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import sympy as sp
 
 ADVICE = 'correct the expression or a unit, or turn checking off with units = "unchecked"'
-KEPT = ("Abs", "Max", "Min")  # the value has the unit of the arguments
+UNIT_KEEPING = ("Abs", "Max", "Min")  # the value has the unit of the arguments
 NUMBERS = (
     "sin cos tan exp log asin acos atan sinh cosh tanh asinh acosh atanh sinc erf sign".split()
 )
@@ -24,7 +24,7 @@ def dimension_of(
     units: Mapping[sp.Symbol, Dimension],
     values: Mapping[sp.Symbol, Fraction],
     *,
-    place: str,
+    owner: str,
 ) -> Dimension | None:
     """Return the dimension of an expression; None for 0, which fits every unit.
 
@@ -32,24 +32,24 @@ def dimension_of(
     ----------
     units : of every symbol in the expression.
     values : of the parameters, for exponents.
-    place : what to call the expression in messages.
+    owner : what to call the expression in messages.
 
     Raises
     ------
     ModelError : the parts do not fit.
     """
-    return _Reader(units, values, place).of(expression)
+    return _Reader(units, values, owner).of(expression)
 
 
 class _Reader:
     """Dimensions of the parts of one expression."""
 
     def __init__(
-        self, units: Mapping[sp.Symbol, Dimension], values: Mapping[sp.Symbol, Fraction], place: str
+        self, units: Mapping[sp.Symbol, Dimension], values: Mapping[sp.Symbol, Fraction], owner: str
     ) -> None:
         self.units = units
         self.values = values
-        self.place = place
+        self.place = owner
 
     def of(self, expression: sp.Expr) -> Dimension | None:
         if expression.is_Symbol:
@@ -59,26 +59,26 @@ class _Reader:
         if expression.is_Add:
             return self.same(expression.args, "added")
         if expression.is_Mul:
-            found: Dimension = PURE
+            dimension: Dimension = PURE
             for argument in expression.args:
-                found = found.times(self.of(argument) or PURE)
-            return found
+                dimension = dimension.times(self.of(argument) or PURE)
+            return dimension
         if expression.is_Pow:
             return self.power(expression)
         return self.function(expression)
 
-    def same(self, parts: tuple[sp.Expr, ...], how: str) -> Dimension | None:
+    def same(self, operands: tuple[sp.Expr, ...], how: str) -> Dimension | None:
         first: tuple[sp.Expr, Dimension] | None = None
-        for part in parts:
-            found = self.of(part)
-            if found is None:
+        for operand in operands:
+            dimension = self.of(operand)
+            if dimension is None:
                 continue
-            if first is not None and found != first[1]:
+            if first is not None and dimension != first[1]:
                 raise ModelError(
-                    f"{self.place}: {short(first[0])} has the unit {first[1]} and {short(part)} "
-                    f"has {found}, but they are {how}; {ADVICE}"
+                    f"{self.place}: {short(first[0])} has the unit {first[1]} and {short(operand)} "
+                    f"has {dimension}, but they are {how}; {ADVICE}"
                 )
-            first = first or (part, found)
+            first = first or (operand, dimension)
         return None if first is None else first[1]
 
     def power(self, expression: sp.Expr) -> Dimension:
@@ -98,7 +98,7 @@ class _Reader:
         name = type(expression).__name__
         if hasattr(expression, "argument_units"):
             return self.table(expression)
-        if name in KEPT:
+        if name in UNIT_KEEPING:
             return self.same(expression.args, "compared")
         if name not in NUMBERS:
             raise ModelError(
@@ -108,29 +108,29 @@ class _Reader:
             self.pure(argument, f"the argument of {name}")
         return PURE
 
-    def pure(self, expression: sp.Expr, what: str) -> None:
-        found = self.of(expression)
-        if found not in (None, PURE):
+    def pure(self, expression: sp.Expr, role: str) -> None:
+        dimension = self.of(expression)
+        if dimension not in (None, PURE):
             raise ModelError(
-                f"{self.place}: {what}, {short(expression)}, has the unit {found}; it must be a "
-                f"pure number or in rad; {ADVICE}"
+                f"{self.place}: {role}, {short(expression)}, has the unit {dimension}; it must be "
+                f"a pure number or in rad; {ADVICE}"
             )
 
     def table(self, expression: Any) -> Dimension:
         """Return the unit of a TableFunction, its derivatives included."""
-        found = parse_unit(expression.value_unit).dimension
+        dimension = parse_unit(expression.value_unit).dimension
         triples = zip(expression.args, expression.argument_units, expression.orders, strict=True)
         for number, (argument, unit, order) in enumerate(triples, start=1):
-            wanted = parse_unit(unit).dimension
-            given = self.of(argument)
-            if given is not None and given != wanted:
+            needed = parse_unit(unit).dimension
+            argument_dimension = self.of(argument)
+            if argument_dimension is not None and argument_dimension != needed:
                 raise ModelError(
                     f"{self.place}: argument {number} of the table {expression.title}, "
-                    f"{short(argument)}, has the unit {given}; {unit!r} ({wanted}) is needed; "
-                    f"{ADVICE}"
+                    f"{short(argument)}, has the unit {argument_dimension}; {unit!r} ({needed}) is "
+                    f"needed; {ADVICE}"
                 )
-            found = found.times(wanted.power(Fraction(-order)))
-        return found
+            dimension = dimension.times(needed.power(Fraction(-order)))
+        return dimension
 
 
 def without_matrix_row(expression: sp.Expr, variables: Collection[sp.Symbol]) -> sp.Expr:

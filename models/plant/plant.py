@@ -1,7 +1,14 @@
-"""A plant as a value: its equations and data, before anything is derived from them."""
+"""A plant: its variables, parameters and outputs, and times in the units of its file.
+
+Figures in SI -> the units that the plant's file is written in, for words alone.
+
+Nothing that is proved passes through here: certificates and gain files are in SI.
+"""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -12,11 +19,99 @@ from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.dimensions import ADVICE, dimension_of, short, without_matrix_row
-from takagi.models.plant.variables import Output, Parameter, Reference, Variable
 from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     import sympy as sp
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A state, input or disturbance.
+
+    Attributes
+    ----------
+    symbol : as it appears in the equations.
+    unit : SI, e.g. ``"rad/s"``; ``"-"`` for a pure number.
+    range : where the model shall hold; None for a variable that no premise may depend on.
+    rest : its value at the operating point that the model is written around.
+    within : if the true rest is not a decimal: the largest distance of the true rest from ``rest``,
+        the decimal nearest to it. The model is written around the true rest.
+    equals : the expression without variables and parameters that such a rest is, e.g. 100*pi; None
+        for one that was solved for.
+    description : in words, e.g. ``"angle from upright"``.
+    schedules : of a disturbance: it appears in coefficients alone, so that A, B, C and D may depend
+        on it and its column of E is 0.  It needs a range.
+    unknown : of a disturbance that schedules: no law knows it, so no gain may depend on it.  An
+        uncertain parameter is such a signal.
+    written : the unit that its file gives it, e.g. ``"deg"``, for words alone; empty without a
+        file.
+    """
+
+    symbol: sp.Symbol
+    unit: str = "-"
+    range: Interval | None = None
+    rest: Fraction = Fraction(0)
+    description: str = ""
+    schedules: bool = False
+    within: Fraction = Fraction(0)
+    equals: sp.Expr | None = None
+    unknown: bool = False
+    written: str = field(default="", compare=False)
+
+    @property
+    def name(self) -> str:
+        return str(self.symbol.name)
+
+    @property
+    def label(self) -> str:
+        """Return e.g. ``"theta [rad]"``."""
+        return f"{self.name} [{self.unit}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number with a name: exact value, SI unit, and where it comes from.
+
+    If its exact value is not a decimal, ``equals`` is that value as an expression without variables
+    and parameters, and ``within`` is its largest distance from ``value``.  ``written`` is the
+    unit in its file and is used in texts alone.
+    """
+
+    symbol: sp.Symbol
+    value: Fraction
+    unit: str = "-"
+    source: str = ""
+    within: Fraction = Fraction(0)
+    equals: sp.Expr | None = None
+    written: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """A measured output: y = expression, in its unit."""
+
+    name: str
+    expression: sp.Expr
+    unit: str = "-"
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A signal that a state or output follows, by an integral state of the law.
+
+    Attributes
+    ----------
+    name, integral : of the signal among the disturbances, and of the state xi' = y - r.
+    follows : name of the state or output.
+    rate : the fastest that the signal is said to move, SI per s; None where nothing is said.
+    """
+
+    name: str
+    integral: str
+    follows: str
+    rate: Fraction | None = None
+
 
 PER_SECOND = parse_unit("1/s").dimension
 
@@ -132,13 +227,13 @@ class Plant(ShortRepr):
     @property
     def expressions(self) -> list[tuple[str, sp.Expr]]:
         """Return (place, expression): of all equations, the mass matrix, outputs and premises."""
-        found = [
+        labelled = [
             (f"equation of {v.name}", row)
             for v, row in zip(self.states, self.equations, strict=True)
         ]
-        found += [("mass matrix", entry) for entry in (() if self.mass is None else self.mass)]
-        found += [(f"output {y.name}", y.expression) for y in self.outputs]
-        return [*found, *((f"premise {symbol}", row) for symbol, row in self.premises.items())]
+        labelled += [("mass matrix", entry) for entry in (() if self.mass is None else self.mass)]
+        labelled += [(f"output {y.name}", y.expression) for y in self.outputs]
+        return [*labelled, *((f"premise {symbol}", row) for symbol, row in self.premises.items())]
 
     def _check_measured(self) -> None:
         if self.measured is None:
@@ -190,12 +285,12 @@ class Plant(ShortRepr):
             )
 
     def _check_symbols(self) -> None:
-        known = {v.symbol for v in self.variables} | {p.symbol for p in self.parameters}
-        for what, row in self.expressions:
-            unknown = sorted(str(s) for s in row.free_symbols if s not in known)
+        symbols = {v.symbol for v in self.variables} | {p.symbol for p in self.parameters}
+        for label, row in self.expressions:
+            unknown = sorted(str(s) for s in row.free_symbols if s not in symbols)
             if unknown:
                 raise ModelError(
-                    f"plant {self.name!r}, {what}: {', '.join(unknown)} is neither a variable nor "
+                    f"plant {self.name!r}, {label}: {', '.join(unknown)} is neither a variable nor "
                     "a parameter; define it, or correct its name"
                 )
 
@@ -213,35 +308,36 @@ def _check_units(plant: Plant) -> None:
     """
     units = _dimensions(plant)
     values = plant.values
-    wanted = _rate_dimensions(plant, units, values)
-    for variable, row, dimension in zip(plant.states, plant.equations, wanted, strict=True):
-        place = f"equation of {variable.name}"
+    rates = _rate_dimensions(plant, units, values)
+    for variable, row, dimension in zip(plant.states, plant.equations, rates, strict=True):
+        owner = f"equation of {variable.name}"
         checked = without_matrix_row(row, {v.symbol for v in plant.variables})
-        found = dimension_of(checked, units, values, place=place)
-        if dimension is not None and found is not None and found != dimension:
-            left = "the left side" if plant.mass is not None else _left(plant, variable.name)
+        row_dimension = dimension_of(checked, units, values, owner=owner)
+        if dimension is not None and row_dimension is not None and row_dimension != dimension:
+            left_name = "the left side" if plant.mass is not None else _left(plant, variable.name)
             raise ModelError(
-                f"{place}: {short(row)} has the unit {found}, but {left} has {dimension}; {ADVICE}"
+                f"{owner}: {short(row)} has the unit {row_dimension}, but {left_name} has "
+                f"{dimension}; {ADVICE}"
             )
     for output in plant.outputs:
-        place = f"output {output.name}"
-        found = dimension_of(output.expression, units, values, place=place)
-        stated = _si(output.unit, place).dimension
-        if found is not None and found != stated:
+        owner = f"output {output.name}"
+        row_dimension = dimension_of(output.expression, units, values, owner=owner)
+        stated = _si(output.unit, owner).dimension
+        if row_dimension is not None and row_dimension != stated:
             raise ModelError(
-                f"{place}: {short(output.expression)} has the unit {found}, but {output.unit!r} "
-                f"is stated ({stated}); {ADVICE}"
+                f"{owner}: {short(output.expression)} has the unit {row_dimension}, but "
+                f"{output.unit!r} is stated ({stated}); {ADVICE}"
             )
     for symbol, expression in plant.premises.items():
-        dimension_of(expression, units, values, place=f"premise {symbol}")
+        dimension_of(expression, units, values, owner=f"premise {symbol}")
 
 
 def _dimensions(plant: Plant) -> dict[sp.Symbol, Dimension]:
-    found = {v.symbol: _si(v.unit, f"variable {v.name}").dimension for v in plant.variables}
+    dimensions = {v.symbol: _si(v.unit, f"variable {v.name}").dimension for v in plant.variables}
     for parameter in plant.parameters:
-        place = f"parameter {parameter.symbol}"
-        found[parameter.symbol] = _si(parameter.unit, place).dimension
-    return found
+        owner = f"parameter {parameter.symbol}"
+        dimensions[parameter.symbol] = _si(parameter.unit, owner).dimension
+    return dimensions
 
 
 def _rate_dimensions(
@@ -252,37 +348,87 @@ def _rate_dimensions(
     rates = [units[variable.symbol].times(step) for variable in plant.states]
     if plant.mass is None:
         return list(rates)
-    found: list[Dimension | None] = []
+    dimensions: list[Dimension | None] = []
     for row, variable in enumerate(plant.states):
-        place = f"mass row of {variable.name}"
-        seen: tuple[str, Dimension] | None = None
+        owner = f"mass row of {variable.name}"
+        first_term: tuple[str, Dimension] | None = None
         for column, rate in enumerate(rates):
             written = plant.mass[row, column]
-            entry = dimension_of(written, units, values, place=place)
+            entry = dimension_of(written, units, values, owner=owner)
             # A number that is an entry of the matrix is in SI, with the unit that fits.
             if entry is None or (written.is_number and abs(written) != 1):
                 continue
             term = f"({short(plant.mass[row, column])}) {_left(plant, plant.states[column].name)}"
             total = entry.times(rate)
-            if seen is not None and seen[1] != total:
+            if first_term is not None and first_term[1] != total:
                 raise ModelError(
-                    f"{place}: {seen[0]} has the unit {seen[1]} and {term} has {total}, but they "
-                    f"are added; {ADVICE}"
+                    f"{owner}: {first_term[0]} has the unit {first_term[1]} and {term} has "
+                    f"{total}, but they are added; {ADVICE}"
                 )
-            seen = seen or (term, total)
-        found.append(None if seen is None else seen[1])
-    return found
+            first_term = first_term or (term, total)
+        dimensions.append(None if first_term is None else first_term[1])
+    return dimensions
 
 
 def _left(plant: Plant, name: str) -> str:
     return f"{name}'" if plant.sample_time is None else f"{name}(t + T)"
 
 
-def _si(text: str, place: str) -> Any:
+def _si(text: str, owner: str) -> Any:
     unit = parse_unit(text)
     if not unit.is_si:
         raise ModelError(
-            f"{place}: the unit {text!r} is not SI; give the value in {unit.si!r} (plant files "
+            f"{owner}: the unit {text!r} is not SI; give the value in {unit.si!r} (plant files "
             "convert, a Plant in Python does not)"
         )
     return unit
+
+
+_NAME = re.compile(r"[A-Za-z%]+")
+SECOND = parse_unit("s")
+
+
+def file_unit(variable: Variable) -> tuple[float, str]:
+    """Return (size of the unit in SI, its name) of a variable: as its file has it, else SI."""
+    return _size(variable.written), variable.written or variable.unit
+
+
+def time_in_file_units(plant: Plant, seconds: float) -> tuple[float, str]:
+    """Return (number, unit) of a time [s].
+
+    The unit is the largest in which the number is at least 1, of s and the units of time that
+    occur in the file's units, such as min in ``L/min``; else the smallest of them.
+    """
+    sizes = sorted((_size(unit), unit) for unit in _times(plant))
+    size, unit = max(
+        (time_unit for time_unit in sizes if seconds >= time_unit[0]), default=sizes[0]
+    )
+    return seconds / size, unit
+
+
+def rate_in_file_units(plant: Plant, rate: float) -> tuple[float, str]:
+    """Return (number, unit) of a rate [1/s], in the unit of time that suits its time constant."""
+    if not rate > 0:
+        return rate, "1/s"
+    unit = time_in_file_units(plant, 1 / rate)[1]
+    return rate * _size(unit), f"1/{unit}"
+
+
+def _times(plant: Plant) -> set[str]:
+    """Return s, and the units of time that occur in what the file's figures are written in."""
+    units_written = [v.written for v in (*plant.states, *plant.inputs, *plant.disturbances)]
+    units_written += [parameter.written for parameter in plant.parameters]
+    names = {name for unit in units_written for name in _NAME.findall(unit)}
+    return {"s"} | {name for name in names if _is_time(name)}
+
+
+def _is_time(name: str) -> bool:
+    try:
+        return parse_unit(name).dimension == SECOND.dimension
+    except ModelError:
+        return False
+
+
+def _size(unit: str) -> float:
+    unit_read = parse_unit(unit or "-")
+    return float(unit_read.factor) * math.pi**unit_read.pi_power

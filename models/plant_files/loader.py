@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.files.library import resolve_model
-from takagi.models.files.toml_document import Document, decimal_of, read_document
+from takagi.models.files.library import Document, decimal_of, read_document, resolve_model
 from takagi.models.files.units import Unit, parse_unit
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Output, Parameter, Variable
+from takagi.models.plant.plant import Output, Parameter, Plant, Variable
 from takagi.models.plant_files.derived_numbers import DerivedNumbers, check_divisors
 from takagi.models.plant_files.sections import seconds
 
@@ -28,7 +26,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.entries import PlantEntry, VariableEntry
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 # The sections whose names must differ from each other.
 SECTIONS = (
     "states",
@@ -86,15 +84,15 @@ class PlantFile:
         from pydantic import ValidationError
 
         from takagi.models.plant.entries import PlantEntry
-        from takagi.models.plant_files.entry_problem import problem_of
+        from takagi.models.plant_files.entry_checks import problem_of
 
         try:
             return PlantEntry.model_validate(self.document.data)
         except ValidationError as error:
             # One error alone, a misspelt name first: the others are often its consequences.
-            first = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
-            place = ".".join(str(part) for part in first["loc"] if part != "[key]")
-            raise self.document.error(place, problem_of(first, place)) from error
+            first = min(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
+            field = ".".join(str(key) for key in first["loc"] if key != "[key]")
+            raise self.document.error(field, problem_of(first, field)) from error
 
     @cached_property
     def model(self) -> Plant:
@@ -106,8 +104,8 @@ class PlantFile:
         """The file, then its tables: all files that ``load_plant`` reads."""
         from takagi.models.plant_files.sections import table_path
 
-        given = self.entry.tables.items()
-        tables = [table_path(self.document, name, table.file) for name, table in given]
+        table_entries = self.entry.tables.items()
+        tables = [table_path(self.document, name, table.file) for name, table in table_entries]
         return [self.document.path, *dict.fromkeys(tables)]
 
     @property
@@ -129,7 +127,7 @@ class _Reader:
         self.solved: dict[str, Fraction | None] = {}
 
     def plant(self) -> Plant:
-        from takagi.models.plant.table_coverage import check_coverage
+        from takagi.models.plant_files.entry_checks import check_coverage
 
         entry = self.entry
         self.check_names()
@@ -145,7 +143,7 @@ class _Reader:
         scope = self.scope((*states, *inputs, *disturbances), parameters)
         self.check_rows("equations", entry.equations, needed=True)
         self.check_rows("mass", entry.mass, needed=False)
-        found = self.at(
+        plant = self.at(
             "",
             lambda: Plant(
                 equations=tuple(
@@ -173,18 +171,18 @@ class _Reader:
                 source=entry.source,
             ),
         )
-        check_divisors(self.document, found)
+        check_divisors(self.document, plant)
         if entry.measured is not None:
-            found = self.with_measured(found, scope)
+            plant = self.with_measured(plant, scope)
         if self.solved:
-            found = self.at_rest(found)
-        self.at("", lambda: check_coverage(found))
-        self.check_lost(found)
+            plant = self.at_rest(plant)
+        self.at("", lambda: check_coverage(plant))
+        self.check_lost(plant)
         if entry.reference:
             from takagi.models.plant_files.reference_section import with_references
 
-            return with_references(self.document, entry, found, self.unit)
-        return found if entry.blending is None else self.behind_blend(found, scope)
+            return with_references(self.document, entry, plant, self.unit)
+        return plant if entry.blending is None else self.behind_blend(plant, scope)
 
     def check_uncertain_allowed(self) -> None:
         """Refuse uncertain parameters of a plant behind a blend."""
@@ -201,7 +199,9 @@ class _Reader:
         from takagi.models.equations.solved_rest import solve_rest
 
         field = next(iter(self.solved))
-        starts = {_symbol(place.split(".")[1]): start for place, start in self.solved.items()}
+        starts = {
+            _symbol(field_path.split(".")[1]): start for field_path, start in self.solved.items()
+        }
         return self.at(f"{field}.rest", lambda: solve_rest(plant, starts))
 
     def with_measured(self, plant: Plant, scope: Scope) -> Plant:
@@ -217,7 +217,7 @@ class _Reader:
         read = partial(self.expression, scope=scope)
         return behind_blend(self.document, self.entry, plant, self.variable, read)
 
-    def at(self, field: str, work: Callable[[], Found]) -> Found:
+    def at(self, field: str, work: Callable[[], Result]) -> Result:
         """Return the result of ``work``; its error message gets the place in the file."""
         try:
             return work()
@@ -231,93 +231,94 @@ class _Reader:
         from takagi.models.expressions.parser import RESERVED
 
         entry = self.entry
-        seen: dict[str, str] = {}
+        section_of: dict[str, str] = {}
         for section in SECTIONS:
             for name in getattr(entry, section):
-                place = f"{section}.{name}"
+                field = f"{section}.{name}"
                 if name in RESERVED:
-                    raise self.document.error(place, f"{name} is a function or constant; rename it")
-                if name in seen:
+                    raise self.document.error(field, f"{name} is a function or constant; rename it")
+                if name in section_of:
                     raise self.document.error(
-                        place, f"{name} is in [{seen[name]}] already; give each a name of its own"
+                        field,
+                        f"{name} is in [{section_of[name]}] already; give each a name of its own",
                     )
-                seen[name] = section
+                section_of[name] = section
 
-    def variables(self, section: str, given: Mapping[str, VariableEntry]) -> tuple[Variable, ...]:
-        return tuple(self.variable(f"{section}.{name}", name, v) for name, v in given.items())
+    def variables(self, section: str, entries: Mapping[str, VariableEntry]) -> tuple[Variable, ...]:
+        return tuple(self.variable(f"{section}.{name}", name, v) for name, v in entries.items())
 
     def scheduling(self) -> tuple[Variable, ...]:
-        for name, given in self.entry.scheduling.items():
-            if given.range is None:
+        for name, entry in self.entry.scheduling.items():
+            if entry.range is None:
                 raise self.document.error(
                     f"scheduling.{name}",
                     f"{name} has no range; vertices are made from it: add range = [low, high]",
                 )
-        listed = {name: _in_its_range(given) for name, given in self.entry.scheduling.items()}
-        found = self.variables("scheduling", listed)
-        return tuple(replace(variable, schedules=True) for variable in found)
+        listed = {name: _in_its_range(entry) for name, entry in self.entry.scheduling.items()}
+        variables = self.variables("scheduling", listed)
+        return tuple(replace(variable, schedules=True) for variable in variables)
 
-    def variable(self, place: str, name: str, given: VariableEntry) -> Variable:
-        unit = self.unit(f"{place}.unit", given.unit)
+    def variable(self, field: str, name: str, entry: VariableEntry) -> Variable:
+        unit = self.unit(f"{field}.unit", entry.unit)
         side = None
-        if given.range is not None:
-            self.check_range(place, name, given)
-            side = Interval(*(unit.to_si(Fraction(end)) for end in given.range))
-        found = Variable(
-            _symbol(name), unit.si, side, Fraction(0), given.description, written=given.unit
+        if entry.range is not None:
+            self.check_range(field, name, entry)
+            side = Interval(*(unit.to_si(Fraction(end)) for end in entry.range))
+        variable = Variable(
+            _symbol(name), unit.si, side, Fraction(0), entry.description, written=entry.unit
         )
-        if isinstance(given.rest, str) and given.rest != "solve":
-            rest, within, equals = self.numbers.rest(f"{place}.rest", given.rest, unit)
-            self.check_exact(place, within)
-            return replace(found, rest=rest, within=within, equals=equals)
-        if not isinstance(given.rest, Decimal):
-            self.check_solvable(place, name)
-            near = isinstance(given.rest, str)
-            self.solved[place] = None if near else unit.to_si(Fraction(given.start))
-        return replace(found, rest=unit.to_si(Fraction(given.start)))
+        if isinstance(entry.rest, str) and entry.rest != "solve":
+            rest, within, equals = self.numbers.rest(f"{field}.rest", entry.rest, unit)
+            self.check_exact(field, within)
+            return replace(variable, rest=rest, within=within, equals=equals)
+        if not isinstance(entry.rest, Decimal):
+            self.check_solvable(field, name)
+            near_value = isinstance(entry.rest, str)
+            self.solved[field] = None if near_value else unit.to_si(Fraction(entry.start))
+        return replace(variable, rest=unit.to_si(Fraction(entry.start)))
 
-    def check_solvable(self, place: str, name: str) -> None:
-        if place.split(".")[0] not in ("states", "inputs"):
+    def check_solvable(self, field: str, name: str) -> None:
+        if field.split(".")[0] not in ("states", "inputs"):
             raise self.document.error(
-                f"{place}.rest",
+                f"{field}.rest",
                 f"no equation says where {name} rests, since it comes from outside; give a number",
             )
-        self.check_exact(place, Fraction(1))
+        self.check_exact(field, Fraction(1))
 
-    def check_exact(self, place: str, within: Fraction) -> None:
+    def check_exact(self, field: str, within: Fraction) -> None:
         """Refuse a rest that may not be a decimal, for parts that need decimals."""
-        if within and (self.entry.blending or place.split(".")[0] not in ("states", "inputs")):
+        if within and (self.entry.blending or field.split(".")[0] not in ("states", "inputs")):
             raise self.document.error(
-                f"{place}.rest",
+                f"{field}.rest",
                 "a rest that may be no decimal is for states and inputs of a plant without blend; "
                 "give a number",
             )
 
-    def check_range(self, place: str, name: str, given: VariableEntry) -> None:
+    def check_range(self, field: str, name: str, entry: VariableEntry) -> None:
         """Refuse a range without its rest value, in the figures of the file."""
-        assert given.range is not None
-        low, high = given.range
+        assert entry.range is not None
+        low, high = entry.range
         if low > high:
             raise self.document.error(
-                f"{place}.range", f"[{low}, {high}] was given; give the smaller end first"
+                f"{field}.range", f"[{low}, {high}] was given; give the smaller end first"
             )
-        if not low <= given.start <= high:
-            unit = "" if given.unit == "-" else f" {given.unit}"
-            found = "" if "rest" in given.model_fields_set else " where no rest is given"
+        if not low <= entry.start <= high:
+            unit = "" if entry.unit == "-" else f" {entry.unit}"
+            why = "" if "rest" in entry.model_fields_set else " where no rest is given"
             raise self.document.error(
-                f"{place}.rest" if not found else place,
-                f"{name} rests at {given.start}{unit}{found}, outside its range [{low}, {high}]"
+                f"{field}.rest" if not why else field,
+                f"{name} rests at {entry.start}{unit}{why}, outside its range [{low}, {high}]"
                 f"{unit}; give rest = ... inside it, or widen the range",
             )
 
-    def unit(self, place: str, text: str) -> Unit:
-        return self.at(place, lambda: parse_unit(text))
+    def unit(self, field: str, text: str) -> Unit:
+        return self.at(field, lambda: parse_unit(text))
 
-    def si_unit(self, place: str, text: str) -> str:
-        unit = self.unit(place, text)
+    def si_unit(self, field: str, text: str) -> str:
+        unit = self.unit(field, text)
         if not unit.is_si:
             raise self.document.error(
-                place, f"{text!r} was given, but expressions have SI values; write {unit.si!r}"
+                field, f"{text!r} was given, but expressions have SI values; write {unit.si!r}"
             )
         return unit.si
 
@@ -335,44 +336,46 @@ class _Reader:
         }
         return Scope(symbols, constants, tables)
 
-    def check_rows(self, section: str, given: Iterable[str], *, needed: bool) -> None:
+    def check_rows(self, section: str, names_given: Iterable[str], *, needed: bool) -> None:
         states = list(self.entry.states)
-        for name in given:
+        for name in names_given:
             if name not in states:
                 raise self.document.error(
                     f"{section}.{name}",
                     f"{name} is not a state{did_you_mean(name, states)}; states are "
                     + ", ".join(states),
                 )
-        missing = [name for name in states if name not in set(given)]
+        missing = [name for name in states if name not in set(names_given)]
         if needed and missing:
             raise self.document.error(
                 section, f"no equation for {', '.join(missing)}; every state needs one"
             )
 
-    def expression(self, place: str, text: str, scope: Scope) -> sp.Expr:
+    def expression(self, field: str, text: str, scope: Scope) -> sp.Expr:
         from takagi.models.expressions.parser import parsed_with_losses
 
-        found, lost = self.at(place, lambda: parsed_with_losses(text, scope))
+        expression, lost = self.at(field, lambda: parsed_with_losses(text, scope))
         moving = self.numbers.moving
-        for part in lost:
-            moved = replace(
-                part, argument=part.argument.xreplace(moving), made=part.made.xreplace(moving)
+        for lost_part in lost:
+            renamed = replace(
+                lost_part,
+                argument=lost_part.argument.xreplace(moving),
+                result=lost_part.result.xreplace(moving),
             )
-            self.lost.append((place, text, moved))
-        return found.xreplace(moving)
+            self.lost.append((field, text, renamed))
+        return expression.xreplace(moving)
 
     def check_lost(self, plant: Plant) -> None:
         """Refuse terms that sympy removed, unless they have a value on the whole box."""
         from takagi.models.expressions.lost_parts import check_lost
-        from takagi.models.expressions.tokens import expression_error
+        from takagi.models.expressions.parser import expression_error
 
-        for place, text, part in self.lost:
+        for field, text, lost_part in self.lost:
             try:
-                check_lost(part, plant)
+                check_lost(lost_part, plant)
             except ModelError as error:
-                told = expression_error(text, part.column, str(error))
-                raise self.document.error(place, str(told)) from error
+                message = expression_error(text, lost_part.column, str(error))
+                raise self.document.error(field, str(message)) from error
 
     def mass(self, scope: Scope) -> sp.Matrix | None:
         import sympy as sp
@@ -380,14 +383,14 @@ class _Reader:
         if not self.entry.mass:
             return None
         states = list(self.entry.states)
-        found = sp.eye(len(states))
+        matrix = sp.eye(len(states))
         for row, entries in self.entry.mass.items():
             self.check_rows(f"mass.{row}", entries, needed=False)
-            found[states.index(row), :] = sp.zeros(1, len(states))
+            matrix[states.index(row), :] = sp.zeros(1, len(states))
             for column, text in entries.items():
                 entry = self.expression(f"mass.{row}.{column}", text, scope)
-                found[states.index(row), states.index(column)] = entry
-        return found
+                matrix[states.index(row), states.index(column)] = entry
+        return matrix
 
     def premises(self, scope: Scope) -> dict[sp.Symbol, sp.Expr]:
         return {
@@ -396,19 +399,19 @@ class _Reader:
         }
 
     def sample_time(self) -> float | None:
-        given = self.entry.sample_time
-        return None if given is None else float(seconds(self.document, "sample_time", given))
+        stated = self.entry.sample_time
+        return None if stated is None else float(seconds(self.document, "sample_time", stated))
 
 
-def _in_its_range(given: VariableEntry) -> VariableEntry:
+def _in_its_range(entry: VariableEntry) -> VariableEntry:
     """Return a signal that rests at the middle of its range, if it has no rest and 0 is outside.
 
     The rest only fixes what its deviation is counted from.
     """
-    low, high = given.range or (Decimal(0), Decimal(0))
-    if "rest" in given.model_fields_set or low <= 0 <= high:
-        return given
-    return given.model_copy(update={"rest": (low + high) / 2})
+    low, high = entry.range or (Decimal(0), Decimal(0))
+    if "rest" in entry.model_fields_set or low <= 0 <= high:
+        return entry
+    return entry.model_copy(update={"rest": (low + high) / 2})
 
 
 def _symbol(name: str) -> sp.Symbol:
@@ -421,7 +424,7 @@ def _field_of(message: str) -> str:
     """Return the field that a message of the whole plant is about, as far as it can be told."""
     sections = {"equation of": "equations", "output": "outputs", "premise": "premises"}
     for words, section in sections.items():
-        _, found, rest = message.partition(f"{words} ")
-        if found and (not _ or _.endswith(": ") or _.endswith(", ")):
-            return f"{section}.{rest.partition(':')[0].partition(',')[0]}"
+        _, label, name_and_text = message.partition(f"{words} ")
+        if label and (not _ or _.endswith(": ") or _.endswith(", ")):
+            return f"{section}.{name_and_text.partition(':')[0].partition(',')[0]}"
     return "mass" if message.startswith("mass") else "states"

@@ -7,20 +7,20 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.models.equations.ball import decimal_near
+from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.variables import Reference, Variable
+from takagi.models.plant.plant import Reference, Variable
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.files.toml_document import Document
+    from takagi.models.files.library import Document
     from takagi.models.files.units import Unit
     from takagi.models.plant.entries import PlantEntry, ReferenceEntry
     from takagi.models.plant.plant import Plant
 
-PLACE = "reference"
+SECTION = "reference"
 
 
 def with_references(
@@ -53,104 +53,121 @@ def with_references(
         for group in (plant.states, plant.inputs)
     )
     plant = replace(plant, states=states, inputs=inputs)
-    found = []
-    for name, given in entry.reference.items():
-        place = f"{PLACE}.{name}"
-        followed, si, written = _followed(document, place, entry, plant, given)
-        unit = unit_of(f"{place}.unit", given.unit or written)
-        if unit.dimension != unit_of(place, si).dimension:
+    references = []
+    for name, reference in entry.reference.items():
+        field = f"{SECTION}.{name}"
+        followed, si, written = _followed(document, field, entry, plant, reference)
+        unit = unit_of(f"{field}.unit", reference.unit or written)
+        if unit.dimension != unit_of(field, si).dimension:
             raise document.error(
-                f"{place}.unit",
-                f"{unit.text} was given, but {given.follow} is in {written}; give a unit that fits",
+                f"{field}.unit",
+                f"{unit.text} was given, but {reference.follow} is in {written}; "
+                "give a unit that fits",
             )
         signal = _signal(
-            document, place, name, given, unit, _rest(document, place, plant, followed)
+            document,
+            field,
+            name,
+            reference,
+            unit,
+            _rest(document, field, plant, followed),
         )
-        integral = _integral(document, place, name, plant, unit.si)
-        rate = None if given.rate is None else unit.to_si(Fraction(given.rate))
+        integral = _integral(document, field, name, plant, unit.si)
+        rate = None if reference.rate is None else unit.to_si(Fraction(reference.rate))
         if rate is not None and rate <= 0:
-            raise document.error(f"{place}.rate", f"{given.rate} was given; a rate > 0 is needed")
-        found.append(
-            (Reference(name, integral.name, given.follow, rate), signal, integral, followed)
+            raise document.error(
+                f"{field}.rate", f"{reference.rate} was given; a rate > 0 is needed"
+            )
+        references.append(
+            (Reference(name, integral.name, reference.follow, rate), signal, integral, followed)
         )
     try:
-        whole = following_plant(plant, found)
+        with_integrals = following_plant(plant, references)
     except ModelError as error:
-        raise document.error(PLACE, str(error)) from error
+        raise document.error(SECTION, str(error)) from error
     try:
-        held_rests(whole)
+        held_rests(with_integrals)
     except ModelError as error:
         name, _, words = str(error).partition(": ")
-        raise document.error(f"{PLACE}.{name}.range", words) from error
-    return whole
+        raise document.error(f"{SECTION}.{name}.range", words) from error
+    return with_integrals
 
 
 def _followed(
-    document: Document, place: str, entry: PlantEntry, plant: Plant, given: ReferenceEntry
+    document: Document, field: str, entry: PlantEntry, plant: Plant, reference: ReferenceEntry
 ) -> tuple[sp.Expr, str, str]:
     """Return the expression that follows the reference, its SI unit, and its unit in the file."""
     outputs = {y.name: y for y in plant.outputs}
     states = {v.name: v for v in plant.states}
-    if given.follow in states and given.follow not in entry.outputs:
-        state = states[given.follow]
+    if reference.follow in states and reference.follow not in entry.outputs:
+        state = states[reference.follow]
         return state.symbol, state.unit, state.written or state.unit
-    if given.follow in outputs:
-        output, stated = outputs[given.follow], entry.outputs.get(given.follow)
+    if reference.follow in outputs:
+        output, stated = outputs[reference.follow], entry.outputs.get(reference.follow)
         return output.expression, output.unit, output.unit if stated is None else stated.unit
-    known = {**states, **outputs}
+    choices = {**states, **outputs}
     raise document.error(
-        f"{place}.follow",
-        f"there is no state or output {given.follow}{did_you_mean(given.follow, known)}; known are "
-        + ", ".join(known),
+        f"{field}.follow",
+        f"there is no state or output {reference.follow}{did_you_mean(reference.follow, choices)}; "
+        "known are " + ", ".join(choices),
     )
 
 
-def _rest(document: Document, place: str, plant: Plant, followed: sp.Expr) -> Fraction:
+def _rest(document: Document, field: str, plant: Plant, followed: sp.Expr) -> Fraction:
     """Return the value of the following expression at the plant's rest."""
     import sympy as sp
 
     values = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
     values |= {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    found = sp.nsimplify(sp.sympify(followed).subs(values))
-    if found.is_Rational:
-        return Fraction(int(found.p), int(found.q))
+    value = sp.nsimplify(sp.sympify(followed).subs(values))
+    if value.is_Rational:
+        return Fraction(int(value.p), int(value.q))
     try:
-        return decimal_near(found)[0]
+        return decimal_near(value)[0]
     except ModelError as error:
-        raise document.error(f"{place}.follow", f"at rest it has no value: {error}") from error
+        raise document.error(f"{field}.follow", f"at rest it has no value: {error}") from error
 
 
 def _signal(
-    document: Document, place: str, name: str, given: ReferenceEntry, unit: Unit, rest: Fraction
+    document: Document,
+    field: str,
+    name: str,
+    reference: ReferenceEntry,
+    unit: Unit,
+    rest: Fraction,
 ) -> Variable:
-    low, high = given.range
-    shown = "" if unit.text == "-" else f" {unit.text}"
+    low, high = reference.range
+    unit_text = "" if unit.text == "-" else f" {unit.text}"
     if low >= high:
         raise document.error(
-            f"{place}.range", f"[{low}, {high}] was given; give the smaller end first"
+            f"{field}.range", f"[{low}, {high}] was given; give the smaller end first"
         )
     side = Interval(unit.to_si(Fraction(low)), unit.to_si(Fraction(high)))
     if not side.lower <= rest <= side.upper:
         at = float(rest / unit.to_si(Fraction(1)))
         raise document.error(
-            f"{place}.range",
-            f"[{low}, {high}]{shown} was given, but at rest {given.follow} is {at:.6g}{shown}; "
-            "give a range that contains it, or move the rest",
+            f"{field}.range",
+            f"[{low}, {high}]{unit_text} was given, but at rest {reference.follow} is "
+            f"{at:.6g}{unit_text}; give a range that contains it, or move the rest",
         )
     import sympy as sp
 
     symbol = sp.Symbol(name, real=True)
-    return Variable(symbol, unit.si, side, rest, f"reference of {given.follow}", written=unit.text)
+    return Variable(
+        symbol, unit.si, side, rest, f"reference of {reference.follow}", written=unit.text
+    )
 
 
-def _integral(document: Document, place: str, name: str, plant: Plant, unit: str) -> Variable:
+def _integral(document: Document, field: str, name: str, plant: Plant, unit: str) -> Variable:
     import sympy as sp
 
-    own = f"{name}_integral"
-    if own in {v.name for v in plant.variables} | {str(s) for s in plant.values}:
-        raise document.error(place, f"its integral is called {own}, which is taken; rename one")
+    integral_name = f"{name}_integral"
+    if integral_name in {v.name for v in plant.variables} | {str(s) for s in plant.values}:
+        raise document.error(
+            field, f"its integral is called {integral_name}, which is taken; rename one"
+        )
     return Variable(
-        sp.Symbol(own, real=True),
+        sp.Symbol(integral_name, real=True),
         _times_second(unit),
         None,
         Fraction(0),

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.csv_table import read_curve, read_surface
-from takagi.models.files.toml_document import Document
+from takagi.models.files.library import Document
 from takagi.models.files.units import Unit, parse_unit
 from takagi.models.plant.design_settings import PlantSettings, settling_rate
 from takagi.models.plant.entries import TableEntry
-from takagi.models.plant.variables import Output
+from takagi.models.plant.plant import Output
 from takagi.models.splines.table_function import TableFunction, table_function
 
 if TYPE_CHECKING:
@@ -30,22 +30,21 @@ if TYPE_CHECKING:
         PlantEntry,
         VariableEntry,
     )
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
 
 
-def read_table(document: Document, name: str, given: TableEntry) -> type[TableFunction]:
+def read_table(document: Document, name: str, table: TableEntry) -> type[TableFunction]:
     """Return the function of one or two arguments, in SI.
 
     Raises
     ------
     ModelError : the path, a unit, or the table itself is wrong.
     """
-    path = table_path(document, name, given.file)
-    value = _unit(document, f"tables.{name}.unit", given.unit)
-    place = f"tables.{name}.arguments"
-    units = [_unit(document, place, argument.unit) for argument in given.arguments]
-    names = [f"{a.name} [{unit.si}]" for a, unit in zip(given.arguments, units, strict=True)]
+    path = table_path(document, name, table.file)
+    value = _unit(document, f"tables.{name}.unit", table.unit)
+    field = f"tables.{name}.arguments"
+    units = [_unit(document, field, argument.unit) for argument in table.arguments]
+    names = [f"{a.name} [{unit.si}]" for a, unit in zip(table.arguments, units, strict=True)]
     if len(units) == 1:
         curve = read_curve(path, name=name, units=(units[0], value), x_name=names[0])
         return table_function(name, curve, unit=value.si, argument_units=(units[0].si,))
@@ -62,33 +61,39 @@ def table_path(document: Document, name: str, file: str) -> Path:
     ------
     ModelError : an absolute path, a path outside the folder (also by a link), a missing file.
     """
-    place = f"tables.{name}.file"
-    parts = PurePosixPath(file)
-    if parts.is_absolute() or ".." in parts.parts or "\\" in file or ":" in file or not file:
+    field = f"tables.{name}.file"
+    relative_path = PurePosixPath(file)
+    if (
+        relative_path.is_absolute()
+        or ".." in relative_path.parts
+        or "\\" in file
+        or ":" in file
+        or not file
+    ):
         raise document.error(
-            place,
+            field,
             f"{file!r} was given; name a file in the folder of this one, or below it, with '/'",
         )
     folder = document.path.parent.resolve()
-    path = (folder / parts).resolve()
+    path = (folder / relative_path).resolve()
     if not path.is_relative_to(folder):
-        raise document.error(place, f"{file!r} leads out of the folder of this file; copy it there")
+        raise document.error(field, f"{file!r} leads out of the folder of this file; copy it there")
     if not path.is_file():
-        raise document.error(place, f"{file!r} is not there; put the table beside this file")
-    return document.path.parent / parts
+        raise document.error(field, f"{file!r} is not there; put the table beside this file")
+    return document.path.parent / relative_path
 
 
-def _unit(document: Document, place: str, text: str) -> Unit:
+def _unit(document: Document, field: str, text: str) -> Unit:
     try:
         return parse_unit(text)
     except ModelError as error:
-        raise document.error(place, str(error)) from error
+        raise document.error(field, str(error)) from error
 
 
 TIME = re.compile(r"\s*([0-9]{0,9}\.?[0-9]{1,9}(?:[eE][-+]?[0-9]{1,2})?)\s*(.*?)\s*")
 
 
-def seconds(document: Document, field: str, given: Decimal | str) -> Fraction:
+def seconds(document: Document, field: str, value: Decimal | str) -> Fraction:
     """Return a time in s, exactly.
 
     Raises
@@ -96,12 +101,12 @@ def seconds(document: Document, field: str, given: Decimal | str) -> Fraction:
     ModelError : with file, line and field: a time that is not above 0, or a unit that is not one of
         time.
     """
-    written = str(given)
+    written = str(value)
     match = TIME.fullmatch(written)
     if match is None or not float(match[1]) > 0:
-        shown = f"{written!r}" if isinstance(given, str) else written
+        value_text = f"{written!r}" if isinstance(value, str) else written
         raise document.error(
-            field, f'{shown} was given; a time above 0 is needed, such as "2 s" or "5 min"'
+            field, f'{value_text} was given; a time above 0 is needed, such as "2 s" or "5 min"'
         )
     try:
         unit = parse_unit(match[2] or "s")
@@ -125,27 +130,27 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
     ModelError : with file, line and field, as ``load_plant`` does; also a name that is no input or
         state, and numbers out of range.
     """
-    asked = entry.design
-    rate = asked.decay_rate if asked.settle is None else _settling_rate(document, asked)
-    values = {name: _float(getattr(asked, name)) for name in _NUMBERS}
-    if asked.sample_time is not None:
-        values["sample_time"] = float(seconds(document, "design.sample_time", asked.sample_time))
-    limits = _in_si(document, "input_limit", asked.input_limit, entry.commanded, "input")
-    initial = _in_si(document, "initial", asked.initial, entry.all_states, "state")
-    noise = _in_si(document, "noise", asked.noise, entry.disturbances, "disturbance")
+    design = entry.design
+    rate = design.decay_rate if design.settle is None else _settling_rate(document, design)
+    values = {name: _float(getattr(design, name)) for name in _NUMBERS}
+    if design.sample_time is not None:
+        values["sample_time"] = float(seconds(document, "design.sample_time", design.sample_time))
+    limits = _in_si(document, "input_limit", design.input_limit, entry.commanded, "input")
+    initial = _in_si(document, "initial", design.initial, entry.all_states, "state")
+    noise = _in_si(document, "noise", design.noise, entry.disturbances, "disturbance")
     try:
-        found = PlantSettings(
-            choice=asked.choice,
-            rest=asked.rest,
+        settings = PlantSettings(
+            choice=design.choice,
+            rest=design.rest,
             decay_rate=_float(rate) if isinstance(rate, Decimal) else rate,
-            effort=asked.effort,
-            relaxation=asked.relaxation,
+            effort=design.effort,
+            relaxation=design.relaxation,
             input_limit=limits,
             initial=initial,
             noise=noise,
             **values,
         )
-        found.require_names(
+        settings.require_names(
             states=tuple(entry.all_states),
             inputs=tuple(entry.commanded),
             disturbances=tuple(entry.disturbances),
@@ -154,36 +159,36 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
         # Every message begins with the field's name.
         field = str(error).split()[0]
         raise document.error(f"design.{field}", str(error)) from error
-    return found
+    return settings
 
 
 def _in_si(
     document: Document,
     field: str,
-    given: Mapping[str, Decimal],
+    entries: Mapping[str, Decimal],
     variables: Mapping[str, VariableEntry],
-    what: str,
+    kind: str,
 ) -> dict[str, float]:
-    found = {}
-    for name, value in given.items():
+    values = {}
+    for name, value in entries.items():
         if name not in variables:
             raise document.error(
                 f"design.{field}",
-                f"{name} is no {what}{did_you_mean(name, variables)}; {what}s are "
+                f"{name} is no {kind}{did_you_mean(name, variables)}; {kind}s are "
                 + (", ".join(variables) or "none"),
             )
         try:
             unit = parse_unit(variables[name].unit)
         except ModelError as error:
-            raise document.error(f"{what}s.{name}.unit", str(error)) from error
-        found[name] = float(unit.to_si(Fraction(value)))
-    return found
+            raise document.error(f"{kind}s.{name}.unit", str(error)) from error
+        values[name] = float(unit.to_si(Fraction(value)))
+    return values
 
 
-def _settling_rate(document: Document, asked: DesignEntry) -> float:
+def _settling_rate(document: Document, design: DesignEntry) -> float:
     """Return the decay rate [1/s] that ``settle`` means."""
-    field, written = "design.settle", str(asked.settle)
-    if asked.decay_rate is not None:
+    field, written = "design.settle", str(design.settle)
+    if design.decay_rate is not None:
         raise document.error(
             field, "settle and decay_rate both say how fast the loop is; leave one out"
         )
@@ -232,21 +237,23 @@ def with_measured(
         raise document.error(FIELD, "the plant has no input, so no law needs what is measured")
     outputs = list(plant.outputs)
     names: list[str] = []
-    for one in entry.measured:
-        if one.name in names:
-            raise document.error(FIELD, f"{one.name} stands in it twice; leave one out")
-        names.append(one.name)
-        if one.expression is None:
-            added = _named(document, plant, outputs, one)
+    for measured in entry.measured:
+        if measured.name in names:
+            raise document.error(FIELD, f"{measured.name} stands in it twice; leave one out")
+        names.append(measured.name)
+        if measured.expression is None:
+            added = _named(document, plant, outputs, measured)
         else:
-            _check_new(document, plant, one)
-            added = Output(one.name, read(FIELD, one.expression), si_unit(FIELD, one.unit))
+            _check_new(document, plant, measured)
+            added = Output(
+                measured.name, read(FIELD, measured.expression), si_unit(FIELD, measured.unit)
+            )
         if added is not None:
             outputs.append(added)
-    known = {v.symbol for v in (*plant.states, *plant.inputs)}
-    known |= {p.symbol for p in plant.parameters}
+    symbols = {v.symbol for v in (*plant.states, *plant.inputs)}
+    symbols |= {p.symbol for p in plant.parameters}
     for output in outputs:
-        strange = sorted(str(s) for s in output.expression.free_symbols - known)
+        strange = sorted(str(s) for s in output.expression.free_symbols - symbols)
         if output.name in names and strange:
             raise document.error(
                 FIELD,
@@ -257,40 +264,41 @@ def with_measured(
 
 
 def _named(
-    document: Document, plant: Plant, outputs: Sequence[Output], one: MeasuredEntry
+    document: Document, plant: Plant, outputs: Sequence[Output], measured: MeasuredEntry
 ) -> Output | None:
     """Return the output of a measured state; None for an output that the plant already has."""
     states = {v.name: v for v in plant.states}
-    given = {y.name: y for y in outputs}
-    state, output = states.get(one.name), given.get(one.name)
-    if one.unit != "-":
-        raise document.error(FIELD, f"{one.name} has a unit of its own; leave the unit out")
+    output_of = {y.name: y for y in outputs}
+    state, output = states.get(measured.name), output_of.get(measured.name)
+    if measured.unit != "-":
+        raise document.error(FIELD, f"{measured.name} has a unit of its own; leave the unit out")
     if output is None and state is None:
-        known = (*given, *(name for name in states if name not in given))
+        choices = (*output_of, *(name for name in states if name not in output_of))
         raise document.error(
             FIELD,
-            f"{one.name} is neither an output nor a state{did_you_mean(one.name, known)}; those "
-            f"are {', '.join(known)}; of another quantity give name, expression and unit",
+            f"{measured.name} is neither an output nor a state"
+            f"{did_you_mean(measured.name, choices)}; those "
+            f"are {', '.join(choices)}; of another quantity give name, expression and unit",
         )
     if output is None and state is not None:
         return Output(state.name, state.symbol, state.unit)
     if state is not None and output is not None and output.expression != state.symbol:
         raise document.error(
-            FIELD, f"{one.name} is a state and another output; rename the output in [outputs]"
+            FIELD, f"{measured.name} is a state and another output; rename the output in [outputs]"
         )
     return None
 
 
-def _check_new(document: Document, plant: Plant, one: MeasuredEntry) -> None:
-    taken = {v.name for v in plant.variables} | {p.symbol.name for p in plant.parameters}
-    taken |= {y.name for y in plant.outputs}
-    if one.name in taken:
+def _check_new(document: Document, plant: Plant, measured: MeasuredEntry) -> None:
+    names = {v.name for v in plant.variables} | {p.symbol.name for p in plant.parameters}
+    names |= {y.name for y in plant.outputs}
+    if measured.name in names:
         raise document.error(
-            FIELD, f"{one.name} has a meaning already; give what is measured a name of its own"
+            FIELD, f"{measured.name} has a meaning already; give what is measured a name of its own"
         )
 
 
-PLACE = "blending"
+SECTION = "blending"
 FIELDS = {"overlap": "effort.overlap", "effort": "effort.range"}
 
 
@@ -317,46 +325,46 @@ def behind_blend(
     from takagi.models.blending.substitution import blended_plant
     from takagi.models.files.units import parse_unit
 
-    given = entry.blending
-    assert given is not None  # checked by the caller
-    effort = variable(f"{PLACE}.effort", "effort", entry.all_states["effort"])
-    rate = variable(f"{PLACE}.effort", "effort_rate", entry.commanded["effort_rate"])
-    low = _actuator(document, "low", given.low, plant, read)
-    high = _actuator(document, "high", given.high, plant, read)
-    overlap = parse_unit(given.effort.unit).to_si(Fraction(given.effort.overlap))
+    blending = entry.blending
+    assert blending is not None  # checked by the caller
+    effort = variable(f"{SECTION}.effort", "effort", entry.all_states["effort"])
+    rate = variable(f"{SECTION}.effort", "effort_rate", entry.commanded["effort_rate"])
+    low = _actuator(document, "low", blending.low, plant, read)
+    high = _actuator(document, "high", blending.high, plant, read)
+    overlap = parse_unit(blending.effort.unit).to_si(Fraction(blending.effort.overlap))
     try:
         if plant.units == "checked":
             for name, actuator in (("low", low), ("high", high)):
                 _check_unit(name, actuator, plant, effort)
         return blended_plant(Blending(effort, rate, overlap, low, high, plant))
     except ModelError as error:
-        field, _, rest = str(error).partition(": ")
-        place = FIELDS.get(field, field)
-        known = place in FIELDS.values() or place.split(".")[0] in ("low", "high")
-        if known:
-            raise document.error(f"{PLACE}.{place}", rest) from error
-        raise document.error(PLACE, str(error)) from error
+        field, _, message = str(error).partition(": ")
+        field_path = FIELDS.get(field, field)
+        is_field = field_path in FIELDS.values() or field_path.split(".")[0] in ("low", "high")
+        if is_field:
+            raise document.error(f"{SECTION}.{field_path}", message) from error
+        raise document.error(SECTION, str(error)) from error
 
 
 def _actuator(
     document: Document,
     name: str,
-    given: ActuatorEntry,
+    entry: ActuatorEntry,
     plant: Plant,
     read: Callable[[str, str], sp.Expr],
 ) -> Actuator:
     from takagi.models.blending.blending import Actuator
 
     inputs = {v.name: v for v in plant.inputs}
-    if given.input not in inputs:
+    if entry.input not in inputs:
         raise document.error(
-            f"{PLACE}.{name}.input",
-            f"{given.input} is no input{did_you_mean(given.input, inputs)}; inputs are "
+            f"{SECTION}.{name}.input",
+            f"{entry.input} is no input{did_you_mean(entry.input, inputs)}; inputs are "
             + (", ".join(inputs) or "none"),
         )
-    effectiveness = read(f"{PLACE}.{name}.effectiveness", given.effectiveness)
-    variable, error = inputs[given.input], Fraction(given.error)
-    return Actuator(variable, given.direction, effectiveness, error)
+    effectiveness = read(f"{SECTION}.{name}.effectiveness", entry.effectiveness)
+    variable, error = inputs[entry.input], Fraction(entry.error)
+    return Actuator(variable, entry.direction, effectiveness, error)
 
 
 def _check_unit(name: str, actuator: Actuator, plant: Plant, effort: Variable) -> None:
@@ -366,11 +374,14 @@ def _check_unit(name: str, actuator: Actuator, plant: Plant, effort: Variable) -
 
     units = {v.symbol: parse_unit(v.unit).dimension for v in plant.variables}
     units |= {p.symbol: parse_unit(p.unit).dimension for p in plant.parameters}
-    place = f"{name}.effectiveness"
-    found = dimension_of(actuator.effectiveness, units, plant.values, place=place)
-    given = parse_unit(actuator.variable.unit).dimension
-    if found is not None and found.times(given) != parse_unit(effort.unit).dimension:
+    owner = f"{name}.effectiveness"
+    dimension = dimension_of(actuator.effectiveness, units, plant.values, owner=owner)
+    input_dimension = parse_unit(actuator.variable.unit).dimension
+    if (
+        dimension is not None
+        and dimension.times(input_dimension) != parse_unit(effort.unit).dimension
+    ):
         raise ModelError(
-            f"{place}: it has the unit {found}; times the input's {actuator.variable.unit} that is "
-            f"not the effort's {effort.unit}: correct the expression, or a unit"
+            f"{owner}: it has the unit {dimension}; times the input's {actuator.variable.unit} "
+            f"that is not the effort's {effort.unit}: correct the expression, or a unit"
         )

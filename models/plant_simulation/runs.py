@@ -1,4 +1,6 @@
-"""Simulation of an experiment: LSODA integrates from one jump of a signal to the next.
+"""One simulation of a plant: what is simulated, and how.
+
+Simulation of an experiment: LSODA integrates from one jump of a signal to the next.
 
 Within a segment everything is continuous, so the integrator's error control is valid.  Where a
 command reaches an end of its range, the right-hand side has a kink; the integrator finds this time
@@ -8,21 +10,178 @@ as an event.  ``cuts`` lists the spans in which a command is limited.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant_simulation.experiment import (
-    Cut,
-    Experiment,
-    ExperimentRun,
-    SampledProgram,
-)
+from takagi.models.plant_simulation.signals import Signals
+
+if TYPE_CHECKING:
+    from takagi.models.plant.plant import Plant, Variable
+
+
+Rate = Callable[[Floats, Floats, Floats], Floats]
+
+
+def right_side(
+    plant: Plant,
+    moving: Sequence[Variable] = (),
+    *,
+    fixed: Mapping[str, Fraction] | None = None,
+    told: bool = False,
+) -> Rate:
+    """Return (x, u, w) -> x' of the plant, or x(t + T) in discrete time; all in SI.
+
+    A blended plant is evaluated by the equations that its file states, with its two actuators,
+    each limited to its range; the last entry of u is then the rate of the effort.
+
+    Parameters
+    ----------
+    moving : the disturbances in w, in the order of w; all others keep their rest values.
+    fixed : name -> value of disturbances, such as uncertain parameters, that replaces the rest
+        value; not for a blended plant.
+    told : for a blended plant, whether the last entries of u are the commands of its two
+        actuators; if not, the commands follow from the state.
+    """
+    import sympy as sp
+
+    from takagi.models.blending.blending import RunTimeBlending, blending_of, explicit_rows
+
+    blending = blending_of(plant)
+    if blending is not None:
+        return RunTimeBlending(blending).disturbed_rate(moving, told=told)
+    free = [v.symbol for v in moving]
+    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    values |= {
+        v.symbol: sp.Rational(*(fixed or {}).get(v.name, v.rest).as_integer_ratio())
+        for v in plant.disturbances
+        if v.symbol not in free
+    }
+    symbols = [*(v.symbol for v in (*plant.states, *plant.inputs)), *free]
+    right_sides = explicit_rows(plant, symbols, values)
+    return lambda x, u, w: right_sides(*map(float, x), *map(float, u), *map(float, w))
+
+
+# (measured x - x*, w) -> the inputs before their limits, then the commands of blended actuators.
+Commands = Callable[[Floats, Floats], Floats]
+# (measured x - x* and the law's states, u as it acts) -> the rate of the law's states, or the next.
+LawRate = Callable[[Floats, Floats], Floats]
+
+
+class SampledProgram(Protocol):
+    """A sampled law with memory: it computes one command each sample time.
+
+    ``missed`` : number of samples in which a formula had no value; the last command was kept.
+    """
+
+    missed: int
+
+    def sample(self, state: Floats, signals: Floats) -> Floats:
+        """Return the command, before limits, at a measured x - x* (n,) and signals w; SI."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Experiment:
+    """A loop that is simulated from several starts, in SI units.
+
+    States are deviations x - x* from rest, so that small deviations keep their digits where x
+    itself is large, such as 350 K.  A law with states of its own, such as an observer, has them
+    behind those of the plant.
+
+    Attributes
+    ----------
+    rate : (x, u, w) -> x' of the values themselves, or x(t + step) in discrete time.
+    commands : (measured x - x*, w) -> the commands before their limits: u (m,), then those of
+        blended actuators.  ``rate`` computes the latter again itself.
+    inputs : m, the number of inputs.
+    limits : (number of commands, 2), the ends of each command's range; infinite where it has none.
+    rest : x* (n,), the equilibrium.
+    far_limits : (n,), the deviation from it at which a run ends.
+    disturbances : w as deviations from ``disturbance_rest`` (p,).
+    noise : on the measured states, (n,).
+    program : returns a new sampled law for each run; None for a law in continuous time.
+    step : sample time T [s] of the program or of a discrete-time plant; None if there is neither.
+    discrete : whether the plant is in discrete time.
+    law_rate : of a law with states of its own; None for other laws.
+    """
+
+    rate: Rate
+    commands: Commands
+    inputs: int
+    limits: Floats
+    rest: Floats
+    far_limits: Floats
+    disturbances: Signals
+    disturbance_rest: Floats
+    noise: Signals
+    program: Callable[[], SampledProgram] | None = None
+    step: float | None = None
+    discrete: bool = False
+    law_rate: LawRate | None = None
+
+    def following(self, at: Floats, measured: Floats, commanded: Floats, w: Floats) -> Floats:
+        """Return the rate of all states, or in discrete time the next ones, as deviations.
+
+        Parameters
+        ----------
+        at, measured : all states, without and with noise.
+        commanded : the commands before their limits.
+        """
+        u, n = self.held(commanded), len(self.rest)
+        rates = self.rate(self.rest + at[:n], u, w)
+        plant_rates = rates - self.rest if self.discrete else rates
+        if self.law_rate is None:
+            return plant_rates
+        return np.concatenate([plant_rates, self.law_rate(measured, u)])
+
+    def held(self, commanded: Floats) -> Floats:
+        """Return the inputs (m,) that act: each command, limited to its range."""
+        low, high = self.limits.T
+        return np.asarray(np.clip(commanded, low, high)[: self.inputs], dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """A time span [s] in which a command is outside its range, so that the actuator saturates."""
+
+    command: int
+    begin: float
+    end: float
+    upper: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExperimentRun:
+    """One run.
+
+    Attributes
+    ----------
+    time : (k,) [s]; at a jump there are two rows with one time.
+    state : (k, n), x - x*; then the law's own states.
+    commanded, sent : (k, number of commands), before and after the limits.
+    disturbance : (k, p).
+    cuts : the spans in which a command was limited, in the order of time.
+    ended : "whole" for a complete run; "far" if a state went too far from rest; "undefined" if an
+        equation or the law had no value; "stuck" if the integration failed.
+    missed : number of samples in which the program had no value and kept its last command.
+    """
+
+    time: Floats
+    state: Floats
+    commanded: Floats
+    sent: Floats
+    disturbance: Floats
+    cuts: tuple[Cut, ...]
+    ended: str
+    missed: int = 0
+
 
 SAMPLES = 301
 # Relative and absolute tolerance of LSODA.
@@ -34,7 +193,7 @@ MOST_SEGMENTS = 50_000
 MOST_STEPS = 200
 # Breaks that are closer together than this share of the run count as one.
 _TOGETHER = 1e-12
-WHOLE, FAR, UNDEFINED, STUCK = "whole", "far", "undefined", "stuck"
+COMPLETE, LEFT_RANGE, UNDEFINED, STUCK = "whole", "far", "undefined", "stuck"
 
 
 def run(experiment: Experiment, start: Floats, end: float) -> ExperimentRun:
@@ -62,31 +221,31 @@ class _Record:
     experiment: Experiment
     time: list[Floats] = field(default_factory=list)
     state: list[Floats] = field(default_factory=list)
-    wanted: list[Floats] = field(default_factory=list)
+    commanded: list[Floats] = field(default_factory=list)
     disturbance: list[Floats] = field(default_factory=list)
     cuts: list[Cut] = field(default_factory=list)
     missed: int = 0
 
-    def add(self, time: Floats, state: Floats, wanted: Floats, disturbance: Floats) -> None:
+    def add(self, time: Floats, state: Floats, commanded: Floats, disturbance: Floats) -> None:
         self.time.append(time)
         self.state.append(state)
-        self.wanted.append(wanted)
+        self.commanded.append(commanded)
         self.disturbance.append(disturbance)
 
-    def cut(self, begin: float, end: float, wanted: Floats) -> None:
+    def cut(self, begin: float, end: float, commanded: Floats) -> None:
         """Record which commands are outside their range during the whole of a time span."""
         low, high = self.experiment.limits.T
-        for k in np.flatnonzero((wanted < low) | (wanted > high)):
-            self.cuts.append(Cut(int(k), begin, end, bool(wanted[k] > high[k])))
+        for k in np.flatnonzero((commanded < low) | (commanded > high)):
+            self.cuts.append(Cut(int(k), begin, end, bool(commanded[k] > high[k])))
 
     def finished(self, ended: str) -> ExperimentRun:
-        wanted = np.concatenate(self.wanted)
+        commanded = np.concatenate(self.commanded)
         low, high = self.experiment.limits.T
         return ExperimentRun(
             np.concatenate(self.time),
             np.concatenate(self.state),
-            wanted,
-            np.clip(wanted, low, high),
+            commanded,
+            np.clip(commanded, low, high),
             np.concatenate(self.disturbance),
             _joined(self.cuts),
             ended,
@@ -96,48 +255,48 @@ class _Record:
 
 def _joined(cuts: list[Cut]) -> tuple[Cut, ...]:
     """Return the spans; spans that touch are joined."""
-    found: list[Cut] = []
+    spans: list[Cut] = []
     open_: dict[tuple[int, bool], int] = {}
     for cut in cuts:
         at = open_.get((cut.command, cut.upper))
         # One span may be found in two segments of the integration, whose times differ by rounding.
-        if at is not None and cut.begin - found[at].end <= 1e-9 * max(1e-3, cut.end):
-            found[at] = Cut(cut.command, found[at].begin, cut.end, cut.upper)
+        if at is not None and cut.begin - spans[at].end <= 1e-9 * max(1e-3, cut.end):
+            spans[at] = Cut(cut.command, spans[at].begin, cut.end, cut.upper)
         else:
-            open_[cut.command, cut.upper] = len(found)
-            found.append(cut)
-    return tuple(found)
+            open_[cut.command, cut.upper] = len(spans)
+            spans.append(cut)
+    return tuple(spans)
 
 
 def _integrate(record: _Record, start: Floats, end: float) -> str:
     experiment = record.experiment
     program = None if experiment.program is None else experiment.program()
     grid = np.linspace(0.0, end, SAMPLES)
-    x, held = np.asarray(start, dtype=np.float64), np.zeros(0)
+    x, held_command = np.asarray(start, dtype=np.float64), np.zeros(0)
     for begin, stop, is_sample in _segments(experiment, end):
         segment = _Segment(experiment, begin, stop)
         if program is not None and is_sample:
-            held = segment.sampled(program, x)
+            held_command = segment.sampled(program, x)
             record.missed = program.missed
         inside = grid[(grid > begin) & (grid < stop)]
-        ended, x = segment.integrate(record, x, None if program is None else held, inside)
-        if ended != WHOLE:
+        ended, x = segment.integrate(record, x, None if program is None else held_command, inside)
+        if ended != COMPLETE:
             return ended
-    return WHOLE
+    return COMPLETE
 
 
-def _lsoda(most: int) -> Any:
+def _lsoda(step_limit: int) -> Any:
     """Return scipy's LSODA, which fails after this number of steps."""
     from scipy.integrate import LSODA
 
     class LimitedLsoda(LSODA):
-        taken = 0
+        steps = 0
 
         def step(self) -> str | None:
-            self.taken += 1
-            if self.taken > most:
+            self.steps += 1
+            if self.steps > step_limit:
                 self.status = "failed"
-                return f"{most} steps were not enough"
+                return f"{step_limit} steps were not enough"
             return super().step()
 
     return LimitedLsoda
@@ -155,16 +314,16 @@ def _segments(experiment: Experiment, end: float) -> Iterator[tuple[float, float
             f"most {MOST_SEGMENTS} are simulated: take a shorter duration, a longer sample time, "
             "or hold values of noise for longer"
         )
-    near = _TOGETHER * max(end, 1e-3)
+    together = _TOGETHER * max(end, 1e-3)
     ours = [] if step is None else [k * step for k in range(samples)]
     marked = sorted([(t, 0) for t in ours] + [(t, 1) for t in times])
-    kept: list[tuple[float, bool]] = [(0.0, step is not None)]
-    for time, other in marked:
-        if time - kept[-1][0] > near and end - time > near:
-            kept.append((time, not other))
-        elif not other and time <= end - near:
-            kept[-1] = (kept[-1][0], True)
-    edges = [*kept, (end, False)]
+    breaks: list[tuple[float, bool]] = [(0.0, step is not None)]
+    for time, program_acts in marked:
+        if time - breaks[-1][0] > together and end - time > together:
+            breaks.append((time, not program_acts))
+        elif not program_acts and time <= end - together:
+            breaks[-1] = (breaks[-1][0], True)
+    edges = [*breaks, (end, False)]
     for (begin, sampled), (stop, _) in pairwise(edges):
         yield begin, stop, sampled
 
@@ -174,9 +333,9 @@ class _Segment:
 
     def __init__(self, experiment: Experiment, begin: float, stop: float) -> None:
         self.experiment, self.begin, self.stop = experiment, begin, stop
-        moved = experiment.disturbances.on(begin, stop)
+        disturbance_change = experiment.disturbances.on(begin, stop)
         self.disturbance: Callable[[float], Floats] = lambda t: (
-            experiment.disturbance_rest + moved(t)
+            experiment.disturbance_rest + disturbance_change(t)
         )
         self.noise = experiment.noise.on(begin, stop)
         self._last: tuple[float, Floats, Floats] | None = None
@@ -190,37 +349,37 @@ class _Segment:
         noise = self.noise(time)
         return np.concatenate([x[: len(noise)] + noise, x[len(noise) :]])
 
-    def wanted(self, time: float, x: Floats, held: Floats | None) -> Floats:
-        if held is not None:
-            return held
+    def wanted(self, time: float, x: Floats, held_command: Floats | None) -> Floats:
+        if held_command is not None:
+            return held_command
         last = self._last
         if last is not None and last[0] == time and np.array_equal(last[1], x):
             return last[2]
-        found = self.experiment.commands(self.measured(time, x), self.disturbance(time))
-        self._last = (time, x.copy(), found)
-        return found
+        command = self.experiment.commands(self.measured(time, x), self.disturbance(time))
+        self._last = (time, x.copy(), command)
+        return command
 
     def integrate(
-        self, record: _Record, x: Floats, held: Floats | None, inside: Floats
+        self, record: _Record, x: Floats, held_command: Floats | None, inside: Floats
     ) -> tuple[str, Floats]:
         """Add the segment to the record; return how it ended, and the last state."""
         from scipy.integrate import solve_ivp
 
-        own, disturbance = self.experiment, self.disturbance
+        experiment, disturbance = self.experiment, self.disturbance
 
         def slope(time: float, at: Floats) -> Floats:
-            wanted = self.wanted(time, at, held)
-            return own.following(at, self.measured(time, at), wanted, disturbance(time))
+            commanded = self.wanted(time, at, held_command)
+            return experiment.following(at, self.measured(time, at), commanded, disturbance(time))
 
         def leaves(_: float, at: Floats) -> float:
-            return float(np.min(own.far - np.abs(at[: len(own.far)])))
+            return float(np.min(experiment.far_limits - np.abs(at[: len(experiment.far_limits)])))
 
         leaves.terminal = True  # type: ignore[attr-defined]
-        ends = [] if held is not None else self.ends(held)
+        ends = [] if held_command is not None else self.ends(held_command)
         times = np.array([self.begin, *inside, self.stop])
         broke = False
         try:
-            found: Any = solve_ivp(
+            solution: Any = solve_ivp(
                 slope, (self.begin, self.stop), x, method=_lsoda(MOST_STEPS * (len(times) + 10)),
                 rtol=RELATIVE, atol=ABSOLUTE,
                 t_eval=times, events=[leaves, *ends], dense_output=bool(ends),
@@ -229,48 +388,52 @@ class _Segment:
             raise
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             broke = True
-        if broke or not found.t.size or not np.all(np.isfinite(found.y)):
-            wanted = self.tried(x, held)
-            record.add(np.array([self.begin]), x[None], wanted[None], disturbance(self.begin)[None])
+        if broke or not solution.t.size or not np.all(np.isfinite(solution.y)):
+            commanded = self.tried(x, held_command)
+            record.add(
+                np.array([self.begin]), x[None], commanded[None], disturbance(self.begin)[None]
+            )
             return UNDEFINED, x
-        states = found.y.T
-        wanted = np.array([self.wanted(t, y, held) for t, y in zip(found.t, states, strict=True)])
-        record.add(found.t, states, wanted, np.array([disturbance(t) for t in found.t]))
-        if held is not None:
-            record.cut(self.begin, float(found.t[-1]), held)
+        states = solution.y.T
+        commanded = np.array(
+            [self.wanted(t, y, held_command) for t, y in zip(solution.t, states, strict=True)]
+        )
+        record.add(solution.t, states, commanded, np.array([disturbance(t) for t in solution.t]))
+        if held_command is not None:
+            record.cut(self.begin, float(solution.t[-1]), held_command)
         elif ends:
-            crossed = np.concatenate(found.t_events[1:])
-            edges = np.unique(np.concatenate([found.t, crossed[crossed <= found.t[-1]]]))
+            crossed = np.concatenate(solution.t_events[1:])
+            edges = np.unique(np.concatenate([solution.t, crossed[crossed <= solution.t[-1]]]))
             for begin, stop in pairwise(edges):
                 middle = (begin + stop) / 2
-                record.cut(begin, stop, self.wanted(middle, found.sol(middle), held))
-        ended = {0: WHOLE, 1: FAR}.get(int(found.status), STUCK)
+                record.cut(begin, stop, self.wanted(middle, solution.sol(middle), held_command))
+        ended = {0: COMPLETE, 1: LEFT_RANGE}.get(int(solution.status), STUCK)
         return ended, states[-1]
 
-    def tried(self, x: Floats, held: Floats | None) -> Floats:
+    def tried(self, x: Floats, held_command: Floats | None) -> Floats:
         try:
-            return self.wanted(self.begin, x, held)
+            return self.wanted(self.begin, x, held_command)
         except ModelError:
             raise
         except (ArithmeticError, ValueError):
             return np.full(len(self.experiment.limits), np.nan)
 
-    def ends(self, held: Floats | None) -> list[Callable[[float, Floats], float]]:
+    def ends(self, held_command: Floats | None) -> list[Callable[[float, Floats], float]]:
         """Return a function for each end of a range, 0 where the command meets it."""
-        found: list[Callable[[float, Floats], float]] = []
+        events: list[Callable[[float, Floats], float]] = []
         for k, side in np.argwhere(np.isfinite(self.experiment.limits)):
             limit = float(self.experiment.limits[k, side])
 
             def meets(time: float, x: Floats, k: int = int(k), limit: float = limit) -> float:
-                return float(self.wanted(time, x, held)[k] - limit)
+                return float(self.wanted(time, x, held_command)[k] - limit)
 
-            found.append(meets)
-        return found
+            events.append(meets)
+        return events
 
 
 def _iterate(record: _Record, start: Floats, end: float) -> str:
-    own = record.experiment
-    step = own.step or 1.0
+    experiment = record.experiment
+    step = experiment.step or 1.0
     count = max(int(np.ceil(end / step)), 1)
     if count > MOST_SEGMENTS:
         raise ModelError(
@@ -282,23 +445,23 @@ def _iterate(record: _Record, start: Floats, end: float) -> str:
         time = k * step
         # A jump within a sample takes effect at the next sample.
         soon = time + 1e-6 * step
-        sample = _Segment(own, time, soon)
+        sample = _Segment(experiment, time, soon)
         w, measured = sample.disturbance(time), sample.measured(time, x)
-        wanted, following = np.full(len(own.limits), np.nan), x
+        commanded, following = np.full(len(experiment.limits), np.nan), x
         try:
-            wanted = own.commands(measured, w)
+            commanded = experiment.commands(measured, w)
             if k < count:
-                following = own.following(x, measured, wanted, w)
+                following = experiment.following(x, measured, commanded, w)
         except ModelError:
             raise
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             following = np.full(len(x), np.nan)
-        record.add(np.array([time]), x[None], wanted[None], w[None])
+        record.add(np.array([time]), x[None], commanded[None], w[None])
         if not np.all(np.isfinite(following)):
             return UNDEFINED
         if k < count:
-            record.cut(time, time + step, wanted)
-        if np.any(np.abs(following[: len(own.far)]) > own.far):
-            return FAR
+            record.cut(time, time + step, commanded)
+        if np.any(np.abs(following[: len(experiment.far_limits)]) > experiment.far_limits):
+            return LEFT_RANGE
         x = following
-    return WHOLE
+    return COMPLETE

@@ -206,13 +206,13 @@ class Signals:
 
     def on(self, begin: float, end: float) -> Callable[[float], Floats]:
         """Return (time) -> the vector (count,), on a segment without a break inside."""
-        parts = [(place, signal.on(begin, end)) for place, signal in self.placed]
+        functions = [(position, signal.on(begin, end)) for position, signal in self.placed]
 
         def vector(time: float) -> Floats:
-            found = np.zeros(self.count)
-            for place, part in parts:
-                found[place] += part(time)
-            return found
+            values = np.zeros(self.count)
+            for position, function in functions:
+                values[position] += function(time)
+            return values
 
         return vector
 
@@ -285,12 +285,12 @@ class _Reader:
         self,
         text: str,
         unit: Unit,
-        place: str,
+        owner: str,
         seed: tuple[int, ...],
         every: Callable[[], float] | None,
     ) -> None:
         self.text, self.unit, self.seed, self.every = text.strip(), unit, seed, every
-        self.place = f"{place} {self.text!r}"
+        self.place = f"{owner} {self.text!r}"
         kind, _, behind = re.sub(r"^white\s+", "", self.text).partition(" ")
         if kind not in KINDS:
             examples = "; ".join(KINDS.values())
@@ -299,14 +299,14 @@ class _Reader:
                 f"one of: {examples}"
             )
         self.kind, self.example = kind, KINDS[kind]
-        first, *rest = _SPLIT.split(behind)
+        first, *words = _SPLIT.split(behind)
         self.size_text = first
         self.given: dict[str, str] = {}
-        for word, value in zip(rest[::2], rest[1::2], strict=True):
+        for word, value in zip(words[::2], words[1::2], strict=True):
             if word not in _WORDS[kind]:
-                known = ", ".join(_WORDS[kind]) or "nothing"
+                words_known = ", ".join(_WORDS[kind]) or "nothing"
                 raise self.error(f"{word!r} does not belong to a {kind}; behind its size it has "
-                                 f"{known}")  # fmt: skip
+                                 f"{words_known}")  # fmt: skip
             if word in self.given:
                 raise self.error(f"{word!r} stands there twice")
             self.given[word] = value
@@ -337,20 +337,24 @@ class _Reader:
         number, unit = self.number(self.size_text, "its size", self.unit)
         return float(unit.to_si(number))
 
-    def number(self, text: str, what: str, own: Unit) -> tuple[Fraction, Unit]:
+    def number(self, text: str, quantity: str, default_unit: Unit) -> tuple[Fraction, Unit]:
         match = _NUMBER.fullmatch(text)
         if match is None:
-            found = f"{text.strip()!r} was given" if text.strip() else "it is missing"
-            raise self.error(f"{what} must be a number with or without a unit, and {found}")
+            given_text = f"{text.strip()!r} was given" if text.strip() else "it is missing"
+            raise self.error(
+                f"{quantity} must be a number with or without a unit, and {given_text}"
+            )
         try:
-            unit = parse_unit(match.group(2)) if match.group(2) else own
+            unit = parse_unit(match.group(2)) if match.group(2) else default_unit
         except ModelError as error:
             raise ModelError(f"{self.place}: {error}") from error
-        if unit.dimension != own.dimension:
-            raise self.error(f"{what} is in {own.text}, which {match.group(2)!r} does not fit")
+        if unit.dimension != default_unit.dimension:
+            raise self.error(
+                f"{quantity} is in {default_unit.text}, which {match.group(2)!r} does not fit"
+            )
         value = Fraction(match.group(1))
         if not isfinite(float(match.group(1))) or abs(value) > Fraction(10) ** 100:
-            raise self.error(f"{what} is too large")
+            raise self.error(f"{quantity} is too large")
         return value, unit
 
     def time(self, word: str, *, default: float | None = None) -> float:
@@ -364,10 +368,12 @@ class _Reader:
         return float(unit.to_si(number))
 
     def first(self, *words: str) -> str:
-        both = [word for word in words if word in self.given]
-        if len(both) > 1:
-            raise self.error(f"{both[0]!r} and {both[1]!r} say the same; leave one out")
-        return both[0] if both else words[0]
+        given_words = [word for word in words if word in self.given]
+        if len(given_words) > 1:
+            raise self.error(
+                f"{given_words[0]!r} and {given_words[1]!r} say the same; leave one out"
+            )
+        return given_words[0] if given_words else words[0]
 
     def span(self) -> tuple[float, float]:
         start = self.time(self.first("from", "at"))
@@ -385,21 +391,21 @@ class _Reader:
             raise self.error("how fast it is is missing: 'period' with a time, or 'frequency' in "
                              "rad/s")  # fmt: skip
         if word == "period":
-            found = self.time("period")
+            seconds = self.time("period")
         else:
             number, unit = self.number(self.given[word], "the frequency", parse_unit("rad/s"))
-            found = 2 * pi / float(unit.to_si(number)) if number > 0 else 0.0
-        if not found > 0:
+            seconds = 2 * pi / float(unit.to_si(number)) if number > 0 else 0.0
+        if not seconds > 0:
             raise self.error(f"its {word} must be above 0")
-        return found
+        return seconds
 
     def held(self) -> float:
         if "every" not in self.given and self.every is not None:
             return self.every()
-        found = self.time("every")
-        if not found > 0:
+        seconds = self.time("every")
+        if not seconds > 0:
             raise self.error("the time behind 'every' must be above 0")
-        return found
+        return seconds
 
     def drawn(self) -> tuple[int, ...]:
         if "seed" not in self.given:

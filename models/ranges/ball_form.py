@@ -64,14 +64,14 @@ class BallForm:
         expression: sp.Expr,
         symbols: tuple[sp.Symbol, ...],
         covered: bool = False,
-        far: bool = False,
+        far_from_poles: bool = False,
         sizes: tuple[float, ...] = (),
         positive: frozenset[sp.Expr] = frozenset(),
     ) -> None:
         self.expression = expression
         self.symbols = symbols
         self.covered = covered
-        self.far = far
+        self.far = far_from_poles
         self.positive = positive
         self.sizes = sizes or (1.0,) * len(symbols)
         self._further: BallForm | None = None
@@ -101,12 +101,12 @@ class BallForm:
         rough, axis = ends_of(value), worst_axis(box, slopes, self.sizes)
         if rough is None or axis is None:
             return self.look(box)
-        found, points = self._tightened(box, rough, slopes)
+        enclosure, points = self._tightened(box, rough, slopes)
         attained = None
         for point in points:
             attained = wider(attained, attained_at(point))
         tight, plain = ("t", "q") if self.far else ("s", "p")
-        return Bounded(found, attained, axis, tight, (rough, plain))
+        return Bounded(enclosure, attained, axis, tight, (rough, plain))
 
     def by_letter(self, letter: str, box: Sides) -> Ends | None:
         """Return the enclosure that a leaf's letter names: p for plain, s for slopes.
@@ -148,8 +148,8 @@ class BallForm:
         lower, upper = rough
         points: list[Ball] = []
         if len(free) < len(box):
-            for place, is_low in ((low, True), (high, False)):
-                value = self.plain(tuple(place))
+            for face, is_low in ((low, True), (high, False)):
+                value = self.plain(tuple(face))
                 if not free:
                     points.append(value)
                 ends = ends_of(value)
@@ -158,13 +158,13 @@ class BallForm:
                 elif ends is not None:
                     upper = min(upper, ends[1])
         if free and all(slopes[i] is not None for i in free):
-            known = None
-            for place, is_low in ((low, True), (high, False)):
-                mean, value = self._mean_value(tuple(place), slopes, free, known)
-                known = value if len(free) == len(box) else None
+            value_there = None
+            for face, is_low in ((low, True), (high, False)):
+                mean, value = self._mean_value(tuple(face), slopes, free, value_there)
+                value_there = value if len(free) == len(box) else None
                 points.append(value)
                 if len(free) == 1:
-                    mean = self._curved(tuple(place), box, free[0], value, mean)
+                    mean = self._curved(tuple(face), box, free[0], value, mean)
                 ends = ends_of(mean)
                 if ends is not None and is_low:
                     lower = max(lower, ends[0])
@@ -206,16 +206,16 @@ class BallForm:
         if not (bend.is_finite() and run.is_finite() and value.is_finite()):
             return mean
         radius = abs(face[index].ball - face[index].centre().ball).upper()
-        most = abs(run).upper()
-        above = value + highest(most, bend.upper(), radius)
-        below = value - highest(most, -bend.lower(), radius)
+        largest_slope = abs(run).upper()
+        above = value + highest(largest_slope, bend.upper(), radius)
+        below = value - highest(largest_slope, -bend.lower(), radius)
         return common(mean, below.lower().union(above.upper()))
 
     # ------------------------------------------------------------------ evaluations
 
     def plain(self, box: Sides) -> Ball:
         """Return one evaluation in balls, in Taylor form towards each removable pole."""
-        found = None
+        enclosure = None
         for index, order in enumerate(self.poles()):
             side = box[index]
             if order and self._is_towards_pole(side):
@@ -225,9 +225,9 @@ class BallForm:
                 taylor = form.mean_towards_zero(box, index, order)
                 if side.has_zero():
                     return taylor
-                found = taylor if found is None else common(found, taylor)
+                enclosure = taylor if enclosure is None else common(enclosure, taylor)
         direct = self.tape.run([side.ball for side in box], self.covered)[0]
-        return direct if found is None else common(found, direct)
+        return direct if enclosure is None else common(enclosure, direct)
 
     def _is_towards_pole(self, side: BoxSide) -> bool:
         """Return whether the Taylor form is tried; tables are covered on the box only, not to 0."""
@@ -239,20 +239,20 @@ class BallForm:
         It lies in the range of f over the hull with x = 0, and in f(0) + x f'(hull) / (k + 1).
         """
         side = box[index]
-        hull, rest = side.with_zero(), (box[:index], box[index + 1 :])
-        wide = (*rest[0], hull, *rest[1])
-        if all(part.is_point for part in wide):
+        hull, other_sides = side.with_zero(), (box[:index], box[index + 1 :])
+        wide = (*other_sides[0], hull, *other_sides[1])
+        if all(part_side.is_point for part_side in wide):
             return self.plain(wide)
         value, slopes = self.with_slopes(wide)
         rough = ends_of(value)
         if rough is None:
             return value
         ends, _ = self._tightened(wide, rough, slopes)
-        found, slope = between(*ends), slopes[index]
+        enclosure, slope = between(*ends), slopes[index]
         if slope is None:
-            return found
-        start = self.plain((*rest[0], side.zero(), *rest[1]))
-        return common(found, start + side.ball * slope / (order + 1))
+            return enclosure
+        start = self.plain((*other_sides[0], side.zero(), *other_sides[1]))
+        return common(enclosure, start + side.ball * slope / (order + 1))
 
     def with_slopes(self, box: Sides) -> tuple[Ball, list[Ball | None]]:
         """Return plain value and slopes; None for one that is not bounded."""
@@ -316,8 +316,8 @@ class BallForm:
             )
             lower = [derivative(numerator, x, k) for k in range(order)]
             vanishes = all(n is None or is_zero(n.subs(x, 0)) for n in lower)
-            known = vanishes and None not in lower
-            taylor = derivative(numerator, x, order) if known else None
+            known_zero = vanishes and None not in lower
+            taylor = derivative(numerator, x, order) if known_zero else None
             if taylor is not None:
                 taylor = taylor / sp.factorial(order)
             self._taylor[index] = self._form(taylor)

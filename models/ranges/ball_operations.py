@@ -110,12 +110,12 @@ def worst_axis(box: Sides, slopes: list[Ball | None], sizes: tuple[float, ...]) 
     the side is halved that is the largest part of its size, so that units do not matter.
     """
     best, axis = (False, -1.0), None
-    known = all(slope is not None for slope in slopes)
+    all_known = all(slope is not None for slope in slopes)
     for index, (side, slope) in enumerate(zip(box, slopes, strict=True)):
         width = width_of(side)
         if side.is_point or width * FINEST <= _size(side):
             continue
-        if not known or slope is None:
+        if not all_known or slope is None:
             rated = (True, width / (sizes[index] or 1.0))
         else:
             is_free = bool(slope.lower() < 0 < slope.upper())

@@ -64,15 +64,17 @@ def polynomial_box(
     if expression.count_ops() > MOST_OPERATIONS:
         return None
     try:
-        parts = [sp.Poly(part, *symbols, domain="QQ") for part in _fraction(expression)]
+        fraction = [
+            sp.Poly(polynomial, *symbols, domain="QQ") for polynomial in _fraction(expression)
+        ]
     except BasePolynomialError:
         return None  # coefficients such as pi or 1/(2 + sin(1))^9 are not rational
-    above, below = (dict(part.terms()) for part in parts)
+    above, below = (dict(polynomial.terms()) for polynomial in fraction)
     degrees = [max(m[k] for m in (*above, *below)) for k in range(len(symbols))]
     if prod(degree + 1 for degree in degrees) > MOST_COEFFICIENTS:
         return None
     n, n_unit = _bernstein(above, degrees, sides)
-    if parts[1].is_one:
+    if fraction[1].is_one:
         return PolynomialBox(tuple(sides), n, None, Fraction(1, n_unit))
     d, d_unit = _bernstein(below, degrees, sides)
     return PolynomialBox(tuple(sides), n, d, Fraction(d_unit, n_unit))
@@ -114,15 +116,15 @@ def has_pole(box: PolynomialBox) -> bool:
 def halved_polynomial(box: PolynomialBox, axis: int) -> tuple[PolynomialBox, PolynomialBox]:
     """Return both halves of the box along one side; the common factor 2^degree is dropped."""
     side = box.sides[axis]
-    parts = Interval(side.lower, side.centre), Interval(side.centre, side.upper)
+    half_sides = Interval(side.lower, side.centre), Interval(side.centre, side.upper)
     above = _casteljau(box.above, axis)
     below = (None, None) if box.below is None else _casteljau(box.below, axis)
     degree = box.above.shape[axis] - 1
     # N and D of one quotient lose the same factor; a polynomial alone keeps it in its scale.
     scale = box.scale / 2**degree if box.below is None else box.scale
     first, second = (
-        PolynomialBox((*box.sides[:axis], part, *box.sides[axis + 1 :]), n, d, scale)
-        for part, n, d in zip(parts, above, below, strict=True)
+        PolynomialBox((*box.sides[:axis], half_side, *box.sides[axis + 1 :]), n, d, scale)
+        for half_side, n, d in zip(half_sides, above, below, strict=True)
     )
     return first, second
 
@@ -149,9 +151,9 @@ def _bernstein(
         mixed = np.dot(_to_bernstein(degree, side), turned.reshape(degree + 1, -1))
         values = np.moveaxis(mixed.reshape(turned.shape), 0, axis)
     unit = lcm(*(value.denominator for value in values.ravel()))
-    found: NDArray[Any] = np.empty(values.shape, dtype=object)
-    found.ravel()[:] = [int(value * unit) for value in np.ascontiguousarray(values).ravel()]
-    return found, unit
+    integers: NDArray[Any] = np.empty(values.shape, dtype=object)
+    integers.ravel()[:] = [int(value * unit) for value in np.ascontiguousarray(values).ravel()]
+    return integers, unit
 
 
 def _to_bernstein(degree: int, side: Interval) -> NDArray[Any]:
@@ -179,12 +181,12 @@ def _casteljau(values: Integers, axis: int) -> tuple[Integers, Integers]:
     """Return the coefficients of both halves, times 2^degree."""
     current = np.moveaxis(values, axis, 0)
     degree = len(current) - 1
-    left, right = np.empty_like(current), np.empty_like(current)
+    lower, upper = np.empty_like(current), np.empty_like(current)
     for level in range(degree + 1):
-        left[level] = current[0] * (1 << (degree - level))
-        right[degree - level] = current[-1] * (1 << (degree - level))
+        lower[level] = current[0] * (1 << (degree - level))
+        upper[degree - level] = current[-1] * (1 << (degree - level))
         current = current[:-1] + current[1:]
-    return np.moveaxis(left, 0, axis), np.moveaxis(right, 0, axis)
+    return np.moveaxis(lower, 0, axis), np.moveaxis(upper, 0, axis)
 
 
 def _axis(box: PolynomialBox) -> int | None:

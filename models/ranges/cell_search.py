@@ -43,12 +43,12 @@ class Cell:
         twice = sorted(str(s) for s in self.places if s in self.box)
         if twice:
             raise ModelError(f"{', '.join(twice)} has a range and a place; give one of them")
-        for symbol, place in self.places.items():
-            strange = sorted(str(s) for s in place.free_symbols if s not in self.box)
+        for symbol, expression in self.places.items():
+            strange = sorted(str(s) for s in expression.free_symbols if s not in self.box)
             if strange:
                 raise ModelError(
-                    f"the place of {symbol}, {place}, depends on {', '.join(strange)}, which the "
-                    "box gives no range; add it to the box"
+                    f"the place of {symbol}, {expression}, depends on {', '.join(strange)}, which "
+                    "the box gives no range; add it to the box"
                 )
 
     def written(self, expression: sp.Expr) -> sp.Expr:
@@ -92,16 +92,16 @@ class CellEnclosures(NamedTuple):
         """Return the same cell with Taylor forms towards removable poles on every box."""
         return self._replace(form=self.form.further())
 
-    def points(self) -> list[Place]:
+    def points(self) -> list[CellBox]:
         """Return corners, and the point nearest to 0, where an extreme often is."""
         from takagi.models.ranges.ball_operations import side_of
 
         nearest = [min(max(Fraction(0), side.lower), side.upper) for side in self.sides]
         ends = [(side.lower, side.upper) for side in self.sides[:MOST_CORNERS]]
-        rest = [(side.centre,) for side in self.sides[MOST_CORNERS:]]
+        centres = [(side.centre,) for side in self.sides[MOST_CORNERS:]]
         return [
             (self, tuple(side_of(Interval(v, v)) for v in point))
-            for point in (nearest, *product(*ends, *rest))
+            for point in (nearest, *product(*ends, *centres))
         ]
 
     def told(self, box: Any) -> str:
@@ -110,17 +110,17 @@ class CellEnclosures(NamedTuple):
         return ", ".join(f"{s} in {side}" for s, side in zip(named, sides, strict=True))
 
 
-Place: TypeAlias = tuple[CellEnclosures, Any]  # with a box: Sides, or a PolynomialBox
+CellBox: TypeAlias = tuple[CellEnclosures, Any]  # with a box: Sides, or a PolynomialBox
 
 
-def enclose(place: Place) -> Bounded:
+def enclose(spot: CellBox) -> Bounded:
     """Return the cheap enclosure on a place; see ``search``."""
     from takagi.models.ranges.bernstein_form import has_pole, look_at_polynomial
 
-    root, box = place
+    root, box = spot
     if not hasattr(box, "above"):
-        seen: Bounded = root.form.look(box)
-        return seen
+        bounds: Bounded = root.form.look(box)
+        return bounds
     if has_pole(box):
         import sympy as sp
 
@@ -132,34 +132,34 @@ def enclose(place: Place) -> Bounded:
     return look_at_polynomial(box)
 
 
-def refined(place: Place) -> Bounded:
+def refined(spot: CellBox) -> Bounded:
     """Return the tight enclosure on a place of balls."""
-    seen: Bounded = place[0].form.refined(place[1])
-    return seen
+    bounds: Bounded = spot[0].form.refined(spot[1])
+    return bounds
 
 
-def attained_at_points(points: Sequence[Place]) -> Ends | None:
+def attained_at_points(points: Sequence[CellBox]) -> Ends | None:
     """Return the ends of the values at points, each on the cautious side of its own enclosure."""
-    looks = [root.form.look(point).attained for root, point in points]
-    known = [ends for ends in looks if ends is not None]
-    return (min(e[0] for e in known), max(e[1] for e in known)) if known else None
+    attained = [root.form.look(point).attained for root, point in points]
+    ends_known = [ends for ends in attained if ends is not None]
+    return (min(e[0] for e in ends_known), max(e[1] for e in ends_known)) if ends_known else None
 
 
-def halve(place: Place, axis: int) -> tuple[Place, Place]:
+def halve(spot: CellBox, axis: int) -> tuple[CellBox, CellBox]:
     """Return both halves of a place along one side."""
     from takagi.models.ranges.ball_operations import halved
     from takagi.models.ranges.bernstein_form import halved_polynomial
 
-    root, box = place
+    root, box = spot
     first, second = (halved_polynomial if hasattr(box, "above") else halved)(box, axis)
     return (root, first), (root, second)
 
 
-def enclosed_by_letter(letter: str, place: Place) -> tuple[Any, Any] | None:
+def enclosed_by_letter(letter: str, spot: CellBox) -> tuple[Any, Any] | None:
     """Return the enclosure that a leaf's letter names; None where it cannot decide."""
     from takagi.models.ranges.bernstein_form import look_at_polynomial
 
-    root, box = place
+    root, box = spot
     exact = hasattr(box, "above")
     if letter not in ("b" if exact else "psqt"):
         raise ModelError(f"a tree of boxes has the letter {letter!r}, which means nothing there")
@@ -221,63 +221,63 @@ def searched(
     Where |x| hides what cancels, the cells are searched again on both sides of x = 0.
     """
     plain = [(cell.written(expression), cell) for cell in cells]
-    parts = parts_by_sign(expression, cells)
-    if [written for written, _ in parts] == [written for written, _ in plain]:
+    pieces_by_sign = parts_by_sign(expression, cells)
+    if [written for written, _ in pieces_by_sign] == [written for written, _ in plain]:
         return _searched(plain, tolerance, most_boxes)
     try:
-        found: Bounds | None = _searched(plain, tolerance, most_boxes // 16)
+        bounds: Bounds | None = _searched(plain, tolerance, most_boxes // 16)
     except ModelError:
         # A pole of the whole may be none on either side; what else is wrong is wrong there too.
-        found = None
-    if found is not None and _excess(found) <= 2 * tolerance * found.inner.width:
-        return found
-    halves = _searched(parts, tolerance, most_boxes)._replace(by_sign=True)
-    return halves if found is None or _excess(halves) < _excess(found) else found
+        bounds = None
+    if bounds is not None and _excess(bounds) <= 2 * tolerance * bounds.inner.width:
+        return bounds
+    halves = _searched(pieces_by_sign, tolerance, most_boxes)._replace(by_sign=True)
+    return halves if bounds is None or _excess(halves) < _excess(bounds) else bounds
 
 
-def _excess(found: Bounds) -> Fraction:
-    return found.outer.width - found.inner.width
+def _excess(bounds: Bounds) -> Fraction:
+    return bounds.outer.width - bounds.inner.width
 
 
 def _searched(
-    parts: Sequence[tuple[sp.Expr, Cell]], tolerance: Fraction, most_boxes: int
+    pieces_by_sign: Sequence[tuple[sp.Expr, Cell]], tolerance: Fraction, most_boxes: int
 ) -> Bounds:
     import flint
 
     from takagi.models.ranges.ball_form import PRECISION
 
     with flint.ctx.workprec(PRECISION):
-        roots = [cell_root(expression, cell) for expression, cell in parts]
+        roots = [cell_root(expression, cell) for expression, cell in pieces_by_sign]
         exact = all(root.polynomial is not None for root in roots)
 
         def bounds_of(roots: Sequence[CellEnclosures], most_boxes: int) -> Bounds:
             points = [] if exact else [point for root in roots for point in root.points()]
-            found = search(
+            best_bounds = search(
                 enclose,
                 halve,
                 [(root, root.start(exact)) for root in roots],
                 tolerance=tolerance,
                 most_boxes=most_boxes,
-                tell=lambda place: place[0].told(place[1]),
+                tell=lambda spot: spot[0].told(spot[1]),
                 refine=None if exact else refined,
                 attained=None if exact else attained_at_points(points),
             )
             outer, inner = (
-                Interval(*map(fraction, ends)) for ends in (found.outer, found.attained)
+                Interval(*map(fraction, ends)) for ends in (best_bounds.outer, best_bounds.attained)
             )
             names = tuple(root.names for root in roots)
-            return Bounds(outer, inner, found.boxes, names, found.trees)
+            return Bounds(outer, inner, best_bounds.boxes, names, best_bounds.trees)
 
         try:
-            found = bounds_of(roots, most_boxes)
-            wide = found.outer.width > LOOSE * found.inner.width
+            best_bounds = bounds_of(roots, most_boxes)
+            wide = best_bounds.outer.width > LOOSE * best_bounds.inner.width
             if wide and not exact and any(any(root.form.poles()) for root in roots):
                 # These forms are several times longer.
                 further = bounds_of([root.further() for root in roots], most_boxes // 4)
-                found = min(found, further, key=lambda bounds: bounds.outer.width)
+                best_bounds = min(best_bounds, further, key=lambda bounds: bounds.outer.width)
         except ModelError as error:
             raise _without_combinations(error, roots) from error
-    return found
+    return best_bounds
 
 
 MOST_PARTS = 32  # cells that signs make of one
@@ -289,21 +289,21 @@ def parts_by_sign(expression: sp.Expr, cells: Sequence[Cell]) -> list[tuple[sp.E
     The absolute value is a x + b on one side of its zero and -(a x + b) on the other, so that
     (x + |x|)/x is 2 there, or 0.  A sign is 0 at its zero, which is then a cell of its own.
     """
-    found, left = [], [(cell.written(expression), cell.box, 1) for cell in cells]
-    while left:
-        written, box, made = left.pop(0)
-        kink = _kink(written, box) if made <= MOST_PARTS else None
+    finished, waiting = [], [(cell.written(expression), cell.box, 1) for cell in cells]
+    while waiting:
+        written, box, piece_count = waiting.pop(0)
+        kink = _kink(written, box) if piece_count <= MOST_PARTS else None
         if kink is None:
-            found.append((written, Cell(box)))
+            finished.append((written, Cell(box)))
             continue
         argument, symbol, zero = kink
         sides = [(-1, box[symbol].lower, zero), (1, zero, box[symbol].upper)]
         sides += [(0, zero, zero)] if written.has(_sign(argument)) else []
         for sign, low, high in sides:
             if low < high or sign == 0 or box[symbol].width == 0:
-                part = {**box, symbol: Interval(low, high)}
-                left.append((_with_sign(written, argument, sign), part, made * 2))
-    return found
+                half_box = {**box, symbol: Interval(low, high)}
+                waiting.append((_with_sign(written, argument, sign), half_box, piece_count * 2))
+    return finished
 
 
 def _kink(
@@ -312,8 +312,8 @@ def _kink(
     """Return the argument of an absolute value or sign, its only symbol, and its zero."""
     import sympy as sp
 
-    for part in sorted(written.atoms(sp.Abs, sp.sign), key=str):
-        argument = part.args[0]
+    for function in sorted(written.atoms(sp.Abs, sp.sign), key=str):
+        argument = function.args[0]
         symbols = list(argument.free_symbols)
         linear = linear_terms(argument, symbols) if len(symbols) == 1 else None
         if linear is None or symbols[0] not in box:
@@ -334,8 +334,10 @@ def _with_sign(written: sp.Expr, argument: sp.Expr, sign: int) -> sp.Expr:
     """Return the expression where the argument has this sign; multiplied out if that is shorter."""
     import sympy as sp
 
-    found = written.xreplace({sp.Abs(argument): sign * argument, sp.sign(argument): sp.S(sign)})
-    return min(found, sp.expand(found), key=lambda one: one.count_ops())
+    substituted = written.xreplace(
+        {sp.Abs(argument): sign * argument, sp.sign(argument): sp.S(sign)}
+    )
+    return min(substituted, sp.expand(substituted), key=lambda candidate: candidate.count_ops())
 
 
 def cell_root(expression: sp.Expr, cell: Cell) -> CellEnclosures:
@@ -374,7 +376,7 @@ def _positive(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> frozens
     from takagi.models.ranges.bernstein_form import look_at_polynomial, polynomial_box
 
     zero = Interval(Fraction(0), Fraction(0))
-    found = set()
+    bases = set()
     for power in expression.atoms(sp.Pow):
         base = power.base
         if power.exp.is_integer or not base.is_polynomial() or base.is_Symbol:
@@ -385,8 +387,8 @@ def _positive(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> frozens
         exact = polynomial_box(base, symbols, [box[s].hull(zero) for s in symbols])
         ends = None if exact is None else look_at_polynomial(exact).outer
         if ends is not None and 0 <= ends[0] < ends[1] / 10**6:
-            found.add(base)
-    return frozenset(found)
+            bases.add(base)
+    return frozenset(bases)
 
 
 def fraction(end: Any) -> Fraction:
@@ -412,15 +414,15 @@ def _covered(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> bool:
         from takagi.models.splines.table_function import table_ranges
 
         for argument, covers in zip(call.args, table_ranges(call.table), strict=True):
-            found = bounds_on(argument, Cell(box))
+            argument_bounds = bounds_on(argument, Cell(box))
             slack = EDGE * covers.width
-            held = Interval(covers.lower - slack, covers.upper + slack)
-            if not held.contains(found.inner):
+            widened = Interval(covers.lower - slack, covers.upper + slack)
+            if not widened.contains(argument_bounds.inner):
                 raise ModelError(
-                    f"an argument of {call}, {argument}, takes values in {found.inner}, but the "
-                    f"table covers {covers}; shrink the ranges or extend the table"
+                    f"an argument of {call}, {argument}, takes values in {argument_bounds.inner}, "
+                    f"but the table covers {covers}; shrink the ranges or extend the table"
                 )
-            inside = inside and covers.contains(found.outer)
+            inside = inside and covers.contains(argument_bounds.outer)
     return inside
 
 

@@ -1,18 +1,27 @@
-"""Where a function is to be enclosed: a box, a band around a curve, a union of cells."""
+"""Sets on which ranges are sought, and their samples.
+
+Bounds from samples of a function: values between the samples may lie outside the bounds.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+import numpy as np
+
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval
+from takagi.models.intervals.interval import Interval, exact
 from takagi.models.ranges.cell_search import Cell, bounds_on
 
 if TYPE_CHECKING:
     import sympy as sp
+
+    from takagi.models.intervals.interval import Number
+
 
 DIGITS = 12  # decimals of a range that is rounded outward
 
@@ -64,15 +73,15 @@ class Domain:
         """
         import sympy as sp
 
-        sides, places = dict(box), {}
+        sides, expressions = dict(box), {}
         for symbol, (lower, upper) in between.items():
             low, high = sp.sympify(lower), sp.sympify(upper)
             # A dummy symbol differs from every symbol of an expression, even with the same name.
             share = sp.Dummy(f"share_{symbol}", real=True)
             sides[share] = Interval.of(0, 1)
-            places[symbol] = low + share * (high - low)
+            expressions[symbol] = low + share * (high - low)
             _check_order(symbol, high - low, box)
-        return cls((Cell(sides, places),))
+        return cls((Cell(sides, expressions),))
 
     def __or__(self, other: Domain) -> Domain:
         """Return the union of both."""
@@ -81,25 +90,28 @@ class Domain:
     @property
     def rectangle(self) -> Mapping[sp.Symbol, Interval] | None:
         """The box that the domain is; None for a band or several cells."""
-        first, *more = self.cells
-        return None if more or first.places else first.box
+        first, *further = self.cells
+        return None if further or first.places else first.box
 
     def within(self, box: Mapping[sp.Symbol, Interval]) -> Domain:
         """Return the points whose variables that no cell contains lie in the box."""
         return Domain(
             tuple(
-                Cell({**{s: r for s, r in box.items() if s not in cell.places}, **cell.box}, places)
+                Cell(
+                    {**{s: r for s, r in box.items() if s not in cell.places}, **cell.box},
+                    expressions,
+                )
                 for cell in self.cells
-                for places in [cell.places]
+                for expressions in [cell.places]
             )
         )
 
-    def moved(self, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Domain:
+    def moved(self, shifts: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Domain:
         """Return the domain in other variables: x -> (d, r) writes x = r + d.
 
         A range is moved outward where r is not a rational number.
         """
-        return Domain(tuple(_moved(cell, places) for cell in self.cells))
+        return Domain(tuple(_moved(cell, shifts) for cell in self.cells))
 
     def sides(self, symbols: Iterable[sp.Symbol]) -> dict[sp.Symbol, Interval]:
         """Return a range of each symbol that every cell bounds: the smallest box, or little more.
@@ -108,13 +120,15 @@ class Domain:
         ------
         ModelError : a place that has no finite range.
         """
-        found = {}
+        sides = {}
         for symbol in symbols:
-            parts = [_side(cell, symbol) for cell in self.cells]
-            known = [part for part in parts if part is not None]
-            if len(known) == len(parts):
-                found[symbol] = Interval(min(k.lower for k in known), max(k.upper for k in known))
-        return found
+            cell_sides = [_side(cell, symbol) for cell in self.cells]
+            known_sides = [side for side in cell_sides if side is not None]
+            if len(known_sides) == len(cell_sides):
+                sides[symbol] = Interval(
+                    min(k.lower for k in known_sides), max(k.upper for k in known_sides)
+                )
+        return sides
 
 
 DomainLike: TypeAlias = "Domain | Mapping[sp.Symbol, Interval]"
@@ -126,32 +140,32 @@ def as_domain(domain: Domain | Mapping[sp.Symbol, Interval]) -> Domain:
 
 
 def _check_order(symbol: sp.Symbol, width: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> None:
-    found = bounds_on(width, Cell(box)).outer
-    if found.lower < 0:
+    width_range = bounds_on(width, Cell(box)).outer
+    if width_range.lower < 0:
         raise ModelError(
-            f"the band of {symbol}: upper minus lower is {width} in {found}, which is not "
+            f"the band of {symbol}: upper minus lower is {width} in {width_range}, which is not "
             "provably >= 0; swap the edges where they cross, or cut the box there"
         )
 
 
-def _moved(cell: Cell, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Cell:
-    taken = {deviation for s, (deviation, _) in places.items() if deviation != s}
-    clash = sorted(str(symbol) for symbol in cell.box if symbol in taken)
+def _moved(cell: Cell, shifts: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Cell:
+    deviations = {deviation for s, (deviation, _) in shifts.items() if deviation != s}
+    clash = sorted(str(symbol) for symbol in cell.box if symbol in deviations)
     if clash:
         raise ModelError(
             f"a coordinate of the domain is called {', '.join(clash)}, as the deviation of a "
             "variable from its rest is; rename the coordinate"
         )
-    written = {s: rest + deviation for s, (deviation, rest) in places.items()}
+    written = {s: rest + deviation for s, (deviation, rest) in shifts.items()}
     box = {}
     for symbol, side in cell.box.items():
-        deviation, rest = places.get(symbol, (symbol, None))
+        deviation, rest = shifts.get(symbol, (symbol, None))
         box[deviation] = side if rest is None else side - value_of(rest)
-    found = {}
-    for symbol, place in cell.places.items():
-        deviation, rest = places.get(symbol, (symbol, 0))
-        found[deviation] = place.subs(written, simultaneous=True) - rest
-    return Cell(box, found)
+    moved_places = {}
+    for symbol, expression in cell.places.items():
+        deviation, rest = shifts.get(symbol, (symbol, 0))
+        moved_places[deviation] = expression.subs(written, simultaneous=True) - rest
+    return Cell(box, moved_places)
 
 
 def value_of(number: sp.Expr) -> Interval:
@@ -168,3 +182,115 @@ def _side(cell: Cell, symbol: sp.Symbol) -> Interval | None:
     if symbol not in cell.places:
         return None
     return bounds_on(cell.places[symbol], Cell(cell.box)).outer.outward(DIGITS)
+
+
+class SampledBounds(NamedTuple):
+    """Smallest and largest sampled value, widened, and words that say so.
+
+    Attributes
+    ----------
+    bounds : contains every sampled value; values between the samples may lie outside.
+    evidence : for ``Premise(evidence=...)``; says "sampled", and that it is not a proof.
+    """
+
+    bounds: Interval
+    evidence: str
+
+
+def sampled_bounds(
+    expression: sp.Expr,
+    domain: DomainLike,
+    *,
+    points: int = 1000,
+    margin: Number = 0,
+    seed: int = 0,
+) -> SampledBounds:
+    """Return [min f, max f] over random points of the domain, widened by a margin.  NO PROOF.
+
+    For functions that cannot be enclosed, and only where a model without proof will do; the
+    range that holds is ``expression_range``.
+
+    Parameters
+    ----------
+    points : in each cell; half of the coordinates lie at ends of their sides.
+    margin : added at each end, as a share of the sampled width.
+    seed : of the random points.
+
+    Raises
+    ------
+    ModelError : fewer than two points, a negative margin, a symbol without range, or a value that
+        is not a finite number.
+    """
+    import sympy as sp
+
+    share = exact(margin)
+    if points < 2 or share < 0:
+        raise ModelError(
+            f"{points} points and a margin of {margin} were given; at least 2 points and a "
+            "margin >= 0 are needed"
+        )
+    chance = np.random.default_rng(seed)
+    low, high = np.inf, -np.inf
+    for cell in as_domain(domain).cells:
+        written = cell.written(expression)
+        symbols = sorted(written.free_symbols, key=str)
+        missing = ", ".join(str(s) for s in symbols if s not in cell.box)
+        if missing:
+            raise ModelError(f"{expression} depends on {missing}, which has no range; give one")
+        samples = _drawn(cell, symbols, points, chance)
+        value = sp.lambdify(symbols, written, modules=["scipy", "numpy"])
+        with np.errstate(all="ignore"):
+            values = np.broadcast_to(np.asarray(value(*samples.T), dtype=np.float64), (points,))
+        if not np.all(np.isfinite(values)):
+            worst = int(np.argmin(np.isfinite(values)))
+            at = ", ".join(f"{s} = {v:.6g}" for s, v in zip(symbols, samples[worst], strict=True))
+            raise ModelError(
+                f"{expression} has no finite value at {at or 'any point'}; take that point out of "
+                "the domain, or write the expression without the singularity"
+            )
+        low, high = min(low, float(values.min())), max(high, float(values.max()))
+    first, last = Fraction(low), Fraction(high)
+    wider = share * (last - first)
+    total = points * len(as_domain(domain).cells)
+    return SampledBounds(
+        Interval(first - wider, last + wider),
+        f"sampled at {total} random points (seed {seed}), which is no proof",
+    )
+
+
+def moved_into(
+    domain: Domain, symbols: Sequence[sp.Symbol], points: Floats, chance: np.random.Generator
+) -> Floats:
+    """Return points, (k, number of symbols), with the domain's variables moved into its cells.
+
+    Columns of symbols that a cell does not contain stay as they are.
+    """
+    import sympy as sp
+
+    moved_points = points.copy()
+    turns = np.arange(len(points)) % len(domain.cells)
+    for number, cell in enumerate(domain.cells):
+        rows = np.flatnonzero(turns == number)
+        cell_symbols = list(cell.box)
+        drawn = _drawn(cell, cell_symbols, len(rows), chance)
+        for column, symbol in enumerate(symbols):
+            if symbol in cell.box:
+                moved_points[rows, column] = drawn[:, cell_symbols.index(symbol)]
+            elif symbol in cell.places:
+                function = sp.lambdify(
+                    cell_symbols, cell.places[symbol], modules=["scipy", "numpy"]
+                )
+                moved_points[rows, column] = function(*drawn.T)
+    return moved_points
+
+
+def _drawn(
+    cell: Cell, symbols: Sequence[sp.Symbol], points: int, chance: np.random.Generator
+) -> Floats:
+    """Return random points of the cell's box, (points, number of symbols)."""
+    shares = chance.random((points, len(symbols)))
+    at_ends = chance.random(shares.shape) < 0.5
+    # Extremes are more often at the ends than inside.
+    shares = np.where(at_ends, np.round(shares), shares)
+    ends = np.array([cell.box[s].outward_floats() for s in symbols]).reshape(-1, 2)
+    return np.asarray(ends[:, 0] + (ends[:, 1] - ends[:, 0]) * shares)

@@ -37,10 +37,12 @@ def with_exponentials_as_symbols(
     """
     import sympy as sp
 
-    large = [e for e in expression.atoms(sp.exp) if _size(e.args[0]) > LARGEST]
-    if len(large) < 2:
+    exponentials = [e for e in expression.atoms(sp.exp) if _size(e.args[0]) > LARGEST]
+    if len(exponentials) < 2:
         return step(expression)
-    back = {sp.Dummy(f"e{k}", positive=True): e for k, e in enumerate(sorted(large, key=str))}
+    back = {
+        sp.Dummy(f"e{k}", positive=True): e for k, e in enumerate(sorted(exponentials, key=str))
+    }
     covered = expression.xreplace({e: symbol for symbol, e in back.items()})
     return step(covered).xreplace(back)
 
@@ -73,8 +75,8 @@ def slope_or_none(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     """Return the derivative, or an expression that no tape knows."""
     import sympy as sp
 
-    found = derivative(expression, symbol)
-    return sp.Function("no_slope")(symbol) if found is None else found
+    slope = derivative(expression, symbol)
+    return sp.Function("no_slope")(symbol) if slope is None else slope
 
 
 def order_of(exponent: object) -> int:
@@ -97,15 +99,15 @@ def combined(
     sum stand nowhere else.  Symbols without a range leave everything as it is.
     """
     written, sums = _sums_of(expression)
-    found, meanings = dict(sides), {}
+    new_sides, meanings = dict(sides), {}
     for symbol, linear, offset, base in sums:
         if any(s not in sides for s, _ in linear):
             return expression, dict(sides), {}
         total = Interval(offset, offset)
         for s, factor in linear:
             total = total + sides[s] * factor
-        found[symbol], meanings[symbol] = total, base
-    return written, found, meanings
+        new_sides[symbol], meanings[symbol] = total, base
+    return written, new_sides, meanings
 
 
 @lru_cache(maxsize=256)
@@ -115,7 +117,7 @@ def _sums_of(
     """Return the expression with sums replaced, and each with its terms and constant."""
     import sympy as sp
 
-    found: list[tuple[sp.Symbol, Linear, Fraction, sp.Expr]] = []
+    sums: list[tuple[sp.Symbol, Linear, Fraction, sp.Expr]] = []
     divisors = {
         power.base
         for power in expression.atoms(sp.Pow)
@@ -138,17 +140,19 @@ def _sums_of(
         linear = linear_terms(base, symbols) if set(symbols) <= expression.free_symbols else None
         if linear is None:
             continue
-        t = sp.Dummy(f"combination{len(found) + 1}", real=True)
+        t = sp.Dummy(f"combination{len(sums) + 1}", real=True)
         # x_1 is put in terms of t everywhere; if the others drop out, only t was there.
-        (first, factor), *rest = linear[0]
-        others = sum((sp.Rational(a.numerator, a.denominator) * s for s, a in rest), sp.S.Zero)
+        (first, factor), *further_terms = linear[0]
+        other_terms = sum(
+            (sp.Rational(a.numerator, a.denominator) * s for s, a in further_terms), sp.S.Zero
+        )
         constant = sp.Rational(linear[1].numerator, linear[1].denominator)
-        place = (t - others - constant) / sp.Rational(factor.numerator, factor.denominator)
-        written = _inner_sums_expanded(expression.subs(first, place))
+        solved = (t - other_terms - constant) / sp.Rational(factor.numerator, factor.denominator)
+        written = _inner_sums_expanded(expression.subs(first, solved))
         if not written.free_symbols & set(symbols):
             expression = written
-            found.append((t, *linear, base))
-    return expression, tuple(found)
+            sums.append((t, *linear, base))
+    return expression, tuple(sums)
 
 
 def linear_terms(base: sp.Expr, symbols: list[sp.Symbol]) -> tuple[Linear, Fraction] | None:
@@ -175,4 +179,4 @@ def _inner_sums_expanded(expression: sp.Expr) -> sp.Expr:
     """Return the expression with every sum in it multiplied out, so that what cancels is gone."""
     import sympy as sp
 
-    return expression.replace(lambda part: part.is_Add, sp.expand)
+    return expression.replace(lambda term: term.is_Add, sp.expand)

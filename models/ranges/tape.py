@@ -49,7 +49,7 @@ class TableBalls:
     def __call__(self, balls: Sequence[Ball], covered: bool) -> Ball:
         from flint import arb
 
-        sides, left = [], False
+        sides, may_leave = [], False
         for ball, covers in zip(balls, self.ranges, strict=True):
             if not ball.is_finite():
                 return arb.nan()
@@ -59,14 +59,14 @@ class TableBalls:
                 apart = low > covers.upper or high < covers.lower
                 if over > EDGE * covers.width and (apart or not covered):
                     return arb.nan()
-                left = left or not covered
+                may_leave = may_leave or not covered
                 low = min(max(low, covers.lower), covers.upper)
                 high = max(min(high, covers.upper), covers.lower)
             sides.append(Interval(low, high))
-        found = self.bounds(*sides)
-        if left and any(self.orders):
-            found = found.hull(0)  # the slope of a function that is held at its edge
-        return ball_of(found)
+        table_range = self.bounds(*sides)
+        if may_leave and any(self.orders):
+            table_range = table_range.hull(0)  # the slope of a function that is held at its edge
+        return ball_of(table_range)
 
 
 def _ends(ball: Ball) -> tuple[Fraction, Fraction]:
@@ -194,8 +194,8 @@ class _Maker:
     def tape(self, outputs: Sequence[int | None]) -> Tape:
         start = {"in": 0, "const": self.inputs, "step": self.inputs + len(self.constants)}
 
-        def slot(place: tuple[str, int]) -> int:
-            return start[place[0]] + place[1]
+        def slot(position: tuple[str, int]) -> int:
+            return start[position[0]] + position[1]
 
         steps = tuple(
             Operation(
@@ -206,8 +206,8 @@ class _Maker:
             )
             for kind, apply, first, second in self.steps
         )
-        found = tuple(None if o is None else slot(self.places[o]) for o in outputs)
-        return Tape(tuple(self.constants), steps, found)
+        output_slots = tuple(None if o is None else slot(self.places[o]) for o in outputs)
+        return Tape(tuple(self.constants), steps, output_slots)
 
     def place(self, expression: sp.Expr) -> tuple[str, int]:
         if expression not in self.known:
@@ -226,11 +226,11 @@ class _Maker:
         return "step", len(self.steps) - 1
 
     def chain(
-        self, apply: Callable[[Ball, Ball], Ball], parts: Sequence[tuple[str, int]]
+        self, apply: Callable[[Ball, Ball], Ball], operands: Sequence[tuple[str, int]]
     ) -> tuple[str, int]:
-        total = parts[0]
-        for part in parts[1:]:
-            total = self.step(apply, total, part)
+        total = operands[0]
+        for operand in operands[1:]:
+            total = self.step(apply, total, operand)
         return total
 
     def _made(self, expression: sp.Expr) -> tuple[str, int]:

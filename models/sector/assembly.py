@@ -1,20 +1,22 @@
-"""From entries in premise symbols to a TSModel: exactness check, vertices, derivation."""
+"""Vertices from the factored form: entries at the corners, checked and assembled."""
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.equations.equations import Equations, Factored, Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number
 from takagi.models.ranges.symbolic_steps import with_exponentials_as_symbols
-from takagi.models.sector.multilinear import vertex_product
 from takagi.models.sector.terms import terms_of
 from takagi.models.ts.model import Derivation, TSModel
 from takagi.models.ts.premise import Premise
@@ -26,6 +28,129 @@ if TYPE_CHECKING:
     from takagi.models.ranges.cell_search import Cell
     from takagi.models.ranges.domain import Domain
     from takagi.models.ts.model import SymbolicForm
+
+
+MultiAffine: TypeAlias = Mapping[tuple[int, ...], Fraction]
+"""Premise numbers -> coefficient of their product; () is the constant term."""
+
+DIGITS = 60  # of an irrational coefficient such as sqrt(2), before the entry is rounded
+
+
+def vertex_product(
+    matrix: sp.Matrix,
+    symbols: Sequence[sp.Symbol],
+    corners: Sequence[tuple[Fraction, ...]],
+    *,
+    constants: Mapping[sp.Symbol, Fraction] | None = None,
+    letter: str = "A",
+) -> VertexProduct:
+    """Return the matrix at every corner of the premises, each entry rounded once.
+
+    Parameters
+    ----------
+    matrix : entries multi-affine in the symbols.
+    symbols, corners : one per premise; a constant premise has one corner.
+    constants : values of other symbols that appear in the entries.
+    letter : names the matrix in messages.
+
+    Raises
+    ------
+    ModelError : an entry that is not multi-affine in the symbols, with its place.
+    """
+    entries = {}
+    for index, entry in enumerate(matrix):
+        if entry == 0:
+            continue
+        where = f"{letter}[{index // matrix.cols}, {index % matrix.cols}] = {entry}"
+        polynomial = multi_affine(entry, symbols, constants=constants, where=where)
+        entries[divmod(index, matrix.cols)] = corner_values(polynomial, corners)
+    sizes = tuple(len(values) for values in corners)
+    return VertexProduct(sizes, int(matrix.rows), int(matrix.cols), entries)
+
+
+def multi_affine(
+    entry: sp.Expr,
+    symbols: Sequence[sp.Symbol],
+    *,
+    constants: Mapping[sp.Symbol, Fraction] | None = None,
+    where: str = "",
+) -> MultiAffine:
+    """Return sum_S c_S prod_{k in S} z_k, the entry as a polynomial of degree <= 1 in each z_k.
+
+    Products of weights interpolate exactly such entries, and no others.
+
+    Raises
+    ------
+    ModelError : another symbol in the entry, or a premise that enters otherwise.
+    """
+    import sympy as sp
+
+    where = where or str(entry)
+    numbers_known = {s: sp.Rational(*v.as_integer_ratio()) for s, v in (constants or {}).items()}
+    written = entry.xreplace(numbers_known)
+    strange = written.free_symbols - set(symbols)
+    if strange:
+        names = ", ".join(sorted(map(str, strange)))
+        raise ModelError(
+            f"{where} still contains {names}; replace it by a premise, or give its value as a "
+            "parameter"
+        )
+    premise_numbers = [
+        number for number, symbol in enumerate(symbols) if symbol in written.free_symbols
+    ]
+    if not premise_numbers:
+        return {(): _rational(written)}
+    generators = [symbols[number] for number in premise_numbers]
+    polynomial = written.as_poly(*generators) or sp.cancel(written).as_poly(*generators)
+    for position, symbol in enumerate(generators):
+        if polynomial is None or polynomial.degree(position) > 1:
+            culprit = symbol if polynomial is not None else ", ".join(map(str, generators))
+            raise ModelError(
+                f"{where} is not linear in the premise {culprit}; make the whole entry a premise"
+            )
+    return {
+        tuple(
+            number for number, power in zip(premise_numbers, powers, strict=True) if power
+        ): _rational(c)
+        for powers, c in polynomial.terms()
+    }
+
+
+def corner_values(
+    polynomial: MultiAffine, corners: Sequence[tuple[Fraction, ...]]
+) -> tuple[tuple[int, ...], Floats]:
+    """Return (premises, values): the polynomial at all corners of the premises it depends on.
+
+    Each value is the exact rational, rounded once to the nearest float.
+    """
+    axes = tuple(sorted({n for members in polynomial for n in members if len(corners[n]) > 1}))
+    premise_numbers = sorted({number for members in polynomial for number in members})
+    common = {k: math.lcm(*(corner.denominator for corner in corners[k])) for k in premise_numbers}
+    scale = math.lcm(*(c.denominator for c in polynomial.values()), 1)
+    total = np.zeros(tuple(len(corners[k]) for k in premise_numbers), dtype=object)
+    for members, coefficient in polynomial.items():
+        term = np.array(int(coefficient * scale), dtype=object)
+        for position, k in enumerate(premise_numbers):
+            shape = [1] * len(premise_numbers)
+            # In integers over the common denominator, so that no step but the last one rounds.
+            factor = [int(v * common[k]) for v in corners[k]] if k in members else [common[k]]
+            shape[position] = len(factor)
+            term = term * np.array(factor, dtype=object).reshape(shape)
+        total = total + term
+    denominator = scale * math.prod(common.values())
+    # Python divides integers with one correct rounding.
+    values = np.array([int(v) / denominator for v in np.ravel(total)], dtype=np.float64)
+    return axes, values.reshape(tuple(len(corners[axis]) for axis in axes))
+
+
+def _rational(value: sp.Expr) -> Fraction:
+    import sympy as sp
+
+    if value.is_Rational:
+        return Fraction(int(value.p), int(value.q))
+    rational = sp.Rational(sp.N(value, DIGITS))
+    return Fraction(int(rational.p), int(rational.q))
+
 
 POINTS = 12
 DENOMINATOR = 997  # of the points' coordinates; a prime avoids special angles
@@ -58,7 +183,11 @@ def check_exact(
     ------
     ModelError : a row that is refuted, or one that can neither be shown nor tried at points.
     """
-    tried = [place for place, wanted, written in rows if not _row(place, wanted, written, sides)]
+    tried = [
+        row_name
+        for row_name, expected, written in rows
+        if not _row(row_name, expected, written, sides)
+    ]
     if not tried:
         return Exactness(True, "checked symbolically")
     return Exactness(
@@ -69,54 +198,54 @@ def check_exact(
 
 
 def _row(
-    place: str, wanted: sp.Expr, written: sp.Expr, sides: Mapping[sp.Symbol, Interval]
+    row_name: str, expected: sp.Expr, written: sp.Expr, sides: Mapping[sp.Symbol, Interval]
 ) -> bool:
     """Return whether the row is shown symbolically; False when it only agrees at the points."""
     import sympy as sp
 
-    rest = sp.expand(wanted - written)
+    difference = sp.expand(expected - written)
     # The sum of terms keeps each denominator in one piece, so that long ones cancel too.
-    if rest == 0 or not terms_of(wanted - written):
+    if difference == 0 or not terms_of(expected - written):
         return True
-    if rest.count_ops() <= 4 * LONGEST:
-        joined = with_exponentials_as_symbols(sp.together, rest)
+    if difference.count_ops() <= 4 * LONGEST:
+        joined = with_exponentials_as_symbols(sp.together, difference)
         if sp.expand(sp.fraction(joined)[0]) == 0:
             return True
-    agrees = _agrees(place, rest, sides)
-    short = rest.count_ops() <= LONGEST or agrees is None
-    simple = with_exponentials_as_symbols(sp.simplify, rest) if short else rest
+    agrees = _agrees(row_name, difference, sides)
+    short = difference.count_ops() <= LONGEST or agrees is None
+    simple = with_exponentials_as_symbols(sp.simplify, difference) if short else difference
     if simple == 0:
         return True
     if agrees is None or not simple.free_symbols:
         raise ModelError(
-            f"{place}: the factored form misses the plant by {simple}, which does not simplify to "
-            "0; correct the entries of that row"
+            f"{row_name}: the factored form misses the plant by {simple}, which does not simplify "
+            "to 0; correct the entries of that row"
         )
     return False
 
 
-def _agrees(place: str, rest: sp.Expr, sides: Mapping[sp.Symbol, Interval]) -> bool | None:
+def _agrees(row_name: str, difference: sp.Expr, sides: Mapping[sp.Symbol, Interval]) -> bool | None:
     """Return True when the balls at the points contain 0 and are small; None if none could tell."""
     from takagi.models.ranges.expression_range import expression_range
 
-    chance = random.Random(rest.count_ops())  # the same points each time
-    symbols = sorted(rest.free_symbols, key=str)
-    told = 0
+    chance = random.Random(difference.count_ops())  # the same points each time
+    symbols = sorted(difference.free_symbols, key=str)
+    decided = 0
     for _ in range(POINTS):
         point = {s: _point(sides.get(s, Interval.of(-1, 1)), chance) for s in symbols}
         try:
-            ball = expression_range(rest, {s: Interval(v, v) for s, v in point.items()}).outer
+            ball = expression_range(difference, {s: Interval(v, v) for s, v in point.items()}).outer
         except ModelError:
             continue
         if not ball.contains(0):
             at = ", ".join(f"{s} = {float(v):.4g}" for s, v in point.items())
             raise ModelError(
-                f"{place}: the factored form misses the plant by {rest}, which is "
+                f"{row_name}: the factored form misses the plant by {difference}, which is "
                 f"{float(ball.centre):.4g} at {at or 'every point'}; correct the entries of that "
                 "row"
             )
-        told += ball.width <= SMALLEST
-    return True if told == POINTS else None
+        decided += ball.width <= SMALLEST
+    return True if decided == POINTS else None
 
 
 def _point(side: Interval, chance: random.Random) -> Fraction:
@@ -143,7 +272,7 @@ def rule_steps(
     ]
     if len(corners) <= MOST_LISTED:
         steps.append(_listed(varying, corners))
-        stacks = {letter: found.stack() for letter, found in products.items()}
+        stacks = {letter: letter_product.stack() for letter, letter_product in products.items()}
         steps += [_vertex(rule, stacks) for rule in range(len(corners))]
     steps[0] = Step(steps[0].title, rf"\begin{{gathered}}{steps[0].latex}\end{{gathered}}")
     return tuple(steps)
@@ -165,11 +294,11 @@ def _numbering(
     weights = r"\, ".join(f"w_{{{p.latex},c_{{i,{k}}}}}" for k, p in enumerate(varying, start=1))
     pairs = (("A", "x"), ("B", "u"), ("E", "w"))
     terms = " + ".join(f"{m}_i {v}" for m, v in pairs if m in products and products[m].columns)
-    left = "x^+" if discrete else r"\dot x"
+    left_side = "x^+" if discrete else r"\dot x"
     return Step(
         f"Memberships of the {count} rules; c counts the corners (0 lower, 1 upper) of {names}, "
         "the last changing first.",
-        rf"h_i = {weights}, \qquad {left} = \sum_{{i=1}}^{{{count}}} h_i \left({terms}\right)",
+        rf"h_i = {weights}, \qquad {left_side} = \sum_{{i=1}}^{{{count}}} h_i \left({terms}\right)",
     )
 
 
@@ -185,12 +314,12 @@ def _listed(varying: Sequence[Premise], corners: Sequence[tuple[int, ...]]) -> S
 
 
 def _vertex(rule: int, stacks: Mapping[str, Floats]) -> Step:
-    shown = [
+    matrices = [
         rf"{letter}_{{{rule + 1}}} = " + _array(stack[rule])
         for letter, stack in stacks.items()
         if stack.size
     ]
-    return Step(f"Vertex {rule + 1}.", r",\quad ".join(shown))
+    return Step(f"Vertex {rule + 1}.", r",\quad ".join(matrices))
 
 
 def _array(rows: Floats) -> str:
@@ -206,19 +335,19 @@ def domain_steps(domain: Domain | None) -> tuple[Step, ...]:
     if domain is None:
         return ()
     count = len(domain.cells)
-    shown = [_cell(cell) for cell in domain.cells[:MOST_SHOWN]]
+    cell_texts = [_cell(cell) for cell in domain.cells[:MOST_SHOWN]]
     title = "Domain: the bounds hold there, not on the whole box around it"
     title += f"; {count} cells" if count > 1 else ""
     title += f", the first {MOST_SHOWN} of them are shown." if count > MOST_SHOWN else "."
-    return (Step(title, r"\begin{gathered}" + r" \\ ".join(shown) + r"\end{gathered}"),)
+    return (Step(title, r"\begin{gathered}" + r" \\ ".join(cell_texts) + r"\end{gathered}"),)
 
 
 def _cell(cell: Cell) -> str:
     import sympy as sp
 
-    parts = [rf"{sp.latex(s)} \in {_ends(side)}" for s, side in cell.box.items()]
-    parts += [f"{sp.latex(s)} = {sp.latex(place)}" for s, place in cell.places.items()]
-    return r",\ ".join(parts)
+    formulas = [rf"{sp.latex(s)} \in {_ends(side)}" for s, side in cell.box.items()]
+    formulas += [f"{sp.latex(s)} = {sp.latex(expression)}" for s, expression in cell.places.items()]
+    return r",\ ".join(formulas)
 
 
 def _ends(side: Interval) -> str:
@@ -257,7 +386,7 @@ def assemble(
     ------
     ModelError : the factored form is not exact, or an entry is not multilinear in the premises.
     """
-    shown = check_exact(factored.pairs(plant), dict(sides or {}))
+    exactness = check_exact(factored.pairs(plant), dict(sides or {}))
     corners = [premise.corners for premise in premises]
     products = {
         letter: vertex_product(
@@ -272,10 +401,10 @@ def assemble(
         "outputs": tuple(f"y{k} [-]" for k in range(1, len(plant.outputs) + 1)),
         "disturbances": plant.named(plant.disturbances),
     }
-    derivation = replace(_derivation(plant, factored, premises, steps, shown), form=form)
+    derivation = replace(_derivation(plant, factored, premises, steps, exactness), form=form)
     if tell_rules:
-        told = rule_steps(premises, products, discrete=plant.sample_time is not None)
-        derivation = replace(derivation, steps=(*derivation.steps, *told))
+        further_steps = rule_steps(premises, products, discrete=plant.sample_time is not None)
+        derivation = replace(derivation, steps=(*derivation.steps, *further_steps))
     return TSModel(
         products["A"],
         products.get("B"),
@@ -300,23 +429,24 @@ def _derivation(
     factored: Factored,
     premises: Sequence[Premise],
     between: Sequence[Step],
-    shown: Exactness,
+    exactness: Exactness,
 ) -> Derivation:
     import sympy as sp
 
     symbols = {s: sp.Symbol(p.latex) for s, p in zip(factored.premises, premises, strict=True)}
     mark = r"\dot{{{}}}" if plant.sample_time is None else "{}^+"
-    left = _matrix(sp.Matrix([sp.Symbol(mark.format(sp.latex(s))) for s in plant.states]))
+    left_side = _matrix(sp.Matrix([sp.Symbol(mark.format(sp.latex(s))) for s in plant.states]))
     terms = [
         _matrix(factored.matrices[letter].subs(symbols)) + _matrix(sp.Matrix(vector))
         for letter, vector in (("A", plant.states), ("B", plant.inputs), ("E", plant.disturbances))
         if vector
     ]
     steps = [
-        Step("Plant.", left + " = " + _matrix(sp.Matrix(plant.f))),
+        Step("Plant.", left_side + " = " + _matrix(sp.Matrix(plant.f))),
         *between,
         Step(
-            f"Factored form, equal to the plant: {shown.words}.", left + " = " + " + ".join(terms)
+            f"Factored form, equal to the plant: {exactness.words}.",
+            left_side + " = " + " + ".join(terms),
         ),
     ]
     if factored.constants:
@@ -326,7 +456,7 @@ def _derivation(
     steps += [_premise_step(p, e) for p, e in zip(premises, expressions, strict=True)]
     sampled = [premise.name for premise in premises if premise.sampled]
     doubt = f"; bounds of {', '.join(sampled)} sampled, which is no proof" if sampled else ""
-    return Derivation(tuple(steps), exactness=shown.words + doubt)
+    return Derivation(tuple(steps), exactness=exactness.words + doubt)
 
 
 def _premise_step(premise: Premise, expression: sp.Expr) -> Step:

@@ -16,11 +16,11 @@ from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import CHOICES, Choice
-from takagi.models.ranges.sampled import moved_into
+from takagi.models.ranges.domain import moved_into
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.factored_form import (
+    EntryIndex,
     FactoredForm,
-    Place,
     forms_of,
     with_numbers_apart,
 )
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def with_quotients(
-    rows: Sequence[sp.Expr], wanted: Mapping[sp.Symbol, sp.Expr], states: Sequence[sp.Symbol]
+    rows: Sequence[sp.Expr], premises: Mapping[sp.Symbol, sp.Expr], states: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], dict[sp.Symbol, sp.Expr]]:
     """Return the rows with N = z D for each wanted z = N/D, and the z that were used.
 
@@ -44,9 +44,9 @@ def with_quotients(
     """
     import sympy as sp
 
-    found = {}
+    used_premises = {}
     written = tuple(rows)
-    for symbol, premise in wanted.items():
+    for symbol, premise in premises.items():
         numerator, denominator = premise.as_numer_denom()
         number, core = numerator.as_coeff_Mul()
         divisor = sp.expand(denominator / number)
@@ -57,8 +57,8 @@ def with_quotients(
             continue
         replaced = tuple(row.subs(core, symbol * divisor) for row in written)
         if replaced != written:
-            written, found[symbol] = replaced, premise
-    return written, found
+            written, used_premises[symbol] = replaced, premise
+    return written, used_premises
 
 
 def without_quotients(form: FactoredForm, quotients: Mapping[sp.Symbol, sp.Expr]) -> FactoredForm:
@@ -69,11 +69,11 @@ def without_quotients(form: FactoredForm, quotients: Mapping[sp.Symbol, sp.Expr]
     return FactoredForm(
         tuple(premise.xreplace(back) for premise in form.premises),
         {
-            place: {
+            position: {
                 tuple(member.xreplace(back) for member in members): c
                 for members, c in polynomial.items()
             }
-            for place, polynomial in form.entries.items()
+            for position, polynomial in form.entries.items()
         },
     )
 
@@ -98,7 +98,7 @@ class HullWidth:
         box: Mapping[sp.Symbol, Interval],
         columns: Mapping[str, Sequence[sp.Symbol]],
         rows: Mapping[str, Sequence[sp.Expr]],
-        shape: Sequence[Place],
+        shape: Sequence[EntryIndex],
         domain: Domain | None = None,
     ) -> None:
         chance = np.random.default_rng(20)
@@ -123,9 +123,9 @@ class HullWidth:
             self.points = moved_into(domain, self.symbols, self.points, chance)
         self.ranges: dict[sp.Expr, tuple[float, float] | None] = {}
         self.scale = {letter: [self._size(row) for row in some] for letter, some in rows.items()}
-        self.number = {place: index for index, place in enumerate(shape)}
-        found = chance.normal(size=(DIRECTIONS, len(shape)))
-        self.directions = found / np.linalg.norm(found, axis=1, keepdims=True)
+        self.number = {position: index for index, position in enumerate(shape)}
+        normals = chance.normal(size=(DIRECTIONS, len(shape)))
+        self.directions = normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
     def __call__(self, form: FactoredForm) -> float:
         """Return the width; infinite where a premise has no finite sampled range."""
@@ -133,8 +133,8 @@ class HullWidth:
         if any(r is None for r in ranges):
             return float("inf")
         total: Floats = np.zeros((DIRECTIONS, *(2,) * len(ranges)))
-        for place, polynomial in form.entries.items():
-            letter, row, column = place
+        for position, polynomial in form.entries.items():
+            letter, row, column = position
             scale = self.half[self.columns[letter][column]] / self.scale[letter][row]
             value: Floats = np.zeros((2,) * len(ranges))
             for members, coefficient in polynomial.items():
@@ -146,14 +146,14 @@ class HullWidth:
                     shape[axis] = 2
                     term = term * np.array(ranges[axis]).reshape(shape)
                 value = value + term
-            along = self.directions[:, self.number[place]]
+            along = self.directions[:, self.number[position]]
             total += along.reshape(-1, *(1,) * len(ranges)) * value
         flat = total.reshape(DIRECTIONS, -1)
         return float(np.mean(flat.max(axis=1) - flat.min(axis=1)))
 
     def _size(self, row: sp.Expr) -> float:
-        found = self._range(row)
-        return max(map(abs, found)) or 1.0 if found is not None else 1.0
+        row_range = self._range(row)
+        return max(map(abs, row_range)) or 1.0 if row_range is not None else 1.0
 
     def _range(self, expression: sp.Expr) -> tuple[float, float] | None:
         if expression not in self.ranges:
@@ -168,11 +168,11 @@ class HullWidth:
         value = sp.lambdify(self.symbols, expression, modules=["scipy", "numpy"])
         try:
             with np.errstate(all="ignore"):
-                found = np.asarray(value(*self.points.T), dtype=np.float64)
+                values = np.asarray(value(*self.points.T), dtype=np.float64)
         except (TypeError, ValueError, NameError):
             # A function without float evaluation, or a table that does not cover the box.
             return None
-        finite = found[np.isfinite(found)]
+        finite = values[np.isfinite(values)]
         return (float(finite.min()), float(finite.max())) if finite.size else None
 
 
@@ -206,21 +206,21 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     if choice not in CHOICES:
         raise ModelError(f"choice {choice!r} was given; {' or '.join(map(repr, CHOICES))} is known")
     plant = problem.equations
-    wanted = list(problem.wanted.values())
-    rows, quotients = with_quotients(plant.f, problem.wanted, plant.states)
-    known = [s if s in quotients else e for s, e in problem.wanted.items()]
+    asked_premises = list(problem.premises.values())
+    rows, quotients = with_quotients(plant.f, problem.premises, plant.states)
+    in_symbols = [s if s in quotients else e for s, e in problem.premises.items()]
     forms = [
         without_quotients(form, quotients)
         for some in _assignments(replace(plant, f=rows), problem)
-        for form in forms_of(some, known)
+        for form in forms_of(some, in_symbols)
     ]
-    complete = [f for f in forms if set(wanted) <= set(f.premises)]
+    complete = [f for f in forms if set(asked_premises) <= set(f.premises)]
     if not complete:
         _refuse_wanted(problem, forms)
-    if not wanted and min(len(form.premises) for form in complete) > MOST_PLAIN:
+    if not asked_premises and min(len(form.premises) for form in complete) > MOST_PLAIN:
         complete = [*_with_denominators(problem), *complete]
     variables = {*plant.states, *plant.inputs, *plant.disturbances}
-    apart = [with_numbers_apart(form, variables, wanted) for form in complete]
+    apart = [with_numbers_apart(form, variables, asked_premises) for form in complete]
     apart = [form for form in apart if len(numbers_of(form)) <= MOST_NUMBERS]
     best = _best(complete, problem, choice)
     fewest = min(len(form.premises) for form in complete)
@@ -266,7 +266,7 @@ def _best(forms: Sequence[FactoredForm], problem: Problem, choice: Choice) -> Fa
 
 
 def _different(forms: Sequence[FactoredForm]) -> list[FactoredForm]:
-    seen: dict[object, FactoredForm] = {}
+    form_of: dict[object, FactoredForm] = {}
     for form in forms:
         key = (
             frozenset(form.premises),
@@ -274,11 +274,11 @@ def _different(forms: Sequence[FactoredForm]) -> list[FactoredForm]:
                 (place, frozenset(polynomial.items())) for place, polynomial in form.entries.items()
             ),
         )
-        seen.setdefault(key, form)
-    return list(seen.values())
+        form_of.setdefault(key, form)
+    return list(form_of.values())
 
 
-def _assignments(plant: Equations, problem: Problem) -> Iterator[dict[Place, Sum]]:
+def _assignments(plant: Equations, problem: Problem) -> Iterator[dict[EntryIndex, Sum]]:
     """Yield the entries of each way to choose an option for every term, the usual way first."""
     terms = [(("A", "B", "E"), term) for term in row_terms(plant.f, plant, problem.box)] + [
         (("C", "D", ""), term) for term in row_terms(plant.outputs, plant, problem.box)
@@ -289,7 +289,7 @@ def _assignments(plant: Equations, problem: Problem) -> Iterator[dict[Place, Sum
     else:
         picks = islice(_preferences(plant, [term for _, term in terms]), MOST_ASSIGNMENTS)
     for pick in picks:
-        entries: dict[Place, Sum] = {}
+        entries: dict[EntryIndex, Sum] = {}
         for (letters, term), number in zip(terms, pick, strict=True):
             for option in term.options[number]:
                 _put(entries, _place(letters, term.row, option, plant), option)
@@ -307,7 +307,7 @@ def _preferences(plant: Equations, terms: Sequence[RowTerm]) -> Iterator[list[in
         ]
 
 
-def _place(letters: tuple[str, str, str], row: int, option: Option, plant: Equations) -> Place:
+def _place(letters: tuple[str, str, str], row: int, option: Option, plant: Equations) -> EntryIndex:
     for letter, symbols in zip(
         letters, (plant.states, plant.inputs, plant.disturbances), strict=True
     ):
@@ -321,8 +321,8 @@ def _place(letters: tuple[str, str, str], row: int, option: Option, plant: Equat
     raise ModelError(f"{option.variable} is neither a state nor an input nor a disturbance")
 
 
-def _put(entries: dict[Place, Sum], place: Place, option: Option) -> None:
-    entry = entries.setdefault(place, {})
+def _put(entries: dict[EntryIndex, Sum], position: EntryIndex, option: Option) -> None:
+    entry = entries.setdefault(position, {})
     for atom, c in option.coefficient.items():
         total = entry.get(atom, 0) + c
         if total == 0:
@@ -341,7 +341,7 @@ def _rows(plant: Equations) -> dict[str, tuple[sp.Expr, ...]]:
     return {"A": f, "B": f, "C": y, "D": y, "E": f}
 
 
-def _places(plant: Equations) -> list[Place]:
+def _places(plant: Equations) -> list[EntryIndex]:
     columns, rows = _columns(plant), _rows(plant)
     return [
         (letter, row, column)
@@ -353,7 +353,7 @@ def _places(plant: Equations) -> list[Place]:
 
 def _refuse_wanted(problem: Problem, forms: Sequence[FactoredForm]) -> None:
     usual = forms[0]
-    missing = [str(s) for s, e in problem.wanted.items() if e not in usual.premises]
+    missing = [str(s) for s, e in problem.premises.items() if e not in usual.premises]
     raise ModelError(
         f"premise {', '.join(missing)} was not found in the factored entries; leave it out, write "
         "it as it stands in the equations, or give the matrices factored by hand"
@@ -364,11 +364,13 @@ def _in_symbols(form: FactoredForm, problem: Problem) -> Factored:
     """Return the form with a symbol for each premise: the user's, or z1, z2, ..."""
     import sympy as sp
 
-    given = {e: s for s, e in problem.wanted.items()}
+    asked_symbols = {e: s for s, e in problem.premises.items()}
     plant = problem.equations
-    taken = {s.name for s in (*given.values(), *plant.states, *plant.inputs, *plant.disturbances)}
-    fresh = (s for s in sp.numbered_symbols("z", start=1, real=True) if s.name not in taken)
-    names = {e: given.get(e) or next(fresh) for e in form.premises}
+    names_taken = {
+        s.name for s in (*asked_symbols.values(), *plant.states, *plant.inputs, *plant.disturbances)
+    }
+    fresh = (s for s in sp.numbered_symbols("z", start=1, real=True) if s.name not in names_taken)
+    names = {e: asked_symbols.get(e) or next(fresh) for e in form.premises}
     rows, columns = _rows(plant), _columns(plant)
     matrices = {letter: sp.zeros(len(rows[letter]), len(columns[letter])) for letter in columns}
     symbols = sp.numbered_symbols("number", start=1, real=True)
@@ -393,8 +395,8 @@ MOST_NUMBERS = 6  # the most that a certificate has
 def numbers_of(form: FactoredForm) -> list[sp.Expr]:
     """Return the numbers in its coefficients that are no fractions, each once."""
     coefficients = [c for polynomial in form.entries.values() for c in polynomial.values()]
-    found = dict.fromkeys(core for c in coefficients for core in terms_of(c))
-    return [core for core in found if not core.is_Rational]
+    cores = dict.fromkeys(core for c in coefficients for core in terms_of(c))
+    return [core for core in cores if not core.is_Rational]
 
 
 def _bounded(number: sp.Expr, problem: Problem) -> BoundedNumber:

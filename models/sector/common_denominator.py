@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from takagi.models.sector.factored_form import FactoredForm, LinearSpan, Place, Polynomial
+from takagi.models.sector.factored_form import EntryIndex, FactoredForm, LinearSpan, Polynomial
 from takagi.models.sector.terms import Sum, terms_of
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 INPUTS = ("B", "E")
 
 
-def denominator_forms(entries: Mapping[Place, Sum]) -> Iterator[FactoredForm]:
+def denominator_forms(entries: Mapping[EntryIndex, Sum]) -> Iterator[FactoredForm]:
     """Yield the form with denominators and numerator factors as premises, if there is one.
 
     Every entry is R + N/D with at most one sum D.  The premises are
@@ -35,30 +35,38 @@ def denominator_forms(entries: Mapping[Place, Sum]) -> Iterator[FactoredForm]:
 
     Nothing is yielded if no entry has such a D, or if a term has two of them or a power of one.
     """
-    by_place = {place: _parts(value) for place, value in entries.items()}
-    if any(parts is None for parts in by_place.values()):
+    by_place = {position: _parts(value) for position, value in entries.items()}
+    if any(numerators is None for numerators in by_place.values()):
         return
-    parts = {place: found for place, found in by_place.items() if found is not None}
-    if not any(base is not None for found in parts.values() for base in found):
+    numerators = {
+        position: fractions_there
+        for position, fractions_there in by_place.items()
+        if fractions_there is not None
+    }
+    if not any(
+        base is not None for fractions_there in numerators.values() for base in fractions_there
+    ):
         return
     premises = _Premises()
-    ordered = sorted(parts, key=lambda place: place[0] not in INPUTS)
-    polynomials: dict[Place, Polynomial] = {}
-    for place in ordered:
-        if place[0] in INPUTS:
-            for value in parts[place].values():
+    ordered = sorted(numerators, key=lambda position: position[0] not in INPUTS)
+    polynomials: dict[EntryIndex, Polynomial] = {}
+    for position in ordered:
+        if position[0] in INPUTS:
+            for value in numerators[position].values():
                 premises.add_moving(value)
-    for place in ordered:
+    for position in ordered:
         polynomial: Polynomial = {}
-        for base, value in parts[place].items():
+        for base, value in numerators[position].items():
             inverse = () if base is None else (premises.inverse(base),)
-            for members, c in premises.written(value, moving_only=place[0] in INPUTS).items():
+            for members, c in premises.written(value, moving_only=position[0] in INPUTS).items():
                 key = (*inverse, *members)
                 polynomial[key] = polynomial.get(key, 0) + c
-        polynomials[place] = {members: c for members, c in polynomial.items() if c != 0}
-    used = {p for polynomial in polynomials.values() for members in polynomial for p in members}
-    kept = {place: polynomials[place] for place in entries}
-    yield FactoredForm(tuple(p for p in premises.order if p in used), kept)
+        polynomials[position] = {members: c for members, c in polynomial.items() if c != 0}
+    premises_used = {
+        p for polynomial in polynomials.values() for members in polynomial for p in members
+    }
+    in_order = {position: polynomials[position] for position in entries}
+    yield FactoredForm(tuple(p for p in premises.order if p in premises_used), in_order)
 
 
 def _parts(value: Sum) -> dict[sp.Expr | None, Sum] | None:
@@ -66,17 +74,17 @@ def _parts(value: Sum) -> dict[sp.Expr | None, Sum] | None:
 
     None if a term is divided by two sums, or by a power of one: then N is not a polynomial.
     """
-    found: dict[sp.Expr | None, Sum] = {}
+    numerators: dict[sp.Expr | None, Sum] = {}
     for atom, c in value.items():
         poles = [p for p in atom.as_ordered_factors() if p.is_Pow and p.base.is_Add and p.exp < 0]
         if len(poles) > 1 or any(power.exp != -1 for power in poles):
             return None
         bases = [power.base for power in poles]
         base = bases[0] if bases else None
-        rest = atom * base if base is not None else atom
-        numerator = found.setdefault(base, {})
-        numerator[rest] = numerator.get(rest, 0) + c
-    return found
+        remaining_atom = atom * base if base is not None else atom
+        numerator = numerators.setdefault(base, {})
+        numerator[remaining_atom] = numerator.get(remaining_atom, 0) + c
+    return numerators
 
 
 @dataclass(slots=True)
@@ -114,9 +122,9 @@ class _Premises:
 
     def written(self, value: Sum, *, moving_only: bool) -> Polynomial:
         """Return the sum as a polynomial in premises; missing premises are added."""
-        found = self.span.combination(value)
-        if found is not None:
-            return dict(found)  # type: ignore[arg-type]
+        combination = self.span.combination(value)
+        if combination is not None:
+            return dict(combination)  # type: ignore[arg-type]
         assert not moving_only, "the inputs' sums were added before"
         product = self._in_factors(value)
         return self._in_atoms(value) if product is None else product
@@ -127,23 +135,23 @@ class _Premises:
 
         number, factors = _factor_list(sp.Add(*(c * atom for atom, c in value.items())))
         affine: Polynomial = {(): sp.S.One}
-        others: list[sp.Expr] = []
+        other_factors: list[sp.Expr] = []
         for factor in factors:
-            found = self.span.combination(terms_of(factor))
-            if found is not None and len(affine) == 1:
-                affine = dict(found)  # type: ignore[arg-type]
+            combination = self.span.combination(terms_of(factor))
+            if combination is not None and len(affine) == 1:
+                affine = dict(combination)  # type: ignore[arg-type]
             else:
-                others.append(factor)
-        if len(others) == 1 and others[0].is_Add and len(factors) == 1:
+                other_factors.append(factor)
+        if len(other_factors) == 1 and other_factors[0].is_Add and len(factors) == 1:
             return None
-        if not others:
+        if not other_factors:
             return {members: number * c for members, c in affine.items()}
-        rest = self._known(sp.Mul(*others))
-        return {(*members, rest): number * c for members, c in affine.items()}
+        product_premise = self._known(sp.Mul(*other_factors))
+        return {(*members, product_premise): number * c for members, c in affine.items()}
 
     def _in_atoms(self, value: Sum) -> Polynomial:
         """Return the sum with each atom as a premise; no varying premise is used as a factor."""
-        found: Polynomial = {}
+        polynomial: Polynomial = {}
         for atom, c in value.items():
             if atom.is_Rational:
                 members: tuple[sp.Expr, ...] = ()
@@ -151,18 +159,18 @@ class _Premises:
             else:
                 number = c
                 factor = next((m for m in self.moving if _divides(m, atom)), None)
-                rest = atom if factor is None else atom / factor
-                left = () if rest == 1 else (self._known(rest),)
-                members = left if factor is None else (factor, *left)
-            found[members] = found.get(members, 0) + number
-        return found
+                remaining = atom if factor is None else atom / factor
+                further_members = () if remaining == 1 else (self._known(remaining),)
+                members = further_members if factor is None else (factor, *further_members)
+            polynomial[members] = polynomial.get(members, 0) + number
+        return polynomial
 
 
 def _divides(factor: sp.Expr, atom: sp.Expr) -> bool:
     """Return whether the atom has the factor once."""
     import sympy as sp
 
-    return [part == factor for part in sp.Mul.make_args(atom)].count(True) == 1
+    return [divisor == factor for divisor in sp.Mul.make_args(atom)].count(True) == 1
 
 
 def _factor_list(expression: sp.Expr) -> tuple[sp.Rational, list[sp.Expr]]:
@@ -172,14 +180,16 @@ def _factor_list(expression: sp.Expr) -> tuple[sp.Rational, list[sp.Expr]]:
     quotients: dict[sp.Expr, sp.Symbol] = {}
 
     def whole(term: sp.Expr) -> sp.Expr:
-        parts = list(sp.Mul.make_args(term))
-        for pole in [p for p in parts if p.is_Pow and p.base.is_Symbol and p.exp == -1]:
-            partner = next((p for p in parts if p != pole and p.subs(pole.base, 0) == 0), None)
+        term_factors = list(sp.Mul.make_args(term))
+        for pole in [p for p in term_factors if p.is_Pow and p.base.is_Symbol and p.exp == -1]:
+            partner = next(
+                (p for p in term_factors if p != pole and p.subs(pole.base, 0) == 0), None
+            )
             if partner is not None:
-                parts.remove(pole)
-                parts.remove(partner)
-                parts.append(quotients.setdefault(partner * pole, sp.Dummy()))
-        return sp.Mul(*parts)
+                term_factors.remove(pole)
+                term_factors.remove(partner)
+                term_factors.append(quotients.setdefault(partner * pole, sp.Dummy()))
+        return sp.Mul(*term_factors)
 
     flat = sp.Add(*(whole(term) for term in sp.Add.make_args(expression)))
     back = {symbol: quotient for quotient, symbol in quotients.items()}
@@ -196,20 +206,24 @@ def sum_quotients(rows: Sequence[sp.Expr], states: Sequence[sp.Symbol]) -> dict[
     """
     import sympy as sp
 
-    found: dict[sp.Symbol, sp.Expr] = {}
-    seen: set[sp.Expr] = set()
+    quotients: dict[sp.Symbol, sp.Expr] = {}
+    functions: set[sp.Expr] = set()
     for row in rows:
         for function in sorted(row.atoms(sp.Function), key=sp.default_sort_key):
-            if function in seen or len(function.args) != 1:
+            if function in functions or len(function.args) != 1:
                 continue
-            seen.add(function)
+            functions.add(function)
             argument = sp.expand(function.args[0])
-            used = argument.free_symbols
-            if len(used) < 2 or not used <= set(states) or not argument.is_polynomial(*used):
+            symbols = argument.free_symbols
+            if (
+                len(symbols) < 2
+                or not symbols <= set(states)
+                or not argument.is_polynomial(*symbols)
+            ):
                 continue
-            polynomial = sp.Poly(argument, *sorted(used, key=str))
+            polynomial = sp.Poly(argument, *sorted(symbols, key=str))
             if not polynomial.is_homogeneous or polynomial.total_degree() != 1:
                 continue
-            if function.subs(dict.fromkeys(used, 0)) == 0:
-                found[sp.Dummy(real=True)] = function / argument
-    return found
+            if function.subs(dict.fromkeys(symbols, 0)) == 0:
+                quotients[sp.Dummy(real=True)] = function / argument
+    return quotients

@@ -30,44 +30,44 @@ class LinearSpan:
 
     def _reduced(self, value: Sum) -> tuple[Sum, Combination]:
         """Return (rest, c) with value = rest + sum_k c_k v_k and rest free of the pivots."""
-        rest = dict(value)
-        made: Combination = {}
-        for pivot, row, parts in self.rows:
-            share = rest.get(pivot)
+        remainder = dict(value)
+        combination: Combination = {}
+        for pivot, row, row_combination in self.rows:
+            share = remainder.get(pivot)
             if share:
-                _subtract(rest, share, row)
-                for key, c in parts.items():
-                    made[key] = made.get(key, 0) + share * c
-        return rest, {key: c for key, c in made.items() if c != 0}
+                _subtract(remainder, share, row)
+                for key, c in row_combination.items():
+                    combination[key] = combination.get(key, 0) + share * c
+        return remainder, {key: c for key, c in combination.items() if c != 0}
 
     def combination(self, value: Sum) -> Combination | None:
         """Return the coefficients by key, or None when the value lies outside."""
-        rest, made = self._reduced(value)
-        return None if rest else made
+        remainder, combination = self._reduced(value)
+        return None if remainder else combination
 
     def add(self, key: Hashable, value: Sum) -> bool:
         """Add a sum; False when it lies in the span already, and nothing changes then."""
-        rest, made = self._reduced(value)
-        if not rest:
+        remainder, combination = self._reduced(value)
+        if not remainder:
             return False
-        pivot = next(iter(rest))
-        scale = 1 / rest[pivot]
-        row = {atom: c * scale for atom, c in rest.items()}
-        parts = {key: scale, **{k: -c * scale for k, c in made.items()}}
-        self.rows.append((pivot, row, parts))
+        pivot = next(iter(remainder))
+        scale = 1 / remainder[pivot]
+        row = {atom: c * scale for atom, c in remainder.items()}
+        row_combination = {key: scale, **{k: -c * scale for k, c in combination.items()}}
+        self.rows.append((pivot, row, row_combination))
         return True
 
 
 def _subtract(target: Sum, share: sp.Rational, row: Sum) -> None:
     for atom, c in row.items():
-        left = target.get(atom, 0) - share * c
-        if left == 0:
+        difference = target.get(atom, 0) - share * c
+        if difference == 0:
             target.pop(atom, None)
         else:
-            target[atom] = left
+            target[atom] = difference
 
 
-Place: TypeAlias = tuple[str, int, int]
+EntryIndex: TypeAlias = tuple[str, int, int]
 """Matrix letter, row and column of an entry."""
 Polynomial: TypeAlias = "dict[tuple[sp.Expr, ...], sp.Expr]"
 """Premises that are multiplied -> coefficient; () is the constant term."""
@@ -80,10 +80,10 @@ class FactoredForm:
     """``entries`` in terms of ``premises``, which are expressions; those of the user come first."""
 
     premises: tuple[sp.Expr, ...]
-    entries: Mapping[Place, Polynomial]
+    entries: Mapping[EntryIndex, Polynomial]
 
 
-def forms_of(entries: Mapping[Place, Sum], wanted: Sequence[sp.Expr]) -> Iterator[FactoredForm]:
+def forms_of(entries: Mapping[EntryIndex, Sum], asked: Sequence[sp.Expr]) -> Iterator[FactoredForm]:
     """Yield the ways to choose premises for the entries.
 
     1. As few as make all entries affine combinations of premises and of products of the wanted
@@ -94,18 +94,18 @@ def forms_of(entries: Mapping[Place, Sum], wanted: Sequence[sp.Expr]) -> Iterato
     Each is exact; the wanted premises are kept in all of them.
     """
     constant, varying = _parted(entries)
-    known = _products({premise: terms_of(premise) for premise in wanted})
-    atoms = _needed_atoms(varying.values(), known)
-    basis = _basis(varying, known)
+    asked_span = _products({premise: terms_of(premise) for premise in asked})
+    atoms = _needed_atoms(varying.values(), asked_span)
+    basis = _basis(varying, asked_span)
     singles: list[Sum] = [{atom: _one()} for atom in atoms]
     new = singles if len(singles) <= len(basis) else basis
-    ways = [_written(constant, varying, wanted, new, products=False)]
+    forms = [_written(constant, varying, asked, new, products=False)]
     fewer: list[Sum] = [{atom: _one()} for atom in _without_products(atoms)]
     if len(fewer) < len(singles):
-        ways.append(_written(constant, varying, wanted, fewer, products=True))
+        forms.append(_written(constant, varying, asked, fewer, products=True))
     if any(len(_factors(atom)[1]) > 1 for atom in atoms):
-        ways.append(_in_factors(constant, varying, wanted))
-    yield from (form for form in ways if form is not None)
+        forms.append(_in_factors(constant, varying, asked))
+    yield from (form for form in forms if form is not None)
 
 
 def _one() -> sp.Rational:
@@ -114,7 +114,9 @@ def _one() -> sp.Rational:
     return sp.S.One
 
 
-def _parted(entries: Mapping[Place, Sum]) -> tuple[dict[Place, sp.Expr], dict[Place, Sum]]:
+def _parted(
+    entries: Mapping[EntryIndex, Sum],
+) -> tuple[dict[EntryIndex, sp.Expr], dict[EntryIndex, Sum]]:
     """Return the constant part of each entry, a fraction, and the rest of it.
 
     A number such as pi is in the rest: vertices are fractions, so it needs a premise.
@@ -122,12 +124,12 @@ def _parted(entries: Mapping[Place, Sum]) -> tuple[dict[Place, sp.Expr], dict[Pl
     import sympy as sp
 
     constant = {
-        place: sp.Add(*(c * atom for atom, c in value.items() if atom.is_Rational))
-        for place, value in entries.items()
+        position: sp.Add(*(c * atom for atom, c in value.items() if atom.is_Rational))
+        for position, value in entries.items()
     }
     varying = {
-        place: {atom: c for atom, c in value.items() if not atom.is_Rational}
-        for place, value in entries.items()
+        position: {atom: c for atom, c in value.items() if not atom.is_Rational}
+        for position, value in entries.items()
     }
     return constant, varying
 
@@ -145,26 +147,26 @@ def _products(premises: Mapping[sp.Expr, Sum]) -> LinearSpan:
     return span
 
 
-def _needed_atoms(values: Iterable[Sum], known: LinearSpan) -> list[sp.Expr]:
+def _needed_atoms(values: Iterable[Sum], known_span: LinearSpan) -> list[sp.Expr]:
     """Return the atoms of the values that lie outside what is known, without known atoms."""
-    found: dict[sp.Expr, None] = {}
+    atoms: dict[sp.Expr, None] = {}
     for value in values:
-        if known.combination(value) is None:
+        if known_span.combination(value) is None:
             for atom in value:
-                if known.combination({atom: _one()}) is None:
-                    found[atom] = None
-    return list(found)
+                if known_span.combination({atom: _one()}) is None:
+                    atoms[atom] = None
+    return list(atoms)
 
 
-def _basis(varying: Mapping[Place, Sum], known: LinearSpan) -> list[Sum]:
+def _basis(varying: Mapping[EntryIndex, Sum], known_span: LinearSpan) -> list[Sum]:
     """Return entries that span the others together with what is known; the shortest first."""
     span = LinearSpan()
-    span.rows = list(known.rows)
-    found: list[Sum] = []
+    span.rows = list(known_span.rows)
+    entries: list[Sum] = []
     for value in sorted(varying.values(), key=len):
-        if value and span.add(("new", len(found)), value):
-            found.append(_scaled(value))
-    return found
+        if value and span.add(("new", len(entries)), value):
+            entries.append(_scaled(value))
+    return entries
 
 
 def _scaled(value: Sum) -> Sum:
@@ -177,19 +179,19 @@ def _without_products(atoms: Sequence[sp.Expr]) -> list[sp.Expr]:
     """Return the atoms without those that are products of two or three of the remaining ones."""
     import sympy as sp
 
-    kept = list(atoms)
+    independent = list(atoms)
     for atom in atoms:
-        others = [other for other in kept if other != atom]
-        products = chain.from_iterable(combinations(others, k) for k in (2, 3))
-        if len(others) <= 12 and any(sp.Mul(*some) == atom for some in products):
-            kept.remove(atom)
-    return kept
+        other_atoms = [candidate for candidate in independent if candidate != atom]
+        products = chain.from_iterable(combinations(other_atoms, k) for k in (2, 3))
+        if len(other_atoms) <= 12 and any(sp.Mul(*some) == atom for some in products):
+            independent.remove(atom)
+    return independent
 
 
 def _written(
-    constant: Mapping[Place, sp.Expr],
-    varying: Mapping[Place, Sum],
-    wanted: Sequence[sp.Expr],
+    constant: Mapping[EntryIndex, sp.Expr],
+    varying: Mapping[EntryIndex, Sum],
+    asked: Sequence[sp.Expr],
     new: Sequence[Sum],
     *,
     products: bool,
@@ -200,49 +202,51 @@ def _written(
     """
     import sympy as sp
 
-    made = {sp.Add(*(c * atom for atom, c in value.items())): value for value in new}
-    premises = list(made)
-    given = {premise: terms_of(premise) for premise in wanted}
-    span = _products(given | made if products else given)
-    for premise, value in made.items():
+    new_premises = {sp.Add(*(c * atom for atom, c in value.items())): value for value in new}
+    premises = list(new_premises)
+    asked_sums = {premise: terms_of(premise) for premise in asked}
+    span = _products(asked_sums | new_premises if products else asked_sums)
+    for premise, value in new_premises.items():
         span.add((premise,), value)
-    entries: dict[Place, Polynomial] = {}
-    for place, value in varying.items():
-        found = span.combination(value)
-        if found is None:
+    entries: dict[EntryIndex, Polynomial] = {}
+    for position, value in varying.items():
+        combination = span.combination(value)
+        if combination is None:
             return None
-        polynomial: Polynomial = dict(found)  # type: ignore[arg-type]
-        polynomial[()] = polynomial.get((), sp.S.Zero) + constant[place]
-        entries[place] = {members: c for members, c in polynomial.items() if c != 0}
-    return _used(wanted, premises, entries)
+        polynomial: Polynomial = dict(combination)  # type: ignore[arg-type]
+        polynomial[()] = polynomial.get((), sp.S.Zero) + constant[position]
+        entries[position] = {members: c for members, c in polynomial.items() if c != 0}
+    return _used(asked, premises, entries)
 
 
 def _in_factors(
-    constant: Mapping[Place, sp.Expr], varying: Mapping[Place, Sum], wanted: Sequence[sp.Expr]
+    constant: Mapping[EntryIndex, sp.Expr],
+    varying: Mapping[EntryIndex, Sum],
+    asked: Sequence[sp.Expr],
 ) -> FactoredForm:
     import sympy as sp
 
-    known = _products({premise: terms_of(premise) for premise in wanted})
-    entries: dict[Place, Polynomial] = {}
+    asked_span = _products({premise: terms_of(premise) for premise in asked})
+    entries: dict[EntryIndex, Polynomial] = {}
     new: dict[sp.Expr, None] = {}
-    for place, value in varying.items():
-        found = known.combination(value)
-        polynomial: Polynomial = dict(found) if found is not None else {}  # type: ignore[arg-type]
-        polynomial[()] = polynomial.get((), sp.S.Zero) + constant[place]
-        for atom, c in {} if found is not None else value.items():
+    for position, value in varying.items():
+        combination = asked_span.combination(value)
+        polynomial: Polynomial = dict(combination) if combination is not None else {}  # type: ignore[arg-type]
+        polynomial[()] = polynomial.get((), sp.S.Zero) + constant[position]
+        for atom, c in {} if combination is not None else value.items():
             number, members = _factors(atom)
             new.update(dict.fromkeys(members))
             polynomial[members] = polynomial.get(members, sp.S.Zero) + c * number
-        entries[place] = {members: c for members, c in polynomial.items() if c != 0}
-    return _used(wanted, [f for f in new if f not in wanted], entries)
+        entries[position] = {members: c for members, c in polynomial.items() if c != 0}
+    return _used(asked, [f for f in new if f not in asked], entries)
 
 
 def _used(
-    wanted: Sequence[sp.Expr], new: Sequence[sp.Expr], entries: Mapping[Place, Polynomial]
+    asked: Sequence[sp.Expr], new: Sequence[sp.Expr], entries: Mapping[EntryIndex, Polynomial]
 ) -> FactoredForm:
     """Return the form with the premises that appear in some entry."""
     present = {p for polynomial in entries.values() for members in polynomial for p in members}
-    order = [p for p in (*wanted, *new) if p in present]
+    order = [p for p in (*asked, *new) if p in present]
     return FactoredForm(tuple(order), entries)
 
 
@@ -250,52 +254,52 @@ def _factors(atom: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
     """Return (number, factors) whose product is the atom; 1/x stays with what vanishes at x = 0."""
     import sympy as sp
 
-    parts = list(sp.Mul.make_args(atom))
-    number = sp.Mul(*(part for part in parts if part.is_Rational))
-    poles = [p for p in parts if p.is_Pow and p.base.is_Symbol and p.exp.is_negative]
-    rest = [p for p in parts if not p.is_Rational and p not in poles]
+    factors = list(sp.Mul.make_args(atom))
+    number = sp.Mul(*(factor for factor in factors if factor.is_Rational))
+    poles = [p for p in factors if p.is_Pow and p.base.is_Symbol and p.exp.is_negative]
+    moving = [p for p in factors if not p.is_Rational and p not in poles]
     for pole in poles:
-        partner = next((p for p in rest if p.subs(pole.base, 0) == 0), None)
+        partner = next((p for p in moving if p.subs(pole.base, 0) == 0), None)
         if partner is None:
-            rest.append(pole)
+            moving.append(pole)
         else:
-            rest[rest.index(partner)] = partner * pole
-    return number, tuple(rest)
+            moving[moving.index(partner)] = partner * pole
+    return number, tuple(moving)
 
 
 def with_numbers_apart(
-    form: FactoredForm, variables: Collection[sp.Symbol], wanted: Collection[sp.Expr]
+    form: FactoredForm, variables: Collection[sp.Symbol], asked: Collection[sp.Expr]
 ) -> FactoredForm:
     """Return the form without premises that are numbers, or a + b z for another premise z.
 
     The numbers a and b, as pi or a rest that was solved for, become factors of coefficients.  A
     premise is left as it is where the user wants it, or where z would be squared.
     """
-    places: dict[sp.Expr, Polynomial] = {}
+    replaced: dict[sp.Expr, Polynomial] = {}
     shapes: dict[object, tuple[sp.Expr, sp.Expr, sp.Expr]] = {}
     for premise in form.premises:
         offset, size, shape = _affine_shape(premise, variables)
-        first, of_first, other = shapes.setdefault(shape, (premise, offset, size))
-        if premise in wanted or (shape and first == premise):
+        first, of_first, first_size = shapes.setdefault(shape, (premise, offset, size))
+        if premise in asked or (shape and first == premise):
             continue
         if not shape:
-            places[premise] = {(): offset}
+            replaced[premise] = {(): offset}
         elif not _multiplied(form, first, premise):
-            share = size / other
-            places[premise] = {(first,): share, (): offset - share * of_first}
-    if not places:
+            share = size / first_size
+            replaced[premise] = {(first,): share, (): offset - share * of_first}
+    if not replaced:
         return form
-    entries: dict[Place, Polynomial] = {}
-    for place, polynomial in form.entries.items():
-        entries[place] = {}
+    entries: dict[EntryIndex, Polynomial] = {}
+    for position, polynomial in form.entries.items():
+        entries[position] = {}
         for members, c in polynomial.items():
-            parts = [places.get(member, {(member,): _one()}) for member in members]
-            for chosen in product(*(part.items() for part in parts)):
-                key = tuple(chain.from_iterable(left for left, _ in chosen))
-                total = entries[place].get(key, 0) + c * prod(number for _, number in chosen)
-                entries[place][key] = total
-        entries[place] = {key: total for key, total in entries[place].items() if total != 0}
-    return FactoredForm(tuple(p for p in form.premises if p not in places), entries)
+            factor_sums = [replaced.get(member, {(member,): _one()}) for member in members]
+            for chosen in product(*(factor_sum.items() for factor_sum in factor_sums)):
+                key = tuple(chain.from_iterable(symbols for symbols, _ in chosen))
+                total = entries[position].get(key, 0) + c * prod(number for _, number in chosen)
+                entries[position][key] = total
+        entries[position] = {key: total for key, total in entries[position].items() if total != 0}
+    return FactoredForm(tuple(p for p in form.premises if p not in replaced), entries)
 
 
 def _affine_shape(

@@ -11,7 +11,7 @@ from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import NoBound
 from takagi.models.intervals.interval import Interval, Number
-from takagi.models.ranges.sampled import SampledBounds, sampled_bounds
+from takagi.models.ranges.domain import SampledBounds, sampled_bounds
 from takagi.models.ranges.tape import UnknownFunction
 from takagi.models.ts.premise import Premise, round_outward
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.equations.equations import Factored
-    from takagi.models.ranges.evidence import Evidence
+    from takagi.models.ranges.expression_range import Evidence
 
 ROUGH = Fraction(1, 50)  # allowed excess of bounds that are only used to rank premises
 MOST_TOLD = 8  # the most premises that a message names
@@ -44,12 +44,12 @@ class RuleCount:
     @property
     def words(self) -> str:
         """The first premises in that order: range, and width as a share of its size."""
-        told = [
+        premise_texts = [
             f"{_named(p)} in {p.bounds}, width {100 * _relative(p):.3g} % of its size"
             for p in self.premises[:MOST_TOLD]
         ]
-        left = len(self.premises) - len(told)
-        return "; ".join(told) + (f"; and {left} more" if left else "")
+        further = len(self.premises) - len(premise_texts)
+        return "; ".join(premise_texts) + (f"; and {further} more" if further else "")
 
 
 def counted(premises: Sequence[Premise]) -> RuleCount:
@@ -68,7 +68,7 @@ def _named(premise: Premise) -> str:
     return premise.name if premise.proof is None else f"{premise.name} = {premise.proof.expression}"
 
 
-Given: TypeAlias = "tuple[Number, Number] | SampledBounds"
+StatedBounds: TypeAlias = "tuple[Number, Number] | SampledBounds"
 
 FINER = (Fraction(1, 10**6), Fraction(1, 10**9))  # tolerances at which given bounds are tried
 SAMPLES = 10_000
@@ -79,7 +79,7 @@ MARGIN = Fraction(1, 100)
 class BoundsRequest:
     """The request for bounds: given ones, premises to sample, and the allowed excess."""
 
-    given: Mapping[sp.Symbol, Given]
+    given: Mapping[sp.Symbol, StatedBounds]
     sampled: frozenset[sp.Symbol]
     tolerance: Fraction
 
@@ -95,7 +95,7 @@ class _Bounded:
 
 
 def counted_premises(
-    problem: Problem, factored: Factored, asked: BoundsRequest, most_rules: int
+    problem: Problem, factored: Factored, request: BoundsRequest, most_rules: int
 ) -> list[Premise]:
     """Return the premises of a model of at most ``most_rules`` rules.
 
@@ -106,14 +106,14 @@ def counted_premises(
     """
     if 2 ** len(factored.premises) > most_rules:
         # Rough bounds tell which premises are constant and rank the others.
-        rough = BoundsRequest(asked.given, asked.sampled, max(asked.tolerance, ROUGH))
+        rough = BoundsRequest(request.given, request.sampled, max(request.tolerance, ROUGH))
         check_rule_count(bounded_premises(problem, factored, rough), most_rules)
-    members = bounded_premises(problem, factored, asked)
+    members = bounded_premises(problem, factored, request)
     check_rule_count(members, most_rules)
     return members
 
 
-def bounded_premises(problem: Problem, factored: Factored, asked: BoundsRequest) -> list[Premise]:
+def bounded_premises(problem: Problem, factored: Factored, request: BoundsRequest) -> list[Premise]:
     """Return every premise with its bounds.
 
     Raises
@@ -121,12 +121,12 @@ def bounded_premises(problem: Problem, factored: Factored, asked: BoundsRequest)
     ModelError : bounds of a premise that does not exist, a premise that cannot be bounded, or given
         bounds that an attained value contradicts.
     """
-    for what, symbols in (("bounds", asked.given), ("sampled bounds", asked.sampled)):
+    for kind, symbols in (("bounds", request.given), ("sampled bounds", request.sampled)):
         unknown = sorted(str(symbol) for symbol in symbols if symbol not in factored.premises)
         if unknown:
-            known = ", ".join(map(str, factored.premises)) or "none"
-            raise ModelError(f"{what} of {', '.join(unknown)} were given; the premises are {known}")
-    twice = sorted(str(symbol) for symbol in asked.given if symbol in asked.sampled)
+            names = ", ".join(map(str, factored.premises)) or "none"
+            raise ModelError(f"{kind} of {', '.join(unknown)} were given; the premises are {names}")
+    twice = sorted(str(symbol) for symbol in request.given if symbol in request.sampled)
     if twice:
         raise ModelError(f"bounds of {', '.join(twice)} are given and to be sampled; choose one")
     return [
@@ -134,8 +134,8 @@ def bounded_premises(problem: Problem, factored: Factored, asked: BoundsRequest)
             symbol,
             expression,
             problem,
-            "sampled" if symbol in asked.sampled else asked.given.get(symbol),
-            asked.tolerance,
+            "sampled" if symbol in request.sampled else request.given.get(symbol),
+            request.tolerance,
         )
         for symbol, expression in factored.premises.items()
     ]
@@ -145,7 +145,7 @@ def bounded_premise(
     symbol: sp.Symbol,
     expression: sp.Expr,
     problem: Problem,
-    given: Given | Literal["sampled"] | None,
+    stated: StatedBounds | Literal["sampled"] | None,
     tolerance: Fraction,
 ) -> Premise:
     """Return the premise with proved bounds, with given ones, or with those of its samples.
@@ -156,7 +156,7 @@ def bounded_premise(
     """
     import sympy as sp
 
-    from takagi.models.equations.premise_units import unit_of
+    from takagi.models.equations.equations import unit_of
     from takagi.models.ranges.expression_range import expression_value
 
     written = expression.xreplace(problem.middles)
@@ -165,26 +165,26 @@ def bounded_premise(
     def evaluate(**point: float) -> float:
         return expression_value(written, {s: point[n] for n, s in names.items() if n in point})
 
-    if given == "sampled":
+    if stated == "sampled":
         drawn = sampled_bounds(expression, problem.where, points=SAMPLES, margin=MARGIN)
-        found = _Bounded(round_outward(drawn.bounds), drawn.evidence, sampled=True)
-    elif isinstance(given, SampledBounds):
-        found = _Bounded(round_outward(given.bounds), given.evidence, sampled=True)
-    elif given is None:
-        found = _proved(symbol, expression, problem, tolerance)
+        bounded = _Bounded(round_outward(drawn.bounds), drawn.evidence, sampled=True)
+    elif isinstance(stated, SampledBounds):
+        bounded = _Bounded(round_outward(stated.bounds), stated.evidence, sampled=True)
+    elif stated is None:
+        bounded = _proved(symbol, expression, problem, tolerance)
     else:
-        found = _given(symbol, expression, problem, Interval.of(*given), tolerance)
+        bounded = _given(symbol, expression, problem, Interval.of(*stated), tolerance)
     units = problem.equations.units
     return Premise(
         symbol.name,
-        found.bounds.lower,
-        found.bounds.upper,
+        bounded.bounds.lower,
+        bounded.bounds.upper,
         unit=units[symbol] if symbol in units else unit_of(expression, units),
         latex=sp.latex(symbol),
-        evidence=found.evidence + _over(expression, problem),
+        evidence=bounded.evidence + _over(expression, problem),
         evaluate=evaluate,
-        proof=found.proof,
-        sampled=found.sampled,
+        proof=bounded.proof,
+        sampled=bounded.sampled,
         domain=problem.domain,
     )
 
@@ -195,11 +195,11 @@ def _proved(
     from takagi.models.ranges.expression_range import expression_range
 
     try:
-        found = expression_range(expression, problem.where, tolerance=tolerance)
+        proved_range = expression_range(expression, problem.where, tolerance=tolerance)
     except NoBound as error:
         raise NoBound(f"premise {symbol} = {expression}: {error}") from error
     try:
-        bounds = round_outward(found.outer)
+        bounds = round_outward(proved_range.outer)
     except OverflowError as error:
         raise NoBound(
             f"premise {symbol} = {expression}: its range on the box is beyond all floats "
@@ -208,10 +208,12 @@ def _proved(
     if _of_balls_alone(expression, problem, bounds):
         # Tight bounds would ask the checker for all digits of a number that is 0.
         bounds = Interval(2 * bounds.lower, 2 * bounds.upper)
-    if found.evidence is None:
+    if proved_range.evidence is None:
         return _Bounded(bounds, "ball arithmetic, rounded outward")
     return _Bounded(
-        bounds, f"{found.evidence.words}, rounded outward", found.evidence.claiming(bounds)
+        bounds,
+        f"{proved_range.evidence.words}, rounded outward",
+        proved_range.evidence.claiming(bounds),
     )
 
 
@@ -234,17 +236,19 @@ def _given(
     words, excess = "given by the user", Fraction(0)
     for share in (tolerance, *(finer for finer in FINER if finer < tolerance)):
         try:
-            found = expression_range(expression, problem.where, tolerance=share)
+            proved_range = expression_range(expression, problem.where, tolerance=share)
         except (UnknownFunction, NoBound):
             return _supported(symbol, expression, problem, bounds)
-        if not bounds.contains(found.inner):
+        if not bounds.contains(proved_range.inner):
             raise _contradicted(
-                symbol, expression, bounds, f"values that it attains, {found.inner}"
+                symbol, expression, bounds, f"values that it attains, {proved_range.inner}"
             )
-        if bounds.contains(found.outer) and found.evidence is not None:
-            confirmed = f"{words}, confirmed by {found.evidence.words}"
-            return _Bounded(bounds, confirmed, found.evidence.claiming(bounds))
-        excess = max(bounds.lower - found.outer.lower, found.outer.upper - bounds.upper)
+        if bounds.contains(proved_range.outer) and proved_range.evidence is not None:
+            confirmed = f"{words}, confirmed by {proved_range.evidence.words}"
+            return _Bounded(bounds, confirmed, proved_range.evidence.claiming(bounds))
+        excess = max(
+            bounds.lower - proved_range.outer.lower, proved_range.outer.upper - bounds.upper
+        )
     return _Bounded(
         bounds,
         f"{words}; no value outside was found, and ball arithmetic proves them but for "
@@ -264,11 +268,11 @@ def _supported(
 
 
 def _contradicted(
-    symbol: sp.Symbol, expression: sp.Expr, bounds: Interval, what: str
+    symbol: sp.Symbol, expression: sp.Expr, bounds: Interval, left_out: str
 ) -> ModelError:
     return ModelError(
-        f"premise {symbol} = {expression}: the given bounds {bounds} leave out {what}; widen them, "
-        "or shrink the box"
+        f"premise {symbol} = {expression}: the given bounds {bounds} leave out {left_out}; widen "
+        "them, or shrink the box"
     )
 
 

@@ -19,7 +19,7 @@ Sum: TypeAlias = "dict[sp.Expr, sp.Rational]"
 """Atom -> rational coefficient; atoms are products without rational factor, 1 is the constant."""
 
 
-LARGE = 10**6
+LARGE_NUMERATOR = 10**6
 
 
 class Option(NamedTuple):
@@ -41,12 +41,12 @@ def terms_of(expression: sp.Expr) -> Sum:
     """Return the expanded expression as atom -> coefficient; terms that cancel are left out."""
     import sympy as sp
 
-    found: Sum = {}
+    coefficients: Sum = {}
     for term in sp.Add.make_args(_expanded(expression)):
         coefficient, atom = _canonical(term)
         if coefficient != 0:
-            found[atom] = found.get(atom, sp.S.Zero) + coefficient
-    return {atom: c for atom, c in found.items() if c != 0}
+            coefficients[atom] = coefficients.get(atom, sp.S.Zero) + coefficient
+    return {atom: c for atom, c in coefficients.items() if c != 0}
 
 
 def product_of(sums: Sequence[Sum]) -> Sum:
@@ -55,11 +55,11 @@ def product_of(sums: Sequence[Sum]) -> Sum:
 
     total: Sum = {sp.S.One: sp.S.One}
     for factor in sums:
-        found: Sum = {}
+        coefficients: Sum = {}
         for (a, c), (b, d) in product(total.items(), factor.items()):
             share, atom = _canonical(a * b)
-            found[atom] = found.get(atom, sp.S.Zero) + c * d * share
-        total = {atom: c for atom, c in found.items() if c != 0}
+            coefficients[atom] = coefficients.get(atom, sp.S.Zero) + c * d * share
+        total = {atom: c for atom, c in coefficients.items() if c != 0}
     return total
 
 
@@ -80,34 +80,34 @@ def row_terms(
     """
     import sympy as sp
 
-    found = []
+    terms = []
     for row, expression in enumerate(rows):
         together: list[sp.Expr] = []
         for atom, coefficient in terms_of(expression).items():
             options = _options(atom, coefficient, plant, box, row)
             if options:
-                found.append(RowTerm(row, tuple((option,) for option in options)))
+                terms.append(RowTerm(row, tuple((option,) for option in options)))
             else:
                 together.append(coefficient * atom)
         if together:
             orders = _telescoped(sp.Add(*together), plant, row)
-            found.append(RowTerm(row, orders))
-    return found
+            terms.append(RowTerm(row, orders))
+    return terms
 
 
 def _expanded(expression: sp.Expr) -> sp.Expr:
     """Return the expression expanded, each sum in a denominator kept as one factor."""
     import sympy as sp
 
-    kept: dict[sp.Expr, sp.Symbol] = {}
+    placeholders: dict[sp.Expr, sp.Symbol] = {}
     exchanged = {}
     for power in expression.atoms(sp.Pow):
         if power.base.is_Add and power.exp.is_Integer and power.exp < 0:
             # sympy would multiply the denominators out: 1/(x (a + b)) to 1/(a x + b x).
             content, base = sp.expand(power.base).primitive()
-            symbol = kept.setdefault(base, sp.Dummy())
+            symbol = placeholders.setdefault(base, sp.Dummy())
             exchanged[power] = content**power.exp * symbol**power.exp
-    back = {symbol: base for base, symbol in kept.items()}
+    back = {symbol: base for base, symbol in placeholders.items()}
     return sp.expand(expression.xreplace(exchanged)).xreplace(back)
 
 
@@ -115,9 +115,9 @@ def _canonical(term: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     """Return (coefficient, atom) with the rational content of sums in it taken out."""
     import sympy as sp
 
-    coefficient, rest = term.as_coeff_Mul()
+    coefficient, body = term.as_coeff_Mul()
     factors = []
-    for factor in sp.Mul.make_args(rest):
+    for factor in sp.Mul.make_args(body):
         base, power = factor.as_base_exp()
         if base.is_Add and power.is_Integer:
             content, base = base.primitive()
@@ -135,19 +135,21 @@ def _signed(term: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     """
     import sympy as sp
 
-    coefficient, rest = term.as_coeff_Mul()
+    coefficient, body = term.as_coeff_Mul()
     factors = []
-    for factor in sp.Mul.make_args(rest):
+    for factor in sp.Mul.make_args(body):
         if factor.is_Add:
             # The decimals of a table would give huge whole numbers, which make the premise
             # unreadable.
             sizes = factor.as_coefficients_dict()
-            first = min((part for part in sizes if part is not sp.S.One), key=sp.default_sort_key)
-            large = any(abs(size.p) > LARGE for size in sizes.values())
-            share = sizes[first] if large else sp.S.One
-            factor = sp.Add(*(part / share for part in factor.args))
+            first = min(
+                (summand for summand in sizes if summand is not sp.S.One), key=sp.default_sort_key
+            )
+            has_large = any(abs(size.p) > LARGE_NUMERATOR for size in sizes.values())
+            share = sizes[first] if has_large else sp.S.One
+            factor = sp.Add(*(summand / share for summand in factor.args))
             if factor.could_extract_minus_sign():
-                share, factor = -share, sp.Add(*(-part for part in factor.args))
+                share, factor = -share, sp.Add(*(-summand for summand in factor.args))
             coefficient *= share
         factors.append(factor)
     return coefficient, sp.Mul(*factors)
@@ -161,13 +163,13 @@ def _options(
     row: int,
 ) -> list[Option]:
     def divided(variable: sp.Symbol) -> Option:
-        share, rest = _canonical(atom / variable)
-        return Option(variable, {rest: coefficient * share})
+        share, quotient = _canonical(atom / variable)
+        return Option(variable, {quotient: coefficient * share})
 
     acting = [symbol for symbol in plant.inputs if atom.has(symbol)]
     if acting:
-        own = _own_input(atom, coefficient, acting, box, row)
-        return [] if own is None else [divided(own)]
+        own_input = _own_input(atom, coefficient, acting, box, row)
+        return [] if own_input is None else [divided(own_input)]
     disturbing = [s for s in plant.disturbances if s not in plant.scheduling]
     for symbol in disturbing:
         if atom.has(symbol) and not (atom / symbol).has(symbol):
@@ -204,8 +206,10 @@ def _own_input(
             f"{coefficient * atom}); give it a range, so that its coefficient can be bounded, or "
             "make it a state with an input of its own"
         )
-    whole = [s for s in acting if _whole(atom.as_powers_dict().get(s, 0))]
-    return next((s for s in (*whole, *acting) if s in whole or _vanishes(atom, s, box)), None)
+    vanishing = [s for s in acting if _whole(atom.as_powers_dict().get(s, 0))]
+    return next(
+        (s for s in (*vanishing, *acting) if s in vanishing or _vanishes(atom, s, box)), None
+    )
 
 
 def _whole(power: object) -> bool:
@@ -226,35 +230,35 @@ def _vanishes(atom: sp.Expr, state: sp.Symbol, box: Mapping[sp.Symbol, Interval]
     return not slope.has(sp.zoo, sp.nan, sp.oo, -sp.oo)
 
 
-def _telescoped(rest: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option, ...], ...]:
+def _telescoped(term: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option, ...], ...]:
     """Return the rest as differences along one variable each, in both orders of the variables."""
     import sympy as sp
 
     signals = (s for s in plant.disturbances if s not in plant.scheduling)
-    variables = [s for s in (*plant.states, *signals, *plant.inputs) if s in rest.free_symbols]
-    origin = rest.subs(dict.fromkeys(variables, 0))
+    variables = [s for s in (*plant.states, *signals, *plant.inputs) if s in term.free_symbols]
+    origin = term.subs(dict.fromkeys(variables, 0))
     if not variables or (origin != 0 and sp.simplify(origin) != 0):
         bent = origin.has(sp.zoo, sp.nan, sp.oo, -sp.oo)
         there = "without a value, since it divides by 0," if bent else str(origin)
         raise ModelError(
-            f"row {row + 1}: {rest} does not vanish with any state: it is "
+            f"row {row + 1}: {term} does not vanish with any state: it is "
             f"{there} at the origin, so it cannot be written as coefficients times states; move "
             "the equilibrium to the origin (x - x*, or the rest values of a Plant), or give A "
             "factored by hand"
         )
-    found = []
+    orders = []
     for order in (variables, variables[::-1]):
         options = []
-        before = rest
+        current = term
         for variable in order:
-            after = before.subs(variable, 0)
-            difference = before - after
+            following = current.subs(variable, 0)
+            difference = current - following
             if difference != 0:
                 share, atom = _signed(_quotient(difference, variable))
                 options.append(Option(variable, {atom: share}))
-            before = after
-        found.append(tuple(options))
-    return tuple(found) if len(variables) > 1 else (found[0],)
+            current = following
+        orders.append(tuple(options))
+    return tuple(orders) if len(variables) > 1 else (orders[0],)
 
 
 def _quotient(difference: sp.Expr, variable: sp.Symbol) -> sp.Expr:

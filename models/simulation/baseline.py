@@ -83,9 +83,11 @@ class BaselineLaw:
         gain = self._gain(measurement.pitch)
         low, high = self._integral_range(gain)
         error = speed - turbine.gear_ratio * turbine.rated_rotor_speed
-        held = min(max(integral, low), high)
-        wanted = gain * (figures.proportional_gain * error + figures.integral_gain * held)
-        pitch = min(max(wanted, turbine.pitch_min), turbine.pitch_max)
+        limited_integral = min(max(integral, low), high)
+        reference = gain * (
+            figures.proportional_gain * error + figures.integral_gain * limited_integral
+        )
+        pitch = min(max(reference, turbine.pitch_min), turbine.pitch_max)
         return Command(self.torque(speed, measurement.pitch), pitch)
 
     def state_rate(self, state: Floats, measurement: Measurement) -> Floats:

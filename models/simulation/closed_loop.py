@@ -19,11 +19,9 @@ from numpy.typing import NDArray
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Law, Measurement, SampledLaw
-from takagi.models.simulation.dynamics import dynamics, loads
-from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
+from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, dynamics, loads
 from takagi.models.simulation.wind import WindSeries
-from takagi.models.turbine.aerodynamics import rotor_thrust
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_thrust
 from takagi.models.turbine.trim import rated_wind, trim
 
 
@@ -116,10 +114,10 @@ def sampled_program(
 ) -> SampledLaw:
     """Return the law as a program; a plain law takes the steps that are given."""
     if not isinstance(law, SampledLaw):
-        given = [step for step in (controller_step, time_step, TIME_STEP) if step is not None]
-        if not (given[0] > 0 and isfinite(given[0])):
-            raise ModelError(f"step {given[0]:g} s was given; it must be above 0")
-        return SampledLaw(law, given[0])
+        steps = [step for step in (controller_step, time_step, TIME_STEP) if step is not None]
+        if not (steps[0] > 0 and isfinite(steps[0])):
+            raise ModelError(f"step {steps[0]:g} s was given; it must be above 0")
+        return SampledLaw(law, steps[0])
     if controller_step not in (None, law.sample_time):
         raise ModelError(
             f"controller step {controller_step:g} s was given for a law that is sampled every "
@@ -132,8 +130,8 @@ def fitting_step(sample_time: float, computation_time: float, longest: float = T
     """Return the largest step up to ``longest`` [s] that divides sample and computation time."""
     period, late = sample_time, computation_time
     # A period that is a whole multiple of the longest step must not get one more step by rounding.
-    least = max(1, ceil(period / longest - 1e-9))
-    for count in range(least, least + MOST_STEPS):
+    fewest_steps = max(1, ceil(period / longest - 1e-9))
+    for count in range(fewest_steps, fewest_steps + MOST_STEPS):
         share = late * count / period
         if abs(share - round(share)) < 1e-9 * count:
             return period / count
@@ -162,13 +160,13 @@ def step_counts(time_step: float, period: float, wind: WindSeries) -> tuple[int,
     return inner, samples
 
 
-def whole_steps(time: float, step: float, what: str) -> int:
+def whole_steps(time: float, step: float, time_name: str) -> int:
     """Return how many steps a time is."""
     count = round(time / step)
     if abs(count * step - time) > 1e-9 * time:
         raise ModelError(
-            f"{what} {time:g} s was given with time step {step:g} s; it must be a whole multiple "
-            "of it"
+            f"{time_name} {time:g} s was given with time step {step:g} s; it must be a whole "
+            "multiple of it"
         )
     return count
 
@@ -270,8 +268,8 @@ def _march(
     late = whole_steps(program.computation_time, time_step, "computation time")
     start, point = plant.initial_state(float(wind.speed[0]))
     state = start
-    before = Command(point.torque, point.pitch)
-    within = program.start(float(wind.speed[0]), before)
+    previous = Command(point.torque, point.pitch)
+    within = program.start(float(wind.speed[0]), previous)
     estimator = np.zeros(0)
     if observer is not None:
         estimator = observer.initial_state(point.rotor_speed, float(wind.speed[0]))
@@ -282,40 +280,40 @@ def _march(
         if not isfinite(sum(state.tolist()) + sum(within.law_state.tolist())):
             raise Diverged(program.name, wind.name, first / 2 * time_step)
         v = float(winds[first])
-        seen = v if observer is None else observer.wind_estimate(estimator)
-        measurement = Measurement(float(state[speed_at]), float(state[1]), seen)
+        wind_seen = v if observer is None else observer.wind_estimate(estimator)
+        measurement = Measurement(float(state[speed_at]), float(state[1]), wind_seen)
         law_state = within.law_state
         command, within = program.step(within, measurement)
-        torque, limits = _limit_torque(plant, before.torque, float(command.torque), period)
-        given = Command(torque, float(command.pitch))
-        yield _Sample(state, v, seen, command, torque, limits, law_state)
+        torque, limits = _limit_torque(plant, previous.torque, float(command.torque), period)
+        sent_command = Command(torque, float(command.pitch))
+        yield _Sample(state, v, wind_seen, command, torque, limits, law_state)
         if observer is not None:
             speed, pitch = measurement.rotor_speed, measurement.pitch
-            mean = torque + late / inner * (before.torque - torque)
+            mean = torque + late / inner * (previous.torque - torque)
             rate = observer.state_rate(estimator, speed, pitch, mean)
             estimator = estimator + period * rate
-        sent, ahead = np.array([*before, *given]), winds[first : first + 2 * inner + 1]
+        sent, ahead = np.array([*previous, *sent_command]), winds[first : first + 2 * inner + 1]
         state = run.advance(state, sent, late, ahead, time_step)
-        before = given
+        previous = sent_command
 
 
 def measured_speed(plant: SimulatedTurbine) -> int:
     """Return which state is the measured speed: filtered, the generator's, or the rotor's."""
-    places = (plant.index(name) for name in ("filtered", "generator speed", "rotor speed"))
-    return next(place for place in places if place is not None)
+    indices = (plant.index(name) for name in ("filtered", "generator speed", "rotor speed"))
+    return next(index for index in indices if index is not None)
 
 
 def _limit_torque(
-    plant: SimulatedTurbine, before: float, wanted: float, period: float
+    plant: SimulatedTurbine, previous: float, commanded: float, period: float
 ) -> tuple[float, int]:
     """Return the torque within its range and what the rate limit allows since, and flags."""
-    flags, most = 0, plant.torque_rate_limit * period
-    torque = min(max(wanted, 0.0), plant.turbine.maximum_torque)
-    if torque != wanted:
+    flags, largest_step = 0, plant.torque_rate_limit * period
+    torque = min(max(commanded, 0.0), plant.turbine.maximum_torque)
+    if torque != commanded:
         flags |= Flag.TORQUE_LIMITED.value
-    if abs(torque - before) > most:
+    if abs(torque - previous) > largest_step:
         flags |= Flag.TORQUE_RATE_LIMITED.value
-        torque = before + (most if torque > before else -most)
+        torque = previous + (largest_step if torque > previous else -largest_step)
     return torque, flags
 
 
@@ -331,9 +329,9 @@ def _history(
     torque = np.array([sample.torque for sample in record])
     generator_at, tower_at = plant.index("generator speed"), plant.index("tower")
     generator = speed if generator_at is None else states[:, generator_at]
-    still = np.zeros(len(record))
-    top = still if tower_at is None else states[:, tower_at]
-    top_speed = still if tower_at is None else states[:, tower_at + 1]
+    zeros = np.zeros(len(record))
+    top = zeros if tower_at is None else states[:, tower_at]
+    top_speed = zeros if tower_at is None else states[:, tower_at + 1]
     power = turbine.generator_efficiency * turbine.gear_ratio * torque * generator
     return History(
         time=time,
@@ -365,6 +363,6 @@ def _pitch_rate(plant: SimulatedTurbine, states: Floats, references: Floats) -> 
     if plant.drive == "second-order":
         return np.asarray(states[:, 2].copy(), dtype=np.float64)
     turbine, limit = plant.turbine, plant.pitch_rate_limit
-    held = np.clip(references, turbine.pitch_min, turbine.pitch_max)
-    rate = (held - states[:, 1]) / turbine.pitch_time_constant
+    limited = np.clip(references, turbine.pitch_min, turbine.pitch_max)
+    rate = (limited - states[:, 1]) / turbine.pitch_time_constant
     return np.asarray(np.clip(rate, -limit, limit), dtype=np.float64)

@@ -32,8 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from takagi.models.arrays import Floats
-from takagi.models.compiled import compiled
+from takagi.models.arrays import Floats, compiled
 
 # A wind below this is no wind for a rotor; the tip-speed ratio is clipped long before [m/s].
 SMALLEST_WIND = 0.1
@@ -148,11 +147,11 @@ def _disc_induction(p: Constants, speed: float, pitch: float, wind: float) -> tu
     ratio = speed * p.radius / wind
     coefficient, by_ratio = _thrust_coefficient(p, ratio, pitch)
     a, by_coefficient = induction(coefficient)
-    found = p.disc_induction * a
+    disc_share = p.disc_induction * a
     # A heavily loaded rotor would leave almost no flow; the limit keeps the equivalent wind finite.
-    if found > 1.0 - LEAST_FLOW:
+    if disc_share > 1.0 - LEAST_FLOW:
         return 1.0 - LEAST_FLOW, LEAST_FLOW
-    return found, 1.0 - found + p.disc_induction * by_coefficient * by_ratio * ratio
+    return disc_share, 1.0 - disc_share + p.disc_induction * by_coefficient * by_ratio * ratio
 
 
 @compiled
@@ -168,14 +167,14 @@ def _equivalent_wind(p: Constants, speed: float, pitch: float, flow: float, gues
             high = wind
         else:
             low = wind
-        after = wind - over / slope if slope > 0.0 else low
+        next_wind = wind - over / slope if slope > 0.0 else low
         # Newton's method may leave the bracket where the slope is small; then the bracket is
         # halved.
-        if not low < after < high:
-            after = (low + high) / 2.0
-        if abs(after - wind) <= CLOSE * wind:
-            return after
-        wind = after
+        if not low < next_wind < high:
+            next_wind = (low + high) / 2.0
+        if abs(next_wind - wind) <= CLOSE * wind:
+            return next_wind
+        wind = next_wind
     return wind
 
 
@@ -189,12 +188,12 @@ def wake_time(thrust_coefficient: float, radius: float, wind: float) -> float:
 @compiled
 def loads(p: Constants, state: Floats, wind: float) -> tuple[float, float, float, float]:
     """Return T_r [N m], F [N], the tip-speed ratio of v_e, and v_h, the wind that the hub meets."""
-    met = wind
+    hub_wind = wind
     if p.azimuth >= 0:
-        met *= 1.0 + p.ripple * cos(3.0 * state[p.azimuth])
+        hub_wind *= 1.0 + p.ripple * cos(3.0 * state[p.azimuth])
     if p.tower >= 0:
-        met -= p.tower_share * state[p.tower + 1]
-    v = met
+        hub_wind -= p.tower_share * state[p.tower + 1]
+    v = hub_wind
     if p.flap >= 0:
         v -= p.flap_share * state[p.flap + 1]
     if p.wake >= 0:
@@ -206,7 +205,7 @@ def loads(p: Constants, state: Floats, wind: float) -> tuple[float, float, float
     c_q, _ = _surface(p.torque_x, p.torque_y, p.torque_patches, ratio, state[1])
     c_t, _ = _thrust_coefficient(p, ratio, state[1])
     k = p.torque_constant * v * v
-    return k * c_q, k / p.radius * c_t, ratio, met
+    return k * c_q, k / p.radius * c_t, ratio, hub_wind
 
 
 @compiled
@@ -221,9 +220,9 @@ def pitch_speed(p: Constants, state: Floats, reference: float) -> float:
 
 
 @compiled
-def _drive(p: Constants, state: Floats, reference: float, after: Floats) -> None:
+def _drive(p: Constants, state: Floats, reference: float, rates: Floats) -> None:
     """Write the pitch drive's rates."""
-    after[1] = pitch_speed(p, state, reference)
+    rates[1] = pitch_speed(p, state, reference)
     if p.pitch_rate < 0:
         return
     speed, limit = state[p.pitch_rate], p.pitch_rate_limit
@@ -232,76 +231,76 @@ def _drive(p: Constants, state: Floats, reference: float, after: Floats) -> None
     acceleration -= 2.0 * p.drive_damping * p.drive_frequency * speed
     if (speed >= limit and acceleration > 0.0) or (speed <= -limit and acceleration < 0.0):
         acceleration = 0.0
-    after[p.pitch_rate] = acceleration
+    rates[p.pitch_rate] = acceleration
 
 
 @compiled
-def _wake(p: Constants, state: Floats, met: float, after: Floats) -> None:
+def _wake(p: Constants, state: Floats, hub_wind: float, rates: Floats) -> None:
     """Write w'."""
-    v = max(met, SMALLEST_WIND)
+    v = max(hub_wind, SMALLEST_WIND)
     share, _ = _disc_induction(p, state[0], state[1], v)
     coefficient, _ = _thrust_coefficient(p, state[0] * p.radius / v, state[1])
     time = p.wake_share * wake_time(coefficient, p.radius, v)
-    after[p.wake] = (share * v - state[p.wake]) / time
+    rates[p.wake] = (share * v - state[p.wake]) / time
 
 
 @compiled
-def _shaft(p: Constants, state: Floats, turning: float, torque: float, after: Floats) -> float:
+def _shaft(p: Constants, state: Floats, turning: float, torque: float, rates: Floats) -> float:
     """Write the rates of rotor, generator and twist; return the speed that is measured."""
     load, measured = p.gear_ratio * torque, float(state[0])
     if p.generator < 0:
-        after[0] = (turning - load) / (p.rotor_inertia + p.generator_inertia)
+        rates[0] = (turning - load) / (p.rotor_inertia + p.generator_inertia)
         return measured
     measured = float(state[p.generator])
     slip = state[0] - measured
     shaft = p.shaft_stiffness * state[p.generator + 1] + p.shaft_damping * slip
-    after[0] = (turning - shaft) / p.rotor_inertia
-    after[p.generator] = (shaft - load) / p.generator_inertia
-    after[p.generator + 1] = slip
+    rates[0] = (turning - shaft) / p.rotor_inertia
+    rates[p.generator] = (shaft - load) / p.generator_inertia
+    rates[p.generator + 1] = slip
     return measured
 
 
 @compiled
-def _stopped(p: Constants, state: Floats, measured: float, after: Floats) -> float:
+def _stopped(p: Constants, state: Floats, measured: float, rates: Floats) -> float:
     """Write the rates of the band-stop's two poles; return the speed behind it."""
     if p.stopped < 0:
         return measured
     first, second = state[p.stopped], state[p.stopped + 1]
-    after[p.stopped] = p.stop_frequency * (measured - first)
-    after[p.stopped + 1] = p.stop_frequency * (first - second)
+    rates[p.stopped] = p.stop_frequency * (measured - first)
+    rates[p.stopped + 1] = p.stop_frequency * (first - second)
     behind: float = measured - 2.0 * (1.0 - p.stop_passed) * (first - second)
     return behind
 
 
 @compiled
 def rate(
-    p: Constants, state: Floats, torque: float, reference: float, wind: float, after: Floats
+    p: Constants, state: Floats, torque: float, reference: float, wind: float, rates: Floats
 ) -> None:
     """Write the states' rates: torque [N m] and pitch reference [rad] as sent, wind [m/s]."""
-    turning, thrust, _, met = loads(p, state, wind)
-    _drive(p, state, reference, after)
+    turning, thrust, _, hub_wind = loads(p, state, wind)
+    _drive(p, state, reference, rates)
     acting = torque
     if p.torque >= 0:
         acting = state[p.torque]
-        after[p.torque] = (torque - acting) / p.torque_lag
-    measured = _shaft(p, state, turning, acting, after)
+        rates[p.torque] = (torque - acting) / p.torque_lag
+    measured = _shaft(p, state, turning, acting, rates)
     if p.tower >= 0:
         y, moving = state[p.tower], state[p.tower + 1]
         push = p.tower_share * thrust - p.tower_damping * moving - p.tower_stiffness * y
-        after[p.tower] = moving
-        after[p.tower + 1] = push / p.tower_mass
+        rates[p.tower] = moving
+        rates[p.tower + 1] = push / p.tower_mass
     if p.flap >= 0:
         f, moving = state[p.flap], state[p.flap + 1]
-        after[p.flap] = moving
-        after[p.flap + 1] = p.flap_frequency**2 * (p.flap_compliance * thrust - f)
-        after[p.flap + 1] -= 2.0 * p.flap_damping * p.flap_frequency * moving
+        rates[p.flap] = moving
+        rates[p.flap + 1] = p.flap_frequency**2 * (p.flap_compliance * thrust - f)
+        rates[p.flap + 1] -= 2.0 * p.flap_damping * p.flap_frequency * moving
     if p.wake >= 0:
-        _wake(p, state, met, after)
+        _wake(p, state, hub_wind, rates)
     if p.azimuth >= 0:
-        after[p.azimuth] = state[0]
+        rates[p.azimuth] = state[0]
     if p.filtered >= 0:
-        behind = _stopped(p, state, measured, after)
-        after[p.filtered] = p.filter_corner * (behind - state[p.filtered])
+        behind = _stopped(p, state, measured, rates)
+        rates[p.filtered] = p.filter_corner * (behind - state[p.filtered])
 
 
 @compiled

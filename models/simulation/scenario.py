@@ -68,18 +68,20 @@ def measure(history: History, turbine: Turbine, *, skip: float = 60.0) -> Metric
     ------
     ModelError : skip is negative or leaves fewer than two samples.
     """
-    kept = _kept(history, skip)
-    time, pitch, torque = history.time[kept], history.pitch[kept], history.torque[kept]
+    counted = _kept(history, skip)
+    time, pitch, torque = history.time[counted], history.pitch[counted], history.torque[counted]
     duration = float(time[-1] - time[0])
     # Torque holds from sample to sample, so the first of two acts on the mean speed between them.
-    generator = history.generator_speed[kept]
+    generator = history.generator_speed[counted]
     work = torque[:-1] * (generator[:-1] + generator[1:]) / 2 * np.diff(time)
     energy = turbine.generator_efficiency * turbine.gear_ratio * float(np.sum(work))
-    speed = history.rotor_speed[kept] / turbine.rated_rotor_speed
+    speed = history.rotor_speed[counted] / turbine.rated_rotor_speed
     travel = degrees(float(np.sum(np.abs(np.diff(pitch)))))
-    both = (pitch > turbine.pitch_min + PITCH_ACTIVE) & (torque < TORQUE_LOW * turbine.rated_torque)
+    both_actuators = (pitch > turbine.pitch_min + PITCH_ACTIVE) & (
+        torque < TORQUE_LOW * turbine.rated_torque
+    )
     torque_rate = np.diff(torque) / np.diff(time)
-    moment = history.tower_moment[kept]
+    moment = history.tower_moment[counted]
     return Metrics(
         duration=duration,
         energy=energy / 3.6e6,
@@ -88,7 +90,7 @@ def measure(history: History, turbine: Turbine, *, skip: float = 60.0) -> Metric
         speed_deviation=100 * float(np.std(speed)),
         pitch_travel=travel,
         pitch_rate=travel / duration,
-        both_active=100 * float(np.mean(both)),
+        both_active=100 * float(np.mean(both_actuators)),
         torque_rate=float(np.sqrt(np.mean(torque_rate**2))) / 1e3,
         tower_del=damage_equivalent_load(moment, duration) / 1e6,
     )

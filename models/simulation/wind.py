@@ -86,8 +86,8 @@ class WindSeries:
 
     def at(self, time: ArrayLike) -> Floats:
         """Return the speed at these times [m/s]; the end values are held outside."""
-        asked = np.asarray(time, dtype=np.float64)
-        return np.asarray(np.interp(asked, self.time, self.speed), dtype=np.float64)
+        times = np.asarray(time, dtype=np.float64)
+        return np.asarray(np.interp(times, self.time, self.speed), dtype=np.float64)
 
 
 def constant_wind(speed: float, duration: float) -> WindSeries:
@@ -296,8 +296,8 @@ def _realisation(
 
 
 def _cut(shape: Floats, duration: float, time_step: float) -> tuple[Floats, Floats]:
-    kept = shape[: round(duration / time_step) + 1]
-    return np.arange(len(kept), dtype=np.float64) * time_step, kept
+    shape_cut = shape[: round(duration / time_step) + 1]
+    return np.arange(len(shape_cut), dtype=np.float64) * time_step, shape_cut
 
 
 def _length_scale(hub_height: float) -> float:

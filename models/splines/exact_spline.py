@@ -77,11 +77,11 @@ class KnotAxis:
 
 def pieces(axis: KnotAxis, where: Interval, order: int) -> list[tuple[int, AxisMap]]:
     """Return (span, map) for the parts of ``where`` in each knot span."""
-    asked, found = axis.latest.get(order, (None, []))
-    if asked is not where:
-        found = _parts(axis, where, order)
-        axis.latest[order] = where, found
-    return found
+    last_interval, parts_found = axis.latest.get(order, (None, []))
+    if last_interval is not where:
+        parts_found = _parts(axis, where, order)
+        axis.latest[order] = where, parts_found
+    return parts_found
 
 
 def _parts(axis: KnotAxis, where: Interval, order: int) -> list[tuple[int, AxisMap]]:
@@ -90,38 +90,38 @@ def _parts(axis: KnotAxis, where: Interval, order: int) -> list[tuple[int, AxisM
             f"{where} leaves the spline's range "
             f"[{float(axis.lower):.9g}, {float(axis.upper):.9g}]; shrink the box"
         )
-    found = []
+    maps = []
     # Only spans that the interval meets; one that ends where it begins is met in a point.
     first = max(0, bisect_left(axis.starts, where.lower) - 1)
     for span in axis.spans[first : bisect_right(axis.starts, where.upper)]:
         start, end = axis.knots[span], axis.knots[span + 1]
         low, high = max(start, where.lower), min(end, where.upper)
         if low < high or (low == high and where.width == 0):
-            whole = axis.maps[span, order]
+            span_map = axis.maps[span, order]
             if low == start and high == end:
-                found.append((span, whole))
+                maps.append((span, span_map))
             else:
-                found.append(
+                maps.append(
                     (
                         span,
                         _restricted(
-                            whole, (low - start) / (end - start), (high - start) / (end - start)
+                            span_map, (low - start) / (end - start), (high - start) / (end - start)
                         ),
                     )
                 )
             if where.width == 0:
                 break  # both neighbours of a knot agree there: orders up to 2 are continuous
-    return found
+    return maps
 
 
-def _restricted(whole: AxisMap, s: Fraction, t: Fraction) -> AxisMap:
+def _restricted(span_map: AxisMap, s: Fraction, t: Fraction) -> AxisMap:
     """Return the map for the part [s, t] of a span, 0 <= s <= t <= 1.
 
     Row k of the restriction holds the blossom weights at (s, ..., s, t, ..., t) with k times t:
     the coefficients of prod_r ((1 - u_r) + u_r z).  Over the common denominator of s and t they
     are integers.
     """
-    degree = len(whole.rows) - 1
+    degree = len(span_map.rows) - 1
     unit = lcm(s.denominator, t.denominator)
     low, high = int(s * unit), int(t * unit)
     rows = []
@@ -132,19 +132,19 @@ def _restricted(whole: AxisMap, s: Fraction, t: Fraction) -> AxisMap:
             stay = [*((unit - u) * w for w in weights), 0]
             weights = [a + b for a, b in zip(up, stay, strict=True)]
         rows.append(tuple(weights))
-    return AxisMap(times(tuple(rows), whole.rows), whole.denominator * unit**degree)
+    return AxisMap(times(tuple(rows), span_map.rows), span_map.denominator * unit**degree)
 
 
-def times(left: Rows, right: Rows) -> Rows:
+def times(first: Rows, second: Rows) -> Rows:
     """Return the product of two integer matrices."""
-    return times_columns(left, tuple(zip(*right, strict=True)))
+    return times_columns(first, tuple(zip(*second, strict=True)))
 
 
-def times_columns(left: Sequence[Sequence[int]], columns: Rows) -> Rows:
+def times_columns(rows: Sequence[Sequence[int]], columns: Rows) -> Rows:
     """Return the product of two integer matrices, the second given by its columns."""
-    if len({*map(len, left), *map(len, columns)}) > 1:
+    if len({*map(len, rows), *map(len, columns)}) > 1:
         raise ValueError("matrices that do not fit were given to a product")
-    return tuple(tuple(sum(map(mul, row, column)) for column in columns) for row in left)
+    return tuple(tuple(sum(map(mul, row, column)) for column in columns) for row in rows)
 
 
 def axis_of(knots: tuple[Fraction, ...]) -> KnotAxis:
@@ -265,19 +265,19 @@ def exact_value(
 def _hulls(spline: ExactSpline, x: Interval, y: Interval, dx: int, dy: int) -> list[Interval]:
     """Return the hull of each cell that the rectangle meets; those of whole cells are made once."""
     columns = pieces(spline.y, y, dy)
-    found = []
+    hulls = []
     for x_span, x_map in pieces(spline.x, x, dx):
         whole_x = x_map is spline.x.maps[x_span, dx]
         for y_span, y_map in columns:
             key = (x_span, y_span, dx, dy)
-            whole = whole_x and y_map is spline.y.maps[y_span, dy]
-            hull = spline.hulls.get(key) if whole else None
+            whole_cell = whole_x and y_map is spline.y.maps[y_span, dy]
+            hull = spline.hulls.get(key) if whole_cell else None
             if hull is None:
                 hull = _hull(spline, x_span, x_map, y_span, y_map)
-            if whole:
+            if whole_cell:
                 spline.hulls[key] = hull
-            found.append(hull)
-    return found
+            hulls.append(hull)
+    return hulls
 
 
 def _hull(

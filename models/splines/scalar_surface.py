@@ -21,8 +21,8 @@ from scipy.interpolate import BSpline
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.intervals.dual import Range
-from takagi.models.splines.surface import Surface
+from takagi.models.intervals.interval import Range
+from takagi.models.splines.spline import Surface
 
 DEGREE = 3
 ScalarSurface = Callable[[float, float], float]
@@ -105,16 +105,16 @@ class PatchRanges:
         """
         along = {d: list(_pieces(self._x, x, d)) for d in {order[0] for order in orders}}
         across = {d: list(_pieces(self._y, y, d)) for d in {order[1] for order in orders}}
-        found = []
+        ranges = []
         for dx, dy in orders:
             nets = [
-                left @ self._patches[i, j] @ right.T
-                for i, left in along[dx]
-                for j, right in across[dy]
+                along_x @ self._patches[i, j] @ along_y.T
+                for i, along_x in along[dx]
+                for j, along_y in across[dy]
             ]
             low, high = min(float(n.min()) for n in nets), max(float(n.max()) for n in nets)
-            found.append((low, high))
-        return found
+            ranges.append((low, high))
+        return ranges
 
 
 @lru_cache(maxsize=4)
@@ -147,7 +147,7 @@ def _bernstein(a: float, b: float, order: int) -> Matrix:
     rows = np.zeros((n + 1, DEGREE + 1))
     for i in range(n + 1):
         for m in range(n + 1):
-            ways = range(max(0, m - (n - i)), min(i, m) + 1)
-            total = sum(comb(i, j) * comb(n - i, m - j) * b**j * a ** (m - j) for j in ways)
+            indices = range(max(0, m - (n - i)), min(i, m) + 1)
+            total = sum(comb(i, j) * comb(n - i, m - j) * b**j * a ** (m - j) for j in indices)
             rows[i, m + order] = perm(m + order, order) * total / comb(n, m)
     return rows

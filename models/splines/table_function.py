@@ -11,11 +11,10 @@ import sympy as sp
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.splines.curve import Curve
 from takagi.models.splines.exact_spline import MAX_ORDER
-from takagi.models.splines.surface import Surface
+from takagi.models.splines.spline import Curve, Surface
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 
 class TableFunction(sp.Function):  # type: ignore[misc]  # sympy carries no type annotations
@@ -90,8 +89,8 @@ class TableFunction(sp.Function):  # type: ignore[misc]  # sympy carries no type
         point = [Fraction(*map(int, sp.Rational(value).as_numer_denom())) for value in values]
         if not self._covers(point):
             return None
-        found = self.value_at(*point)
-        return sp.Rational(*found.as_integer_ratio())._eval_evalf(prec)
+        value_there = self.value_at(*point)
+        return sp.Rational(*value_there.as_integer_ratio())._eval_evalf(prec)
 
     def _latex(self, printer: Any, exp: str | None = None) -> str:
         arguments = ", ".join(printer._print(argument) for argument in self.args)
@@ -169,8 +168,8 @@ def _class_of(
 
 
 def _of_any_shape(
-    method: Callable[..., Found], arguments: tuple[object, ...], orders: tuple[int, ...]
-) -> Found:
+    method: Callable[..., Result], arguments: tuple[object, ...], orders: tuple[int, ...]
+) -> Result:
     """Return method(x, dx) or method(x, y, dx, dy)."""
     return method(*arguments, *orders)
 

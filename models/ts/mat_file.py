@@ -42,9 +42,9 @@ def load_ts_model(path: str | Path) -> TSModel:
         raise ModelError(f"{path}: cannot be read ({error.strerror or error})") from error
     except (ValueError, TypeError) as error:
         raise ModelError(f"{path}: no MAT-file ({error})") from error
-    found = _members(content, str(path))
-    matrices = _matrices(found, str(path))
-    step = _sample_time(found, str(path))
+    members = _members(content, str(path))
+    matrices = _matrices(members, str(path))
+    step = _sample_time(members, str(path))
     try:
         return TSModel(
             matrices["A"],
@@ -63,13 +63,15 @@ def load_ts_model(path: str | Path) -> TSModel:
 def _members(content: Mapping[str, Any], path: str) -> Mapping[str, Any]:
     """Return the variables of a file, or the members of its struct; rules are the last axis."""
     structs = {k: v for k, v in content.items() if getattr(v, "dtype", np.dtype(int)).names}
-    own = [k for k, v in structs.items() if "A" in _rules_joined(_fields(v), path)]
-    found = _rules_joined(content, path)
-    if "takagi" in own or ("A" not in found and len(own) == 1):
-        return _rules_joined(_fields(structs["takagi" if "takagi" in own else own[0]]), path)
-    if "A" in found and "takagi" not in content:
+    structs_with_A = [k for k, v in structs.items() if "A" in _rules_joined(_fields(v), path)]
+    joined = _rules_joined(content, path)
+    if "takagi" in structs_with_A or ("A" not in joined and len(structs_with_A) == 1):
+        return _rules_joined(
+            _fields(structs["takagi" if "takagi" in structs_with_A else structs_with_A[0]]), path
+        )
+    if "A" in joined and "takagi" not in content:
         # Beside matrices Ts may be that of anything.
-        return {k: v for k, v in found.items() if k != "Ts"}
+        return {k: v for k, v in joined.items() if k != "Ts"}
     names = ", ".join(k for k in content if not k.startswith("__")) or "nothing that can be read"
     raise ModelError(
         f"{path}: has no A (n, n, r), the vertices of x' = A x + B u; it has {names}; write "
@@ -85,21 +87,23 @@ def _fields(struct: Any) -> Mapping[str, Any]:
     return {name: struct[name].ravel() for name in names}
 
 
-def _rules_joined(found: Mapping[str, Any], path: str) -> dict[str, Any]:
+def _rules_joined(members: Mapping[str, Any], path: str) -> dict[str, Any]:
     """Return the members with cells, and numbered matrices A1, A2, ..., along the last axis."""
-    joined = dict(found)
+    joined = dict(members)
     for name in LETTERS:
-        numbers = sorted(int(k[1:]) for k in found if k[0] == name and k[1:].isdigit())
+        numbers = sorted(int(k[1:]) for k in members if k[0] == name and k[1:].isdigit())
         if numbers:
-            if numbers != list(range(1, len(numbers) + 1)) or name in found:
-                given = ", ".join([name] * (name in found) + [f"{name}{k}" for k in numbers])
+            if numbers != list(range(1, len(numbers) + 1)) or name in members:
+                names_given = ", ".join(
+                    [name] * (name in members) + [f"{name}{k}" for k in numbers]
+                )
                 raise ModelError(
-                    f"{path}: has {given}; {name}1, {name}2, ... without gaps are needed, or "
+                    f"{path}: has {names_given}; {name}1, {name}2, ... without gaps are needed, or "
                     f"{name} alone"
                 )
-            joined[name] = _stacked([found[f"{name}{k}"] for k in numbers], name, path)
-        elif _is_cells(found.get(name)):
-            joined[name] = _stacked(list(found[name].ravel()), name, path)
+            joined[name] = _stacked([members[f"{name}{k}"] for k in numbers], name, path)
+        elif _is_cells(members.get(name)):
+            joined[name] = _stacked(list(members[name].ravel()), name, path)
     return joined
 
 
@@ -107,8 +111,11 @@ def _is_cells(value: Any) -> bool:
     return isinstance(value, np.ndarray) and value.dtype.kind == "O"
 
 
-def _stacked(parts: list[Any], name: str, path: str) -> Floats:
-    matrices = [_real(part, f"{name}, rule {k}", path) for k, part in enumerate(parts, start=1)]
+def _stacked(rule_matrices: list[Any], name: str, path: str) -> Floats:
+    matrices = [
+        _real(rule_matrix, f"{name}, rule {k}", path)
+        for k, rule_matrix in enumerate(rule_matrices, start=1)
+    ]
     shapes = [matrix.shape for matrix in matrices]
     if len(set(shapes)) != 1 or len(shapes[0]) != 2:
         raise ModelError(
@@ -118,11 +125,11 @@ def _stacked(parts: list[Any], name: str, path: str) -> Floats:
     return np.stack(matrices, axis=2)
 
 
-def _sample_time(found: Mapping[str, Any], path: str) -> float | None:
-    name = "sample_time" if "sample_time" in found else "Ts"
-    given = found.get(name, np.zeros(0))
-    parts = given.ravel() if _is_cells(given) else [given]
-    times = np.unique(np.concatenate([_real(part, name, path).ravel() for part in parts]))
+def _sample_time(members: Mapping[str, Any], path: str) -> float | None:
+    name = "sample_time" if "sample_time" in members else "Ts"
+    stated = members.get(name, np.zeros(0))
+    cells = stated.ravel() if _is_cells(stated) else [stated]
+    times = np.unique(np.concatenate([_real(cell, name, path).ravel() for cell in cells]))
     if times.size > 1 or (times.size and name == "Ts" and times[0] < 0):
         raise ModelError(
             f"{path}: {name} has {times.size} numbers ({', '.join(map(str, times))}); one in s is "
@@ -139,14 +146,14 @@ def _real(value: Any, name: str, path: str) -> Floats:
     return full.astype(np.float64)
 
 
-def _matrices(found: Mapping[str, Any], path: str) -> dict[str, Floats]:
+def _matrices(members: Mapping[str, Any], path: str) -> dict[str, Floats]:
     """Return the matrices as (r, rows, columns), or (rows, columns) for the same in every rule."""
-    made = {k: _real(found[k], k, path) for k in LETTERS if k in found}
-    A = made["A"]
+    matrices = {k: _real(members[k], k, path) for k in LETTERS if k in members}
+    A = matrices["A"]
     if A.ndim not in (2, 3) or A.shape[1] != A.shape[0] or A.shape[0] == 0:
         raise ModelError(f"{path}: A has shape {A.shape}; (n, n, r) is needed")
-    made["A"] = A if A.ndim == 3 else A[:, :, None]
+    matrices["A"] = A if A.ndim == 3 else A[:, :, None]
     return {
         k: np.ascontiguousarray(np.moveaxis(value, 2, 0)) if value.ndim == 3 else value
-        for k, value in made.items()
+        for k, value in matrices.items()
     }

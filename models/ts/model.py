@@ -201,9 +201,9 @@ class TSModel(ShortRepr):
         def __getattr__(self, name):
             # Reached only while the field has no value: the matrices of a product are made once.
             if name in LETTERS:
-                found = self.products[name].stack()
-                object.__setattr__(self, name, found)
-                return found
+                stack = self.products[name].stack()
+                object.__setattr__(self, name, stack)
+                return stack
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     @property
@@ -270,15 +270,15 @@ class TSModel(ShortRepr):
         ------
         ModelError : a premise carries no ``evaluate``.
         """
-        found = []
+        values = []
         for premise in self.premises:
             if premise.evaluate is None:
                 raise ModelError(
                     f"premise {premise.name} of model {self.name!r} has no evaluate function; "
                     "build the Premise with one, or give its value"
                 )
-            found.append(premise.evaluate(**point))
-        return np.array(found, dtype=np.float64)
+            values.append(premise.evaluate(**point))
+        return np.array(values, dtype=np.float64)
 
     def _premise_array(
         self, values: ArrayLike | None, named: Mapping[str, ArrayLike]
@@ -323,18 +323,18 @@ def _rules(
 ) -> tuple[Rule, ...]:
     corners = [range(len(premise.corners)) for premise in premises]
     if rules is None:
-        found: list[Rule] = list(product(*corners)) if premises else [()] * count
-        if len(found) == count:
-            return tuple(found)
+        rule_list: list[Rule] = list(product(*corners)) if premises else [()] * count
+        if len(rule_list) == count:
+            return tuple(rule_list)
     else:
-        found = [tuple(int(corner) for corner in rule) for rule in rules]
-    if len(found) != count:
-        wanted = math.prod(len(choice) for choice in corners)
+        rule_list = [tuple(int(corner) for corner in rule) for rule in rules]
+    if len(rule_list) != count:
+        combinations = math.prod(len(choice) for choice in corners)
         raise ModelError(
-            f"A has {count} vertices, but there are {len(found)} rules; one rule per vertex is "
-            f"needed ({len(premises)} premises give {wanted} combinations of corners)"
+            f"A has {count} vertices, but there are {len(rule_list)} rules; one rule per vertex is "
+            f"needed ({len(premises)} premises give {combinations} combinations of corners)"
         )
-    for index, rule in enumerate(found, start=1):
+    for index, rule in enumerate(rule_list, start=1):
         if len(rule) != len(premises) or any(
             c not in k for c, k in zip(rule, corners, strict=True)
         ):
@@ -347,12 +347,12 @@ def _rules(
                     or "()"
                 )
             )
-    if premises and set(found) != set(product(*corners)):
+    if premises and set(rule_list) != set(product(*corners)):
         raise ModelError(
             "the rules leave out a combination of corners, so the memberships would not sum to 1; "
             "list every combination once"
         )
-    return tuple(found)
+    return tuple(rule_list)
 
 
 def _box(box: Mapping[str, tuple[Number, Number]]) -> Mapping[str, tuple[Fraction, Fraction]]:

@@ -17,7 +17,7 @@ from takagi.models.intervals.interval import Interval, Number, exact
 
 if TYPE_CHECKING:
     from takagi.models.ranges.domain import Domain
-    from takagi.models.ranges.evidence import Evidence
+    from takagi.models.ranges.expression_range import Evidence
 
 # A premise computed in floats may leave its exact range by rounding alone: this part of the
 # width (or of the size, for narrow ranges) is moved back to the end, more than that is refused.
@@ -153,8 +153,8 @@ def round_outward(enclosure: Interval, *, digits: int = 8) -> Interval:
         that a float reproduces.
     """
     size = float(enclosure.magnitude)
-    places = digits if size == 0 else digits - 1 - math.floor(math.log10(size))
-    return enclosure.outward(max(places, 0))
+    decimals = digits if size == 0 else digits - 1 - math.floor(math.log10(size))
+    return enclosure.outward(max(decimals, 0))
 
 
 def _end(name: str, end: str, value: Number) -> Fraction:

@@ -45,11 +45,11 @@ class VertexProduct:
 
     def __post_init__(self) -> None:
         for (row, column), (axes, values) in self.entries.items():
-            wanted = tuple(self.corners[axis] for axis in axes)
-            if values.shape != wanted or sorted(set(axes)) != list(axes):
+            shape = tuple(self.corners[axis] for axis in axes)
+            if values.shape != shape or sorted(set(axes)) != list(axes):
                 raise ModelError(
                     f"entry [{row}, {column}] has values of shape {values.shape} for premises "
-                    f"{axes}; {wanted} is needed, each premise once and in order"
+                    f"{axes}; {shape} is needed, each premise once and in order"
                 )
             if not np.all(np.isfinite(values)):
                 raise ModelError(
@@ -65,20 +65,20 @@ class VertexProduct:
     def stack(self) -> Floats:
         """Return the read-only (vertices, rows, columns) array."""
         varying = [axis for axis, size in enumerate(self.corners) if size > 1]
-        whole = np.zeros((*(self.corners[axis] for axis in varying), self.rows, self.columns))
+        all_corners = np.zeros((*(self.corners[axis] for axis in varying), self.rows, self.columns))
         for (row, column), (axes, values) in self.entries.items():
             shape = [self.corners[axis] if axis in axes else 1 for axis in varying]
-            whole[..., row, column] = values.reshape(shape)
-        found = whole.reshape(self.count, self.rows, self.columns)
-        found.flags.writeable = False
-        return found
+            all_corners[..., row, column] = values.reshape(shape)
+        stacked = all_corners.reshape(self.count, self.rows, self.columns)
+        stacked.flags.writeable = False
+        return stacked
 
     def first(self) -> Floats:
         """Return the (1, rows, columns) stack of the first vertex alone."""
-        found = np.zeros((1, self.rows, self.columns))
+        stacked = np.zeros((1, self.rows, self.columns))
         for (row, column), (_, values) in self.entries.items():
-            found[0, row, column] = values.flat[0]
-        return found
+            stacked[0, row, column] = values.flat[0]
+        return stacked
 
 
 Names: TypeAlias = tuple[str, ...]
@@ -101,32 +101,34 @@ COUNTED_IN = {
 
 
 def vertex_arrays(
-    A: ArrayLike, others: Mapping[str, ArrayLike | None], labels: Mapping[str, Sequence[str] | None]
+    A: ArrayLike,
+    further: Mapping[str, ArrayLike | None],
+    labels: Mapping[str, Sequence[str] | None],
 ) -> tuple[dict[str, Floats], dict[str, Names]]:
     """Return the matrices as read-only (r, ., .) float64 copies, and the names of their axes.
 
     Parameters
     ----------
     A : (r, n, n).
-    others : B, C, D, E, each (r, ., .), (., .) for the same in every vertex, or None for zero.
+    further : B, C, D, E, each (r, ., .), (., .) for the same in every vertex, or None for zero.
     labels : states, inputs, outputs, disturbances; None takes "x1 [-]", ...
 
     Raises
     ------
     ModelError : a shape that does not fit, an entry that is not finite, names that do not fit.
     """
-    given = {"A": _square_stack(A, labels["states"])}
-    for letter, value in others.items():
+    arrays_given = {"A": _square_stack(A, labels["states"])}
+    for letter, value in further.items():
         if value is not None:
-            given[letter] = finite_array(letter, value)
+            arrays_given[letter] = finite_array(letter, value)
     names = {}
     for axis, (letter, along, symbol) in COUNTED_IN.items():
-        size = given[letter].shape[along] if letter in given else 0
+        size = arrays_given[letter].shape[along] if letter in arrays_given else 0
         names[axis] = _names(axis, labels[axis], letter, size, symbol)
-    count = len(given["A"])
+    count = len(arrays_given["A"])
     arrays = {
         letter: _stack(
-            letter, given.get(letter), count, names[rows], names[columns], (rows, columns)
+            letter, arrays_given.get(letter), count, names[rows], names[columns], (rows, columns)
         )
         for letter, (rows, columns) in AXES.items()
     }
@@ -190,19 +192,21 @@ def _check_squares(A: Sequence[ArrayLike], states: Sequence[str] | None) -> None
     size = len(states) if states is not None else min((s[0] for s in shapes if s), default=0)
     for index, shape in enumerate(shapes, start=1):
         if len(shape) == 2 and shape != (size, size):
-            known = f"named ({', '.join(states)})" if states is not None else "in its first rows"
+            name_text = (
+                f"named ({', '.join(states)})" if states is not None else "in its first rows"
+            )
             raise ModelError(
                 f"vertex {index} of {len(shapes)}: A has shape {shape}, but {size} states are "
-                f"{known}, so A must be ({size}, {size})."
+                f"{name_text}, so A must be ({size}, {size})."
             )
 
 
-def _names(axis: str, given: Sequence[str] | None, letter: str, size: int, symbol: str) -> Names:
-    if given is None:
+def _names(axis: str, labels: Sequence[str] | None, letter: str, size: int, symbol: str) -> Names:
+    if labels is None:
         return tuple(f"{symbol}{k} [-]" for k in range(1, size + 1))
-    if isinstance(given, str):
-        raise ModelError(f"{axis} is the text {given!r}; a list of names is needed")
-    names = tuple(given)
+    if isinstance(labels, str):
+        raise ModelError(f"{axis} is the text {labels!r}; a list of names is needed")
+    names = tuple(labels)
     if len(names) != size:
         raise ModelError(
             f"{len(names)} {axis} are named ({', '.join(names)}), but {letter} has {size}; "
@@ -214,20 +218,20 @@ def _names(axis: str, given: Sequence[str] | None, letter: str, size: int, symbo
 
 def _stack(
     letter: str,
-    given: Floats | None,
+    matrix: Floats | None,
     count: int,
     rows: Names,
     columns: Names,
     axes: tuple[str, str],
 ) -> Floats:
     shape = (count, len(rows), len(columns))
-    if given is None:
+    if matrix is None:
         array = np.zeros(shape)
-    elif given.shape in (shape, shape[1:]):
-        array = np.array(np.broadcast_to(given, shape))
+    elif matrix.shape in (shape, shape[1:]):
+        array = np.array(np.broadcast_to(matrix, shape))
     else:
         raise ModelError(
-            f"{letter} has shape {given.shape}, but there are {count} vertices, {len(rows)} "
+            f"{letter} has shape {matrix.shape}, but there are {count} vertices, {len(rows)} "
             f"{axes[0]} and {len(columns)} {axes[1]}, so {letter} must be {shape} "
             f"or {shape[1:]}."
         )
@@ -236,7 +240,7 @@ def _stack(
 
 
 def matrices_of_systems(
-    given: Mapping[str, Any], sample_time: float | None
+    matrices: Mapping[str, Any], sample_time: float | None
 ) -> tuple[Mapping[str, Any], float | None]:
     """Return the matrices, and the sample time, of systems that were given as A; else as given.
 
@@ -245,31 +249,33 @@ def matrices_of_systems(
     ModelError : transfer functions, matrices beside systems, sample times that differ or are not
         known.
     """
-    A = given["A"]
+    A = matrices["A"]
     systems = list(A) if isinstance(A, (list, tuple)) else [A]
-    dynamic = [hasattr(one, "A") and hasattr(one, "D") for one in systems]
+    dynamic = [hasattr(system, "A") and hasattr(system, "D") for system in systems]
     if not any(dynamic):
-        if any(hasattr(one, "num") for one in systems):
+        if any(hasattr(system, "num") for system in systems):
             raise ModelError(
                 "A holds transfer functions, which have no states of their own; give state spaces "
                 "in the same states, or their matrices A (r, n, n), B, C, D"
             )
-        return given, sample_time
-    beside = [letter for letter in "BCD" if given[letter] is not None]
+        return matrices, sample_time
+    beside = [letter for letter in "BCD" if matrices[letter] is not None]
     if beside or not all(dynamic):
         raise ModelError(
             f"A holds state spaces{' beside something else' if not all(dynamic) else ''}"
             f"{' and ' + ', '.join(beside) + ' given' if beside else ''}; give systems alone, "
             "which have their own B, C, D, or matrices alone"
         )
-    times = {getattr(one, "dt", None) or None for one in systems}
+    times = {getattr(system, "dt", None) or None for system in systems}
     times |= set() if sample_time is None else {float(sample_time)}
     if len(times) != 1 or True in {time is True for time in times}:
         raise ModelError(
             f"sample times {', '.join(map(str, times))} are given; one for all systems is needed, "
             "a number of seconds (True means an unknown one)"
         )
-    stacks = {letter: [np.asarray(getattr(one, letter)) for one in systems] for letter in "ABCD"}
+    stacks = {
+        letter: [np.asarray(getattr(system, letter)) for system in systems] for letter in "ABCD"
+    }
     for letter, stack in stacks.items():
         shapes = [matrix.shape for matrix in stack]
         if len(set(shapes)) > 1:
@@ -277,11 +283,11 @@ def matrices_of_systems(
                 f"the systems' {letter} have shapes {', '.join(map(str, shapes))}; the same "
                 "states, inputs and outputs are needed in every one"
             )
-    return {**given, **stacks}, times.pop()
+    return {**matrices, **stacks}, times.pop()
 
 
 def stored_matrices(
-    given: Mapping[str, ArrayLike | VertexProduct | None],
+    matrices: Mapping[str, ArrayLike | VertexProduct | None],
     labels: Mapping[str, Sequence[str] | None],
 ) -> tuple[Mapping[str, Floats], Mapping[str, tuple[str, ...]], Mapping[str, VertexProduct], int]:
     """Return arrays, names, products and the number of vertices; arrays or products are empty.
@@ -290,12 +296,12 @@ def stored_matrices(
     ------
     ModelError : as ``vertex_arrays``, or matrices that are stored in two ways.
     """
-    products = {k: value for k, value in given.items() if isinstance(value, VertexProduct)}
+    products = {k: value for k, value in matrices.items() if isinstance(value, VertexProduct)}
     if not products:
-        plain: dict[str, Any] = {k: value for k, value in given.items() if k != "A"}
-        arrays, names = vertex_arrays(cast("ArrayLike", given["A"]), plain, labels)
+        plain: dict[str, Any] = {k: value for k, value in matrices.items() if k != "A"}
+        arrays, names = vertex_arrays(cast("ArrayLike", matrices["A"]), plain, labels)
         return arrays, names, MappingProxyType({}), len(arrays["A"])
-    mixed = [k for k, value in given.items() if value is not None and k not in products]
+    mixed = [k for k, value in matrices.items() if value is not None and k not in products]
     if mixed or "A" not in products:
         raise ModelError(
             f"{', '.join(products)} given as VertexProduct, {', '.join(mixed) or 'no A'} not; "
@@ -304,15 +310,15 @@ def stored_matrices(
     # One vertex tells whether shapes and names fit; the others are made when they are needed.
     first, names = vertex_arrays(
         products["A"].first(),
-        {k: products[k].first() if k in products else None for k in given if k != "A"},
+        {k: products[k].first() if k in products else None for k in matrices if k != "A"},
         labels,
     )
     corners = products["A"].corners
-    whole = {
+    full_products = {
         k: products.get(k) or VertexProduct(corners, first[k].shape[1], first[k].shape[2], {})
-        for k in given
+        for k in matrices
     }
-    return {}, names, MappingProxyType(whole), products["A"].count
+    return {}, names, MappingProxyType(full_products), products["A"].count
 
 
 def check_corners(

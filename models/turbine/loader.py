@@ -10,9 +10,8 @@ from typing import Any, ClassVar, Literal
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.csv_table import CoefficientTable, read_coefficient_table
-from takagi.models.files.library import resolve_model
-from takagi.models.files.toml_document import Document, read_document
-from takagi.models.splines.surface import Surface, interpolate
+from takagi.models.files.library import Document, read_document, resolve_model
+from takagi.models.splines.spline import Surface, interpolate
 from takagi.models.turbine.data import (
     BaselineController,
     DiscWake,
@@ -125,7 +124,7 @@ _FREE_SECTION = "reference"
 _TABLES = ("power", "thrust")
 # What is asked of a design; no figure of the turbine.
 _MARGINS = "design.margins"
-_OTHER = (
+_FURTHER_PATHS = (
     "frozen_wake.source",
     *(spec.path for spec in WAKE),
     "coefficients.power",
@@ -172,14 +171,14 @@ def _turbine(document: Document) -> Turbine:
         path = f"{_FREE_SECTION}.{key}"
         figures[path] = read_figure(document, path)
     tables = _coefficients(document, values["pitch_min"])
-    parts: dict[str, Any] = {**values, **_surfaces(tables)}
+    fields: dict[str, Any] = {**values, **_surfaces(tables)}
     turbine = Turbine(
         name=text_at(document, "name"),
         baseline=baseline,
         frozen_wake=FrozenWake((), (), (), ""),
         **_validation_figures(document, figures),
         figures=MappingProxyType(figures),
-        **parts,
+        **fields,
     )
     # It may follow from the tables' slopes at the trim, so that it needs a turbine.
     try:
@@ -195,8 +194,8 @@ def _require_all(document: Document) -> None:
     """Refuse a file that lacks entries; optional groups are needed whole or not at all."""
     groups: list[tuple[FileFigure, ...]] = [_FIELDS]
     for group in (*_GROUPS, _BASELINE):
-        places = [f.path.partition(".") for f in group]
-        if any(key in document.data.get(section, {}) for section, _, key in places):
+        paths = [f.path.partition(".") for f in group]
+        if any(key in document.data.get(section, {}) for section, _, key in paths):
             groups.append(group)
     needed = [(f.path, f.example, _MEANING.get(f.path, "")) for group in groups for f in group]
     needed += [
@@ -257,15 +256,15 @@ def nrel5mw() -> Turbine:
 
 def _validation_figures(document: Document, figures: dict[str, Figure]) -> dict[str, Any]:
     """Return what the file says of the validation plant alone, without groups that it has not."""
-    found: dict[str, Any] = {}
+    optional: dict[str, Any] = {}
     for group, maker in zip(_GROUPS, ("wake", "flap", "torsion", None, None), strict=True):
-        places = [f.path.partition(".") for f in group]
-        if not any(key in document.data.get(section, {}) for section, _, key in places):
+        paths = [f.path.partition(".") for f in group]
+        if not any(key in document.data.get(section, {}) for section, _, key in paths):
             continue
         values = {f.attribute: figure_at(document, f, figures) for f in group}
         kinds = {"wake": DiscWake, "flap": FlapMode, "torsion": TorsionMode}
-        found |= values if maker is None else {maker: kinds[maker](**values)}
-    return found
+        optional |= values if maker is None else {maker: kinds[maker](**values)}
+    return optional
 
 
 def _check_kind(document: Document) -> None:
@@ -284,19 +283,21 @@ def _check_kind(document: Document) -> None:
 def _check_known(document: Document) -> None:
     """Refuse fields that no reader uses: they are misspelt more often than superfluous."""
     optional = [f for group in _GROUPS for f in group]
-    known = [f.path for f in (*_FIELDS, *optional, *_BASELINE)] + list(_OTHER)
-    sections = list(dict.fromkeys(path.partition(".")[0] for path in known)) + [_FREE_SECTION]
+    known_paths = [f.path for f in (*_FIELDS, *optional, *_BASELINE)] + list(_FURTHER_PATHS)
+    sections = list(dict.fromkeys(path.partition(".")[0] for path in known_paths)) + [_FREE_SECTION]
     for section, content in document.data.items():
         if section in _TOP:
             continue
         if section not in sections:
-            near = did_you_mean(section, sections)
-            raise document.error(section, f"is not known{near}; sections: {', '.join(sections)}")
+            suggestion = did_you_mean(section, sections)
+            raise document.error(
+                section, f"is not known{suggestion}; sections: {', '.join(sections)}"
+            )
         if not isinstance(content, dict):
             raise document.error(section, f"{content!r} was given; a section [{section}] is needed")
         if section == _FREE_SECTION:
             continue
-        keys = [path.partition(".")[2] for path in known if path.startswith(f"{section}.")]
+        keys = [path.partition(".")[2] for path in known_paths if path.startswith(f"{section}.")]
         for key in content:
             if key not in keys:
                 raise document.error(

@@ -229,13 +229,13 @@ def operating_band(
     if wind_step <= 0:
         raise ModelError(f"wind step {wind_step!r} m/s was given; a step above 0 is needed")
     bands = {"speed band": speed_band, "pitch band": pitch_band, "wind band": wind_band}
-    widths = {what: exact(value) for what, value in bands.items()}
-    for what, width in widths.items():
+    widths = {band_name: exact(value) for band_name, value in bands.items()}
+    for band_name, width in widths.items():
         if width < 0:
-            raise ModelError(f"{what} {float(width):.6g} was given; it must not be negative")
+            raise ModelError(f"{band_name} {float(width):.6g} was given; it must not be negative")
     # A range that is a whole number of steps must not get one more piece by rounding.
-    pieces = max(1, int(np.ceil((high - low) / wind_step - 1e-9)))
-    winds = np.round(np.linspace(low, high, pieces + 1), NODE_DECIMALS)
+    step_count = max(1, int(np.ceil((high - low) / wind_step - 1e-9)))
+    winds = np.round(np.linspace(low, high, step_count + 1), NODE_DECIMALS)
     winds = np.clip(winds, turbine.cut_in, turbine.cut_out)
     points = [trim(turbine, float(v), speed_setpoint=speed_setpoint) for v in winds]
     speeds = np.round([point.rotor_speed for point in points], NODE_DECIMALS)
@@ -262,8 +262,8 @@ def slope_range(
     tolerance : excess at each end as a share of the range's width.
     """
     offsets = tuple(
-        Interval(-width, width) if what in off_trim else Interval(Fraction(0), Fraction(0))
-        for what, width in (
+        Interval(-width, width) if band_name in off_trim else Interval(Fraction(0), Fraction(0))
+        for band_name, width in (
             ("speed", band.speed_band),
             ("pitch", band.pitch_band),
             ("wind", band.wind_band),
@@ -302,28 +302,31 @@ class _Curve:
         columns = (band.wind, band.rotor_speed, band.pitch)
         return cls(*(tuple(exact(value) for value in column.tolist()) for column in columns))
 
-    def over(self, piece: Interval) -> tuple[Interval, Interval]:
+    def over(self, interval: Interval) -> tuple[Interval, Interval]:
         """Return the ranges of omega* and beta* over a piece between two neighbouring nodes."""
-        index = self._index(piece)
-        found = []
-        for column, run in zip((self.rotor_speed, self.pitch), self.gradient(piece), strict=True):
+        index = self._index(interval)
+        ranges = []
+        for column, run in zip(
+            (self.rotor_speed, self.pitch), self.gradient(interval), strict=True
+        ):
             ends = [
-                column[index] + run * (v - self.wind[index]) for v in (piece.lower, piece.upper)
+                column[index] + run * (v - self.wind[index])
+                for v in (interval.lower, interval.upper)
             ]
-            found.append(Interval(min(ends), max(ends)))
-        return found[0], found[1]
+            ranges.append(Interval(min(ends), max(ends)))
+        return ranges[0], ranges[1]
 
-    def gradient(self, piece: Interval) -> tuple[Fraction, Fraction]:
+    def gradient(self, interval: Interval) -> tuple[Fraction, Fraction]:
         """Return d omega*/d v_0 and d beta*/d v_0 on the piece, constant between nodes."""
-        i = self._index(piece)
+        i = self._index(interval)
         step = self.wind[i + 1] - self.wind[i]
         return (
             (self.rotor_speed[i + 1] - self.rotor_speed[i]) / step,
             (self.pitch[i + 1] - self.pitch[i]) / step,
         )
 
-    def _index(self, piece: Interval) -> int:
-        return bisect_right(self.wind, piece.lower, hi=len(self.wind) - 1) - 1
+    def _index(self, interval: Interval) -> int:
+        return bisect_right(self.wind, interval.lower, hi=len(self.wind) - 1) - 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -363,9 +366,9 @@ class _Tube:
 
     def enclose(self, box: Box) -> Interval:
         """Return the common part of the plain, mean-value and monotone enclosures."""
-        found = self.plain(box)
+        enclosure = self.plain(box)
         if all(side.width == 0 for side in box):
-            return found
+            return enclosure
         mean_value = self.plain(tuple(Interval(side.centre, side.centre) for side in box))
         low, high = list(box), list(box)
         for index, (side, rate) in enumerate(zip(box, self.rates(box), strict=True)):
@@ -373,11 +376,11 @@ class _Tube:
             if rate.lower >= 0 or rate.upper <= 0:
                 ends = Interval(side.lower, side.lower), Interval(side.upper, side.upper)
                 low[index], high[index] = ends if rate.lower >= 0 else ends[::-1]
-        found = found.intersect(mean_value)
+        enclosure = enclosure.intersect(mean_value)
         if low == list(box):
-            return found
+            return enclosure
         corners = self.plain(tuple(low)), self.plain(tuple(high))
-        return found.intersect(Interval(corners[0].lower, corners[1].upper))
+        return enclosure.intersect(Interval(corners[0].lower, corners[1].upper))
 
     def changes(self, box: Box) -> list[float]:
         """Return a bound of the slope's change along each side; of wind alone beside the table."""
@@ -396,9 +399,9 @@ class _Tube:
         Where a pitch limit holds the angle, its rate is anything between free and held.
         """
         if box not in self.known_rates:
-            place, moved = self._place(box)
-            by_speed, by_pitch, by_wind = slope_gradient(self.turbine, self.slope, *place)
-            if moved:
+            ranges, cut = self._place(box)
+            by_speed, by_pitch, by_wind = slope_gradient(self.turbine, self.slope, *ranges)
+            if cut:
                 by_pitch = by_pitch.hull(0)
             speed_run, pitch_run = self.curve.gradient(box[0])
             along = by_speed * speed_run + by_pitch * pitch_run + by_wind
@@ -410,8 +413,8 @@ class _Tube:
         estimate, speed_error, pitch_error, wind_error = box
         speed, pitch = self.curve.over(estimate)
         free = pitch + pitch_error
-        held = hold(free, (self.turbine.pitch_min, self.turbine.pitch_max))
-        return (speed + speed_error, held, estimate + wind_error), held != free
+        limited = hold(free, (self.turbine.pitch_min, self.turbine.pitch_max))
+        return (speed + speed_error, limited, estimate + wind_error), limited != free
 
 
 def _check_inside_table(band: OperatingBand) -> None:
@@ -421,11 +424,11 @@ def _check_inside_table(band: OperatingBand) -> None:
     for v, speed in zip(band.wind, band.rotor_speed, strict=True):
         if v - w <= 0:
             raise ModelError(f"wind band {w:.4g} m/s reaches 0 at {v:.4g} m/s; make it narrower")
-        least, most = (speed - e) * radius / (v + w), (speed + e) * radius / (v - w)
-        if least < low or most > high:
+        lowest, highest = (speed - e) * radius / (v + w), (speed + e) * radius / (v - w)
+        if lowest < low or highest > high:
             raise ModelError(
                 f"{band.turbine.name}: at wind estimate {v:.4g} m/s the band reaches tip-speed "
-                f"ratios {least:.4g} to {most:.4g}, but the c_P and c_T tables cover {low:.4g} to "
-                f"{high:.4g}; extend the tables to these ratios, narrow the speed band or the wind "
-                "band, or leave this wind out by cut_in and cut_out of the turbine's file"
+                f"ratios {lowest:.4g} to {highest:.4g}, but the c_P and c_T tables cover {low:.4g} "
+                f"to {high:.4g}; extend the tables to these ratios, narrow the speed band or the "
+                "wind band, or leave this wind out by cut_in and cut_out of the turbine's file"
             )

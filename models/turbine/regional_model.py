@@ -31,8 +31,7 @@ from takagi.models.intervals.interval import exact
 from takagi.models.sector.assembly import assemble
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise, round_outward
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.operating_band import OperatingBand, Slope, slope_range
 
 if TYPE_CHECKING:
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
 
 # Below this difference (rad/s, rad, m/s) a quotient of floats loses digits and the derivative in
 # the middle is better: it errs by the third derivative times the square of this, below 1e-12.
-SMALL = 1e-6
+MEETING_DISTANCE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,12 +103,12 @@ def telescoping_step(torque: TorqueSymbols) -> Step:
     import sympy as sp
 
     steps = {"a": torque.speed_error, "b": torque.pitch_deviation, "d": torque.wind_deviation}
-    parts = [rf"{symbol.name}\,{sp.latex(steps[symbol.name])}" for symbol in torque.secants]
-    left = f"{sp.latex(torque.point)} - {sp.latex(torque.trim)}"
+    products = [rf"{symbol.name}\,{sp.latex(steps[symbol.name])}" for symbol in torque.secants]
+    left_side = f"{sp.latex(torque.point)} - {sp.latex(torque.trim)}"
     return Step(
         "Telescoping secants of the rotor torque around the trim at the wind estimate; each is "
         "a value of the partial derivative between its two points (mean value theorem).",
-        rf"{left} = {sp.latex(torque.inertia)} \left( {' + '.join(parts)} \right)",
+        rf"{left_side} = {sp.latex(torque.inertia)} \left( {' + '.join(products)} \right)",
     )
 
 
@@ -125,8 +124,8 @@ def secant_premise(
     moving = [name for name in KINDS if with_pitch or name != "pitch"]
     # The telescope leaves the trim wind first, then the pitch, then the speed.
     off_trim = {"wind": ("wind",), "pitch": ("pitch", "wind"), "speed": tuple(moving)}[slope]
-    found = slope_range(band, slope, off_trim=off_trim, tolerance=tolerance)
-    bounds = round_outward(found.outer, digits=6)
+    proved_range = slope_range(band, slope, off_trim=off_trim, tolerance=tolerance)
+    bounds = round_outward(proved_range.outer, digits=6)
     return Premise(
         kind.name,
         bounds.lower,
@@ -134,7 +133,7 @@ def secant_premise(
         unit=kind.unit,
         evidence=(
             f"range of {kind.words} over the tube: Bernstein hulls in exact arithmetic, "
-            f"{found.boxes} boxes, rounded outward"
+            f"{proved_range.boxes} boxes, rounded outward"
         ),
         evaluate=_evaluator(band, kind, with_pitch),
     )
@@ -156,31 +155,31 @@ def _evaluator(band: OperatingBand, kind: Kind, with_pitch: bool) -> Callable[..
         )
         point, trim = [np.asarray(v, dtype=np.float64) for v in values[:3]], values[3:]
         # Variables after this one in (omega, beta, v) stay at the point, those before at trim.
-        far = [trim[i] if i < kind.index else point[i] for i in range(3)]
-        near = np.asarray(trim[kind.index], dtype=np.float64)
+        point_at = [trim[i] if i < kind.index else point[i] for i in range(3)]
+        trim_value = np.asarray(trim[kind.index], dtype=np.float64)
         turbine = band.turbine
-        return torque_secant(turbine, kind.index, far, near, clip=clip) / turbine.inertia
+        return torque_secant(turbine, kind.index, point_at, trim_value, clip=clip) / turbine.inertia
 
     return evaluate  # type: ignore[return-value]
 
 
 def torque_secant(
-    turbine: Turbine, index: int, far: Sequence[Floats], near_value: Floats, *, clip: bool = False
+    turbine: Turbine, index: int, end: Sequence[Floats], near_value: Floats, *, clip: bool = False
 ) -> Floats:
     """Return [T_r(far) - T_r(near)] / (far_i - near_i) [N m per unit], derivative where they meet.
 
     Parameters
     ----------
     index : 0 rotor speed, 1 pitch, 2 wind: the variable in which near differs from far.
-    far : rotor speed, pitch and wind, equal shapes; near_value : that variable at near.
+    end : rotor speed, pitch and wind, equal shapes; near_value : that variable at near.
     """
-    near = [*far[:index], near_value, *far[index + 1 :]]
-    middle = [(first + last) / 2 for first, last in zip(far, near, strict=True)]
-    step = far[index] - near_value
-    small = np.abs(step) <= SMALL
-    rise = rotor_torque(turbine, *far, clip=clip) - rotor_torque(turbine, *near, clip=clip)
+    start = [*end[:index], near_value, *end[index + 1 :]]
+    middle = [(first + last) / 2 for first, last in zip(end, start, strict=True)]
+    step = end[index] - near_value
+    meeting = np.abs(step) <= MEETING_DISTANCE
+    rise = rotor_torque(turbine, *end, clip=clip) - rotor_torque(turbine, *start, clip=clip)
     slope = rotor_torque_gradient(turbine, *middle, clip=clip)[index]
-    return np.asarray(np.where(small, slope, rise / np.where(small, 1.0, step)))
+    return np.asarray(np.where(meeting, slope, rise / np.where(meeting, 1.0, step)))
 
 
 SPEED_ERROR = "rotor speed error [rad/s]"

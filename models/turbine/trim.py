@@ -41,8 +41,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from takagi.models.errors import ModelError
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.data import Figure, Turbine
+from takagi.models.turbine.data import Figure, Turbine, rotor_torque, rotor_torque_gradient
 
 TABLE_SHARE = 0.9
 # Steps of wind and pitch, small enough to find the sign change that Brent's method refines.
@@ -122,14 +121,14 @@ def rated_wind(turbine: Turbine, *, speed_setpoint: float | None = None) -> floa
         reached up to cut-out, or at which pitching up would *raise* torque there (stall side).
     """
     setpoint = _setpoint(turbine, speed_setpoint)
-    found = _rated_wind(turbine, setpoint)
-    if found is None:
+    wind = _rated_wind(turbine, setpoint)
+    if wind is None:
         raise ModelError(
             f"{turbine.name}: at rotor speed {setpoint:.4g} rad/s the rotor does not reach rated "
             f"torque {turbine.rated_torque:.6g} N m at any wind up to {turbine.cut_out:.4g} m/s; "
             "raise the set-point"
         )
-    return found
+    return wind
 
 
 def trim(turbine: Turbine, wind: float, *, speed_setpoint: float | None = None) -> TrimPoint:
@@ -229,16 +228,16 @@ def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
     speed, by_pitch = _at_rated(turbine, setpoint, v)
     if speed == setpoint and by_pitch < 0:
         return
-    ways = ["raise rated torque or lower rated speed"] if speed < setpoint else []
-    least = _least_pitch(turbine, setpoint)
-    if least is not None:
-        ways.insert(0, f"give {degrees(least):.4g} deg or more as pitch.minimum")
+    remedies = ["raise rated torque or lower rated speed"] if speed < setpoint else []
+    least_pitch = _least_pitch(turbine, setpoint)
+    if least_pitch is not None:
+        remedies.insert(0, f"give {degrees(least_pitch):.4g} deg or more as pitch.minimum")
     if speed < setpoint:
-        what = "the set-point" if setpoint < turbine.rated_rotor_speed else "rated speed"
+        speed_name = "the set-point" if setpoint < turbine.rated_rotor_speed else "rated speed"
         raise ModelError(
             f"{turbine.name}: rated torque {turbine.rated_torque:.6g} N m is reached at {v:.4g} "
-            f"m/s, where the rotor turns at {speed:.4g} rad/s, before {what}, {setpoint:.4g} "
-            f"rad/s; {', or '.join(ways)}"
+            f"m/s, where the rotor turns at {speed:.4g} rad/s, before {speed_name}, {setpoint:.4g} "
+            f"rad/s; {', or '.join(remedies)}"
         )
     raise _infeasible(
         turbine,
@@ -247,7 +246,10 @@ def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
         f"this is rated wind, and pitching up from the smallest pitch, "
         f"{degrees(turbine.pitch_min):.4g} deg, would raise torque (dT/dpitch = "
         f"{by_pitch:.4g} N m/rad): the rotor is on its stall side there",
-        (", or ".join(ways) or "correct rated torque, rated speed or the power coefficients there")
+        (
+            ", or ".join(remedies)
+            or "correct rated torque, rated speed or the power coefficients there"
+        )
         + _or_setpoint(turbine, setpoint),
     )
 
@@ -261,15 +263,15 @@ def _at_rated(turbine: Turbine, setpoint: float, v: float) -> tuple[float, float
 
 def _least_pitch(turbine: Turbine, setpoint: float) -> float | None:
     """Return a smallest pitch [rad] with which pitch sheds torque at rated wind, by trying."""
-    most = min(LARGEST_LEAST, turbine.torque.y_range[1], turbine.pitch_max)
-    for step in range(floor(turbine.pitch_min / PITCH_STEP) + 1, round(most / PITCH_STEP)):
-        other = replace(turbine, pitch_min=step * PITCH_STEP)
-        v = _balance(other, setpoint)
+    largest_pitch = min(LARGEST_LEAST, turbine.torque.y_range[1], turbine.pitch_max)
+    for step in range(floor(turbine.pitch_min / PITCH_STEP) + 1, round(largest_pitch / PITCH_STEP)):
+        trial = replace(turbine, pitch_min=step * PITCH_STEP)
+        v = _balance(trial, setpoint)
         if v is None:
             return None
-        speed, by_pitch = _at_rated(other, setpoint, v)
+        speed, by_pitch = _at_rated(trial, setpoint, v)
         if speed == setpoint and by_pitch < 0:
-            return other.pitch_min
+            return trial.pitch_min
     return None
 
 
@@ -315,7 +317,7 @@ def _infeasible(turbine: Turbine, speed: float, v: float, why: str, cure: str) -
 
 
 RATED = "generator.rated_torque"
-LOOKS, BISECTIONS = 20, 8
+SCAN_STEPS, BISECTIONS = 20, 8
 
 
 def derated(
@@ -367,17 +369,20 @@ def _fits(turbine: Turbine, torque: float, speed: float) -> bool:
 def _too_early(turbine: Turbine, torque: float, speed: float) -> ModelError:
     """Return words with the least torque and the largest speed that fit."""
     rated, low = turbine.rated_torque, turbine.minimum_rotor_speed
-    least = _edge(lambda value: _fits(turbine, value, speed), torque, rated)
+    least_torque = _edge(lambda value: _fits(turbine, value, speed), torque, rated)
     # Slightly above the minimum, which is itself refused as a set-point.
     slowest = low + 1e-3 * (speed - low)
     fitting = _edge(lambda value: _fits(turbine, torque, value), speed, slowest)
-    ways = []
-    if least is not None:
-        ways.append(f"raise the torque to {least:.6g} N m ({ceil(1000 * least / rated) / 10:g} %)")
+    remedies = []
+    if least_torque is not None:
+        remedies.append(
+            f"raise the torque to {least_torque:.6g} N m "
+            f"({ceil(1000 * least_torque / rated) / 10:g} %)"
+        )
     if fitting is not None:
         rpm = floor(fitting * 3000 / pi) / 100
-        ways.append(f"lower the speed set-point to {rpm:g} rpm or less")
-    remedy = " or ".join(ways) or "leave the torque at its rated value"
+        remedies.append(f"lower the speed set-point to {rpm:g} rpm or less")
+    remedy = " or ".join(remedies) or "leave the torque at its rated value"
     return ModelError(
         f"{turbine.name}: torque set-point {torque:.6g} N m ({100 * torque / rated:.3g} % of "
         f"rated) was given with rotor speed {speed:.4g} rad/s; the rotor reaches that torque "
@@ -387,8 +392,8 @@ def _too_early(turbine: Turbine, torque: float, speed: float) -> ModelError:
 
 def _edge(holds: Callable[[float], bool], without: float, towards: float) -> float | None:
     """Return the number closest to ``without`` at which it holds, found by bisection."""
-    steps = [without + (towards - without) * k / LOOKS for k in range(LOOKS + 1)]
-    first = next((k for k in range(1, LOOKS + 1) if holds(steps[k])), None)
+    steps = [without + (towards - without) * k / SCAN_STEPS for k in range(SCAN_STEPS + 1)]
+    first = next((k for k in range(1, SCAN_STEPS + 1) if holds(steps[k])), None)
     if first is None:
         return None
     bad, good = steps[first - 1], steps[first]

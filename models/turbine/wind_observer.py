@@ -34,10 +34,9 @@ from takagi.models.sector.assembly import assemble
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise, round_outward
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque_gradient
 from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
-from takagi.models.turbine.partial_load import lowest_wind
+from takagi.models.turbine.region_models import lowest_wind
 from takagi.models.turbine.regional_model import band_box, torque_secant
 from takagi.models.turbine.trim import trim
 
@@ -88,10 +87,10 @@ def wind_observer_model(
         wind_step=wind_step,
         speed_setpoint=speed_setpoint,
     )
-    found = slope_range(
+    proved_range = slope_range(
         band, "wind", off_trim=("speed", "pitch", "wind"), tolerance=exact(tolerance)
     )
-    bounds = round_outward(found.outer, digits=6)
+    bounds = round_outward(proved_range.outer, digits=6)
     if bounds.lower <= 0:
         weakest = _weakest_wind(band, speed_setpoint)
         raise ModelError(
@@ -107,7 +106,7 @@ def wind_observer_model(
         unit="1/s/m",
         evidence=(
             "range of dT_r/dv / J over the tube: Bernstein hulls in exact arithmetic, "
-            f"{found.boxes} boxes, rounded outward"
+            f"{proved_range.boxes} boxes, rounded outward"
         ),
         evaluate=_secant_between_winds(turbine),
     )
@@ -195,8 +194,8 @@ def _weakest_wind(band: OperatingBand, speed_setpoint: float | None) -> float:
 
     def slope(wind: float) -> float:
         at = trim(band.turbine, wind, speed_setpoint=speed_setpoint)
-        place = (at.rotor_speed, at.pitch, wind)
-        return float(rotor_torque_gradient(band.turbine, *place, clip=True)[2])
+        point = (at.rotor_speed, at.pitch, wind)
+        return float(rotor_torque_gradient(band.turbine, *point, clip=True)[2])
 
     return float(min(winds, key=lambda wind: slope(float(wind))))
 

@@ -32,8 +32,7 @@ from takagi.reports.sections.plant.plant import equations_latex, kinds
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
     from takagi.models.ts.model import TSModel
     from takagi.models.ts.premise import Premise
     from takagi.reports.loops.plant_loop import PlantLoop

@@ -217,7 +217,7 @@ def _effort(design: TurbineDesign) -> Condition:
 def _invariance(candidate: EffortSharingCandidate) -> Condition:
     """Return the invariance condition over all corners, at the claim's winds and multipliers."""
     from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
-    from takagi.models.laws.effort_sharing.loop_cell import loop_vertices
+    from takagi.models.laws.effort_sharing.law import loop_vertices
 
     corners = [loop_vertices(cell) for cell in candidate.cells]
     d = [

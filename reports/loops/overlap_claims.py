@@ -17,7 +17,7 @@ from takagi.certificates.claims.turbine.published_search import Span, gaps, merg
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.lmi.turbine.one_step.value import ReachedValues
+    from takagi.lmi.turbine.one_step.design_point import ReachedValues
 
 KIND = "paper-loop"
 NUMBER = r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?)"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Variable
     from takagi.reports.loops.plant_loop import PlantLoop
 
 SETTLED = 0.02

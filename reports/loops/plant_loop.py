@@ -26,8 +26,8 @@ from takagi.reports.page.text import name_of
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.blending.run_time import RunTimeBlending
-    from takagi.models.laws.reference_feedback import ReferenceFeedback
+    from takagi.models.blending.blending import RunTimeBlending
+    from takagi.models.laws.pdc import ReferenceFeedback
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -269,8 +269,7 @@ class PlantLoop:
     @cached_property
     def blend(self) -> RunTimeBlending | None:
         """The blend of two actuators in the plant, as it runs; None without one."""
-        from takagi.models.blending.blending import blending_of
-        from takagi.models.blending.run_time import RunTimeBlending
+        from takagi.models.blending.blending import RunTimeBlending, blending_of
 
         blending = blending_of(self.plant)
         return None if blending is None else RunTimeBlending(blending)

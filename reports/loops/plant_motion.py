@@ -12,7 +12,8 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant_simulation.experiment import (
+from takagi.models.plant_simulation.runs import (
+    COMPLETE,
     Commands,
     Cut,
     Experiment,
@@ -21,14 +22,13 @@ from takagi.models.plant_simulation.experiment import (
     Rate,
     SampledProgram,
     right_side,
+    run,
 )
-from takagi.models.plant_simulation.runs import WHOLE, run
 from takagi.models.plant_simulation.signals import Signals
 from takagi.reports.page.text import name_of
 
 if TYPE_CHECKING:
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
     from takagi.reports.loops.plant_loop import PlantLoop
 
 # A start lies this far out in the ellipsoid, as a share of its level, or of the box without one.
@@ -60,7 +60,7 @@ class PlantMotion:
     wanted : (k, m), the command before it is cut.
     cuts : when a command was beyond its range; commands are numbered as the inputs, then the
         actuators of a blend.
-    ended, missed : see ``takagi.models.plant_simulation.experiment.ExperimentRun``.
+    ended, missed : see ``takagi.models.plant_simulation.runs.ExperimentRun``.
     rest : (n,), the deviation at which it comes to rest, if that is not 0: the last state of a
         motion after a jump of a reference; empty for 0.
     estimate : (k, n) of the deviations, by a law with outputs; empty for one of all states.
@@ -77,7 +77,7 @@ class PlantMotion:
     disturbance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     wanted: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     cuts: tuple[Cut, ...] = ()
-    ended: str = WHOLE
+    ended: str = COMPLETE
     missed: int = 0
     rest: Floats = field(default_factory=lambda: np.zeros(0))
     estimate: Floats = field(default_factory=lambda: np.zeros((0, 0)))
@@ -159,7 +159,7 @@ def motions(
     found = []
     for name, deviation in begin:
         x0 = np.asarray(deviation, float)
-        own = replace(experiment, far=_far(loop, x0))
+        own = replace(experiment, far_limits=_far(loop, x0))
         begin_of_law = np.zeros(0)
         if loop.observed is not None and own.program is None:
             begin_of_law = loop.observed.start(x0)
@@ -211,7 +211,7 @@ def experiment_of(
         inputs=len(limits) if told else len(loop.plant.inputs),
         limits=np.array(limits, dtype=np.float64).reshape(-1, 2),
         rest=loop.state,
-        far=np.full(n, np.inf),
+        far_limits=np.full(n, np.inf),
         disturbances=outside.disturbances or Signals(0),
         disturbance_rest=np.array([float(v.rest) for v in outside.moving]),
         noise=outside.noise or Signals(n),
@@ -224,8 +224,7 @@ def experiment_of(
 def _rate_with_errors(
     plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float], *, told: bool
 ) -> Rate:
-    from takagi.models.blending.blending import blending_of
-    from takagi.models.blending.run_time import RunTimeBlending
+    from takagi.models.blending.blending import RunTimeBlending, blending_of
 
     blending = blending_of(plant)
     if blending is None:
@@ -330,10 +329,10 @@ def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:
         state,
         found.sent[:, :m],
         value,
-        found.ended == WHOLE,
+        found.ended == COMPLETE,
         acting,
         disturbance=found.disturbance,
-        wanted=found.wanted[:, :m],
+        wanted=found.commanded[:, :m],
         cuts=found.cuts,
         ended=found.ended,
         missed=found.missed,

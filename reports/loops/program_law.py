@@ -13,7 +13,7 @@ from takagi.reports.code.controller_program import Call, Formula
 from takagi.reports.code.run import ProgramRun, value_of
 
 if TYPE_CHECKING:
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Variable
     from takagi.reports.code.controller_program import ControllerProgram
     from takagi.reports.loops.plant_loop import PlantLoop
 

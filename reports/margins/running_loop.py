@@ -23,10 +23,8 @@ from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Law, Measurement, SampledLaw, law_words, sampled
 from takagi.models.simulation.closed_loop import Observer, measured_speed
-from takagi.models.simulation.dynamics import equilibrium_state, plant_rate
-from takagi.models.simulation.turbine_plant import SimulatedTurbine
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, equilibrium_state, plant_rate
+from takagi.models.turbine.data import Turbine, rotor_torque_gradient
 
 # Largest accepted rate of a state at rest, as a share of the state's size per second.
 AT_REST = 1e-9

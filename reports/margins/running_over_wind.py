@@ -17,8 +17,7 @@ from takagi.models.arrays import Complex
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Law, SampledLaw
 from takagi.models.simulation.closed_loop import Observer
-from takagi.models.simulation.speed_filter import SpeedFilter
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, SpeedFilter, validation_plant
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.margins import DiskMargin, Margins, disk_of, loop_margins
 from takagi.reports.margins.response import BrokenLoops, broken_loops

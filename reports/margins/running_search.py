@@ -11,7 +11,7 @@ import numpy as np
 
 from takagi.models.laws.protocol import Law
 from takagi.models.simulation.closed_loop import Observer
-from takagi.models.simulation.speed_filter import SpeedFilter
+from takagi.models.simulation.turbine_plant import SpeedFilter
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_loop import NoEquilibrium

@@ -95,14 +95,13 @@ def check_section(*, compared: str, law: bool = True, needs: str = "") -> Sectio
     return Section("check", "How to check it", {"compared": compared, "law": law, "needs": needs})
 
 
-def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) -> Section:
-    """Return versions, hashes, configuration and, with ``timings``, the time of each step."""
+def provenance_section(design: TurbineDesign | PlantDesign) -> Section:
+    """Return versions, hashes and configuration."""
     recorded = design.document["provenance"]
     files = recorded.get("files_sha256", {})
     hashes = [(f"certificate: {name}", value) for name, value in recorded["sha256"].items()]
     hashes += [(f"file: {name}", value) for name, value in files.items()]
     versions = tuple((name, str(value)) for name, value in recorded["versions"].items())
-    seconds = tuple((step, with_decimals(value, 2)) for step, value in design.seconds.items())
     return Section(
         "provenance",
         "Provenance",
@@ -111,8 +110,5 @@ def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) ->
             "hashes": Table("SHA-256", (("of", ""), ("digest", "")), tuple(hashes)),
             "solver": {k: words for k, words in recorded.get("solver", {}).items() if words},
             "configuration": json.dumps(recorded.get("configuration", {}), indent=1),
-            "timings": Table("Time per step", (("step", ""), ("time", "s")), seconds)
-            if timings and seconds
-            else None,
         },
     )

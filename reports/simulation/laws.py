@@ -16,7 +16,7 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Law
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Observer
-from takagi.models.simulation.speed_filter import SpeedFilter
+from takagi.models.simulation.turbine_plant import SpeedFilter
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
 from takagi.models.turbine.wind_observer import WindObserver

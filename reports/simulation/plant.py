@@ -14,7 +14,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.plant.file_units import file_unit
+from takagi.models.plant.plant import file_unit
 from takagi.reports.page.text import behind
 from takagi.reports.simulation.plant_scenario import (
     SETTLED,
@@ -30,7 +30,7 @@ from takagi.reports.simulation.plant_scenario import (
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant_simulation.experiment import SampledProgram
+    from takagi.models.plant_simulation.runs import SampledProgram
     from takagi.reports.code.controller_program import ControllerProgram
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import Outside, PlantMotion

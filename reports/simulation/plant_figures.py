@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.plant.file_units import file_unit
+from takagi.models.plant.plant import file_unit
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.figures.style import (
     COLOURS,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Variable
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 

@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.plant.file_units import file_unit, time_in_file_units
+from takagi.models.plant.plant import file_unit, time_in_file_units
 from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, Signals, Sine, Step
 from takagi.reports.loops.plant_motion import Outside
 from takagi.reports.page.text import behind
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
-    from takagi.models.plant_simulation.experiment import Cut, SampledProgram
+    from takagi.models.plant.plant import Plant, Variable
+    from takagi.models.plant_simulation.runs import Cut, SampledProgram
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.plant.file_units import file_unit, time_in_file_units
+from takagi.models.plant.plant import file_unit, time_in_file_units
 from takagi.reports.loops.plant_claims import withstood
 from takagi.reports.loops.plant_motion import settling_time
 from takagi.reports.loops.proved_kinds import proved_claims
@@ -24,7 +24,7 @@ from takagi.reports.simulation.plant_scenario import (
 )
 
 if TYPE_CHECKING:
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Variable
     from takagi.reports.loops.plant_motion import PlantMotion
     from takagi.reports.simulation.plant_scenario import PlantSimulation
 # Largest number of states with a column of their own in the table.

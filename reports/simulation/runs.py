@@ -14,9 +14,8 @@ from takagi.models.simulation.closed_loop import (
     Observer,
     fitting_step,
 )
-from takagi.models.simulation.dynamics import ready
 from takagi.models.simulation.scenario import Case, Metrics, run_case
-from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, validation_plant
+from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, ready, validation_plant
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
 from takagi.reports.simulation.laws import ChosenLaws

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from takagi.certificates import CertificateError
@@ -16,7 +17,7 @@ from tests.certificates.oracle.verdicts import LOOPS, judge_document
 TIES = (({*EMBEDDINGS}, {*KINDS}), ({BLEND}, {*KINDS}), ({SLOPES}, {"observed-loop"}))
 
 
-def verdicts(document: dict[str, Any]) -> list[str]:
+def verdicts(document: Mapping[str, Any]) -> list[str]:
     """Return the checker's verdict on each claim; REFUSED alone where it refuses the file."""
     try:
         return [claim.verdict.name for claim in check_document(document).claims]
@@ -24,7 +25,7 @@ def verdicts(document: dict[str, Any]) -> list[str]:
         return ["REFUSED"]
 
 
-def second(document: dict[str, Any]) -> list[str]:
+def second(document: Mapping[str, Any]) -> list[str]:
     """Return the oracle's verdict on claims whose formula it has, and FLINT's on all others."""
     try:
         opinions = judge_document(document)

@@ -21,7 +21,7 @@ from takagi.certificates.document.certificate_file import (
     effort_sharing_law_data,
     turbine_data,
 )
-from takagi.lmi.turbine import EffortSettings, effort_gains
+from takagi.lmi.turbine.effort import EffortSettings, effort_gains
 from takagi.models import Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule

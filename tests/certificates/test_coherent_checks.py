@@ -26,9 +26,9 @@ from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
-from takagi.models.laws.effort_sharing.loop_cell import loop_vertices
+from takagi.models.laws.effort_sharing.law import loop_vertices
 from takagi.models.ramps import effort_ramp
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.data import rotor_torque
 
 
 def as_read(document: dict[str, Any]) -> dict[str, Any]:

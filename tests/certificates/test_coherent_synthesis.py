@@ -28,10 +28,9 @@ from takagi.certificates.document.certificate_file import (
     effort_sharing_law_data,
     turbine_data,
 )
-from takagi.lmi.turbine.one_step import iteration as one_step_climb
+from takagi.lmi.turbine.one_step import design as one_step_climb
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw, LoopUncertainty
 from takagi.models.turbine.data import FrozenWake
 from takagi.models.turbine.loader import model_files
 from tests.certificates.conftest import Built

@@ -19,7 +19,7 @@ from takagi.certificates.document.certificate_file import (
     provenance,
     turbine_data,
 )
-from takagi.lmi.turbine import effort_gains
+from takagi.lmi.turbine.effort import effort_gains
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.loader import model_files, nrel5mw

@@ -12,7 +12,7 @@ import pytest
 from takagi.certificates import DesignSettings
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import check_limits
-from takagi.lmi.turbine import EffortSettings
+from takagi.lmi.turbine.effort import EffortSettings
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.files.library import resolve_model
 from takagi.models.turbine.loader import load_turbine

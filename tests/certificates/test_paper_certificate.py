@@ -26,11 +26,14 @@ from takagi.certificates.claims.turbine.published_search import merged
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.models import nrel5mw
 from takagi.models.laws.protocol import Measurement
-from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
-from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.laws.published.regional_schedule import (
+    RegionalSchedule,
+    coupling_filter,
+    regional_schedule,
+)
+from takagi.models.turbine.data import rotor_torque
 from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()

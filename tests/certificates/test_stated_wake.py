@@ -17,7 +17,7 @@ from takagi.certificates.checker.files.turbine_file import compare_turbine, scal
 from takagi.certificates.checker.kernel.reader import matrix, member, numbers
 from takagi.certificates.document.certificate_file import turbine_data
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine, model_files
 from takagi.models.turbine.trim import trim
 

@@ -17,7 +17,7 @@ from takagi.models import Turbine
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp, effort_ramp_slope
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
 STEP = 0.02

@@ -22,7 +22,8 @@ from takagi.certificates.document.certificate_file import (
     provenance,
     turbine_data,
 )
-from takagi.lmi.turbine import FULL_LOAD, PARTIAL_LOAD, EffortSettings, effort_gains
+from takagi.lmi.turbine.effort import EffortSettings, effort_gains
+from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from takagi.certificates.design.turbine.scale import default_settings
-from takagi.lmi.turbine import EffortSettings, effort_gains
+from takagi.lmi.turbine.effort import EffortSettings, effort_gains
 from takagi.models import Turbine, WindObserver
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule

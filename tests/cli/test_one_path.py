@@ -9,18 +9,18 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import main
-from takagi.models.files import toml_document
+from takagi.models.files import library
 from takagi.models.files.library import data_folder
 
 
 def test_numbers_of_a_turbine_file_are_the_floats_nearest_to_them() -> None:
     """Read as decimals for both kinds, they are what a reader of floats gets, also far out."""
     path = data_folder() / "nrel5mw.toml"
-    exact = toml_document.read_document(path, parse_float=toml_document.decimal_of)
+    exact = library.read_document(path, parse_float=library.decimal_of)
 
-    assert exact.in_floats() == toml_document.read_document(path)
+    assert exact.in_floats() == library.read_document(path)
     for text in ("1e400", "-1e99999999999999999999", "1_000.5", "-0.0", "inf"):
-        assert repr(float(toml_document.decimal_of(text))) == repr(float(text))
+        assert repr(float(library.decimal_of(text))) == repr(float(text))
 
 
 def test_a_number_beyond_decimals_is_misuse(

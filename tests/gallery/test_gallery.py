@@ -22,7 +22,7 @@ from takagi.certificates.design.turbine.settings import check_limits
 from takagi.models import Plant, load_model, partial_load_model, sector_model
 from takagi.models.files.library import built_in_kinds
 from takagi.models.turbine.loader import load_turbine
-from takagi.models.turbine.partial_load import lowest_wind
+from takagi.models.turbine.region_models import lowest_wind
 from tests.certificates.conftest import resealed
 from tests.gallery.textbook_loop import textbook_loop
 from tests.gallery.turbine_claims import turbine_claims

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 import takagi.lmi as lmi
 from takagi.lmi import lqr_pdc, observer, pdc
-from takagi.lmi.argument_checks import symmetric
-from takagi.lmi.stabilisability import fixed_mode
+from takagi.lmi.argument_checks import fixed_mode, symmetric
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

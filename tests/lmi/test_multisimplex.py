@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi.polynomials.simplex_polynomials import (
+from takagi.lmi.polynomials import (
     Basis,
     Known,
     UnknownPolynomial,

@@ -22,10 +22,9 @@ from takagi.lmi import (
     expressed,
     pdc_condition,
 )
-from takagi.lmi.condition import fractions, lmi_value, smallest_eigenvalues
+from takagi.lmi.condition.evaluate import fractions, lmi_value, smallest_eigenvalues
 from takagi.lmi.condition.term import Labels
-from takagi.lmi.cone import pack, unpack
-from takagi.lmi.cone.assemble import assemble
+from takagi.lmi.cone.cone_program import assemble, pack, unpack
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

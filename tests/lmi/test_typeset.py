@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from takagi.lmi import latex, markdown, pdc_condition
-from takagi.lmi.condition import lmi_latex
+from takagi.lmi.condition.typeset import lmi_latex
 from takagi.models import Premise, TSModel
 
 

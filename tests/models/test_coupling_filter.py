@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import Floats, ModelError, nrel5mw
-from takagi.models.laws.published.coupling_filter import CouplingFilter, Variant, coupling_filter
+from takagi.models.laws.published.regional_schedule import CouplingFilter, Variant, coupling_filter
 from takagi.models.ramps import Ramp, Shape
 
 TURBINE = nrel5mw()

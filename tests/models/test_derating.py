@@ -9,8 +9,7 @@ import pytest
 
 from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque
 from takagi.models.turbine.loader import nrel5mw
 from takagi.models.turbine.trim import derated, optimal_torque_constant, rated_wind, trim
 

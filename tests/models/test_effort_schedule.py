@@ -13,7 +13,7 @@ from takagi.models.laws.effort_sharing.schedule import (
     effort_schedule,
     frozen_wake_effectiveness,
 )
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.data import rotor_torque
 from takagi.models.turbine.trim import reference_speed, trim
 
 

@@ -17,12 +17,10 @@ from hypothesis import strategies as st
 from takagi.models import ModelError, interpolate_curve, table_function
 from takagi.models.intervals.interval import Interval
 from takagi.models.ranges.cell_search import Cell
-from takagi.models.ranges.domain import Domain
-from takagi.models.ranges.evidence import Evidence, replay
-from takagi.models.ranges.expression_range import expression_range
-from takagi.models.ranges.sampled import sampled_bounds
+from takagi.models.ranges.domain import Domain, sampled_bounds
+from takagi.models.ranges.expression_range import Evidence, expression_range, replay
 from takagi.models.ranges.tape import TableBalls, ball_of
-from takagi.models.splines.surface import interpolate
+from takagi.models.splines.spline import interpolate
 
 X, Y, Z = sp.symbols("x y z", real=True)
 BOX = {X: Interval.of(-1, "1.4"), Y: Interval.of("0.3", 2)}

@@ -21,7 +21,7 @@ from takagi.models.files.library import data_folder
 from takagi.models.files.units import UNITS
 from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
 from takagi.models.simulation.baseline import BaselineLaw
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import (
     TABLE_SHARE,

@@ -22,7 +22,7 @@ from takagi.models import (
     partial_load_model,
 )
 from takagi.models.files.library import built_in_kinds
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Interval, ModelError, nrel5mw
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque_gradient
 from takagi.models.turbine.operating_band import (
     OperatingBand,
     Slope,

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Measurement
-from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
 from takagi.models.laws.published.loop_cells import PublishedCell, enclosed_cell
 from takagi.models.laws.published.loop_tables import LoopFigures, loop_figures
-from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
+from takagi.models.turbine.data import rotor_torque
 from tests.paper_models import regional_models
 
 Floats = NDArray[np.float64]

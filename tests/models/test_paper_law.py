@@ -14,12 +14,16 @@ from scipy.integrate import solve_ivp
 
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Measurement
-from takagi.models.laws.published.coupling_filter import Variant, coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
-from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
+from takagi.models.laws.published.regional_schedule import (
+    RegionalSchedule,
+    Variant,
+    coupling_filter,
+    regional_schedule,
+)
 from takagi.models.ramps import Shape
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.data import rotor_torque
 from takagi.models.turbine.trim import trim
 from tests.paper_models import regional_models
 

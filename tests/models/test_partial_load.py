@@ -10,7 +10,7 @@ import pytest
 
 from takagi.models import ModelError, TSModel, nrel5mw, partial_load_model
 from takagi.models.turbine.operating_band import OperatingBand, operating_band
-from takagi.models.turbine.partial_load import lowest_wind
+from takagi.models.turbine.region_models import lowest_wind
 from takagi.models.turbine.trim import rated_wind
 
 

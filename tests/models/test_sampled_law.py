@@ -21,8 +21,7 @@ from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, fitting_step, simulate
 from takagi.models.simulation.turbine_plant import design_plant, validation_plant
 from takagi.models.simulation.wind import constant_wind, same_turbulence, step_wind
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque_gradient
 from takagi.models.turbine.loader import nrel5mw
 
 Array = NDArray[np.float64]

@@ -13,13 +13,13 @@ from takagi.models import ModelError, WindObserver
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, simulate
-from takagi.models.simulation.dynamics import plant_rate as turbine_rate
 from takagi.models.simulation.turbine_plant import (
     Flag,
     SimulatedTurbine,
     design_plant,
     validation_plant,
 )
+from takagi.models.simulation.turbine_plant import plant_rate as turbine_rate
 from takagi.models.simulation.wind import constant_wind, ramp_wind, same_turbulence, step_wind
 from takagi.models.turbine.loader import nrel5mw
 

@@ -12,19 +12,20 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models import Floats, ModelError, Surface
-from takagi.models.simulation.dynamics import (
+from takagi.models.simulation.equations import LEAST_FLOW, induction, wake_time
+from takagi.models.simulation.turbine_plant import (
+    SimulatedTurbine,
+    SpeedFilter,
+    design_plant,
     dynamics,
     equilibrium_state,
     loads,
     plant_rate,
+    validation_plant,
 )
-from takagi.models.simulation.equations import LEAST_FLOW, induction, wake_time
-from takagi.models.simulation.speed_filter import SpeedFilter
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, validation_plant
 from takagi.models.splines.scalar_surface import scalar_surface
-from takagi.models.splines.surface import interpolate
-from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
-from takagi.models.turbine.data import DiscWake
+from takagi.models.splines.spline import interpolate
+from takagi.models.turbine.data import DiscWake, rotor_thrust, rotor_torque
 from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.models.turbine.trim import trim
 

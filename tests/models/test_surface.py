@@ -12,7 +12,7 @@ from scipy.interpolate import RectBivariateSpline
 
 from takagi.models import ModelError, Surface
 from takagi.models.intervals.interval import Interval
-from takagi.models.splines.surface import interpolate
+from takagi.models.splines.spline import interpolate
 from takagi.models.turbine.loader import nrel5mw
 
 ORDERS = [(dx, dy) for dx in range(3) for dy in range(3)]

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.models.turbine.trim import (
     TABLE_SHARE,

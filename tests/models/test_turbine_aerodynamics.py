@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.turbine.aerodynamics import (
+from takagi.models.turbine.data import (
     rotor_thrust,
     rotor_torque,
     rotor_torque_gradient,

@@ -16,7 +16,7 @@ from takagi.models.files.csv_table import read_coefficient_table
 from takagi.models.files.library import data_folder, resolve_model
 from takagi.models.files.units import UNITS, to_si
 from takagi.models.simulation.baseline import BaselineLaw
-from takagi.models.turbine.frozen_wake import frozen_wake_by_tables
+from takagi.models.turbine.file_figures import frozen_wake_by_tables
 from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.reports.simulation.laws import default_laws
 

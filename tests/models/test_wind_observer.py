@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, TSModel, WindObserver, nrel5mw, wind_observer_model
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.operating_band import operating_band
 from takagi.models.turbine.trim import trim
 

@@ -11,7 +11,7 @@ from math import exp
 
 import numpy as np
 
-from takagi.models.simulation.speed_filter import SpeedFilter
+from takagi.models.simulation.turbine_plant import SpeedFilter
 
 
 class FilteredSpeed:

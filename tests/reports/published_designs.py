@@ -6,9 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.law import PublishedLawName, published_law
-from takagi.models.laws.published.regional_schedule import regional_schedule
+from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 
 
 def with_published_law(

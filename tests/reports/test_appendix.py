@@ -134,7 +134,7 @@ def test_the_inequalities_are_those_of_the_solved_conditions(
     design: TurbineDesign, paper_files: dict[str, bytes | str]
 ) -> None:
     """Every inequality of both regions' conditions stands there as ``lmi.typeset`` writes it."""
-    from takagi.lmi.condition import lmi_latex
+    from takagi.lmi.condition.typeset import lmi_latex
 
     body = str(paper_files["appendix-body.tex"])
     for region in (design.regional.partial, design.regional.full):

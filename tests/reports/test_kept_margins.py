@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import DesignSettings
-from takagi.lmi.turbine import EffortSettings
+from takagi.lmi.turbine.effort import EffortSettings
 from takagi.models import ModelError, nrel5mw
 from takagi.reports.margins.design_levers import LEVERS, effort_of, free_levers, lever_changes
 from takagi.reports.margins.kept_margins import (

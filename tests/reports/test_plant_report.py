@@ -43,7 +43,7 @@ FIGURES = {"memberships", "bode", "responses", "phase"}
 def report_of(name: str) -> ReportFiles:
     """The report of a built-in plant, made once."""
     with unsettled():
-        return plant_report_files(design_of(name), timings=False)
+        return plant_report_files(design_of(name))
 
 
 def doubted(design: PlantDesign) -> PlantDesign:
@@ -240,7 +240,7 @@ def test_the_data_beside_the_figures_are_what_they_show() -> None:
 def test_the_same_design_gives_the_same_bytes() -> None:
     """Reports can be compared."""
     with unsettled():
-        again = plant_report_files(design_of(DISCRETE), timings=False)
+        again = plant_report_files(design_of(DISCRETE))
 
     assert again.html == report_of(DISCRETE).html
     assert again.figures == report_of(DISCRETE).figures

@@ -16,7 +16,7 @@ from takagi.certificates.design.given.turbine_law import effort_sharing_law_from
 from takagi.models import ModelError, WindObserver
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Command, Measurement, SampledLaw
-from takagi.models.simulation import closed_loop, dynamics
+from takagi.models.simulation import closed_loop, turbine_plant
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
 from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.figures.loops import MarginLine, running_margins_figure
@@ -97,7 +97,7 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> A
 
     With its own program step, rate limits and Runge-Kutta steps; commands before included.
     """
-    machine, observer, run = plant(), swinging()[1], dynamics.dynamics(plant())
+    machine, observer, run = plant(), swinging()[1], turbine_plant.dynamics(plant())
     n, k, inner = len(rest.plant), len(rest.law), 2
     late = round(inner * program.computation_time / program.sample_time)
     at = np.concatenate([rest.plant, rest.law, rest.observer, rest.commands])

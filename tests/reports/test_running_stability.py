@@ -22,7 +22,7 @@ from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.files.library import resolve_model
-from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+from takagi.models.laws.effort_sharing.law import LoopUncertainty
 from takagi.models.turbine.loader import load_turbine
 from takagi.reports.margins import running_stability
 from takagi.reports.margins.design_levers import effort_of

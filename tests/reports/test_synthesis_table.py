@@ -9,9 +9,9 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
-from takagi.lmi.turbine import OneStepDesign
+from takagi.lmi.turbine.one_step.design import OneStepDesign
+from takagi.lmi.turbine.one_step.design_point import ReachedValues
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions
-from takagi.lmi.turbine.one_step.value import ReachedValues
 from takagi.reports.loops.overlap_claims import synthesis_summary, synthesis_words
 
 

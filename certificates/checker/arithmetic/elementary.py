@@ -56,9 +56,9 @@ def _sine_at(x: int, quarter: int) -> tuple[int, int]:
     turns = (2 * x + PI_FINE // 2) // PI_FINE
     # x - turns pi/2 within [-pi/4, pi/4]; pi errs by one unit, turns by at most FARTHEST.
     r = x - turns * PI_FINE // 2
-    place = (turns + quarter) % 4
-    value = _series(r, 1 - place % 2)
-    return _padded(-value if place >= 2 else value, PAD + 2 * FARTHEST)
+    quarter_turn = (turns + quarter) % 4
+    value = _series(r, 1 - quarter_turn % 2)
+    return _padded(-value if quarter_turn >= 2 else value, PAD + 2 * FARTHEST)
 
 
 def _sine(a: Interval, quarter: int) -> Interval:
@@ -67,22 +67,22 @@ def _sine(a: Interval, quarter: int) -> Interval:
         return Interval(quarter * ONE, quarter * ONE)
     low, high = a[0] * GUARD, a[1] * GUARD
     ends = [_sine_at(low, quarter), _sine_at(high, quarter)]
-    least = min(end[0] for end in ends) // GUARD
-    most = -(-max(end[1] for end in ends) // GUARD)
+    lower = min(end[0] for end in ends) // GUARD
+    upper = -(-max(end[1] for end in ends) // GUARD)
     # The extreme +1 lies at pi/2 (4 k + 1 - quarter), -1 at pi/2 (4 k + 3 - quarter).
     if _meets(low, high, 1 - quarter):
-        most = ONE
+        upper = ONE
     if _meets(low, high, 3 - quarter):
-        least = -ONE
-    return Interval(max(least, -ONE), min(most, ONE))
+        lower = -ONE
+    return Interval(max(lower, -ONE), min(upper, ONE))
 
 
-def _meets(low: int, high: int, place: int) -> bool:
-    """Return whether some pi/2 (4 k + place) may lie in [low, high]."""
+def _meets(low: int, high: int, quarters: int) -> bool:
+    """Return whether some pi/2 (4 k + quarters) may lie in [low, high]."""
     slack = 4 * FARTHEST + 8
-    first = low - slack - place * PI_FINE // 2
+    first = low - slack - quarters * PI_FINE // 2
     k = -(-first // (2 * PI_FINE))
-    return k * 2 * PI_FINE + place * PI_FINE // 2 <= high + slack
+    return k * 2 * PI_FINE + quarters * PI_FINE // 2 <= high + slack
 
 
 def sine(a: Interval) -> Interval:
@@ -155,7 +155,7 @@ def function_of(name: str) -> Callable[[Interval], Interval]:
     ------
     Refused : an unknown name; and, when called, an argument outside the function's domain.
     """
-    known: dict[str, Callable[[Interval], Interval]] = {
+    enclosures: dict[str, Callable[[Interval], Interval]] = {
         "sin": sine,
         "cos": cosine,
         "tan": tangent,
@@ -173,6 +173,6 @@ def function_of(name: str) -> Callable[[Interval], Interval]:
         "atanh": increasing(atanh_at),
         "erf": error_function,
     }
-    if name not in known:
+    if name not in enclosures:
         raise Refused(f"no enclosure of {name}")
-    return known[name]
+    return enclosures[name]

@@ -63,9 +63,9 @@ def exp_above(x: Fraction) -> Fraction:
     Refused : x is negative.
     """
     _refuse_negative(x)
-    held = min(x, Fraction(NEXT_TO_NOTHING))
+    bounded_x = min(x, Fraction(NEXT_TO_NOTHING))
     # A smaller x and the lower end of e^x give a larger e^-x: an upper bound.
-    rounded_down = held.numerator * FINE // held.denominator
+    rounded_down = bounded_x.numerator * FINE // bounded_x.denominator
     return Fraction(FINE, exp_at(rounded_down)[0])
 
 

@@ -88,9 +88,9 @@ def point(value: Fraction) -> Interval:
     return enclose(value, value)
 
 
-def hull(*parts: Interval) -> Interval:
-    """Return the smallest bracket of all parts."""
-    return Interval(min(p.low for p in parts), max(p.high for p in parts))
+def hull(*brackets: Interval) -> Interval:
+    """Return the smallest interval that contains all brackets."""
+    return Interval(min(p.low for p in brackets), max(p.high for p in brackets))
 
 
 def product(a: tuple[Exact, Exact], b: tuple[Exact, Exact]) -> tuple[Exact, Exact]:

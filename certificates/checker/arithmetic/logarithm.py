@@ -82,26 +82,26 @@ def asinh_at(x: int) -> tuple[int, int]:
     if x < 0:
         low, high = asinh_at(-x)
         return -high, -low
-    whole = x + isqrt(x * x + FINE * FINE)
-    return log_at(whole)[0], log_at(whole + 1)[1]
+    argument = x + isqrt(x * x + FINE * FINE)
+    return log_at(argument)[0], log_at(argument + 1)[1]
 
 
 def acosh_at(x: int) -> tuple[int, int]:
     """Return a bracket of acosh x = log(x + sqrt(x^2 - 1))."""
     if x < FINE:
         raise Refused("acosh below 1")
-    whole = x + isqrt(x * x - FINE * FINE)
-    return log_at(whole)[0], log_at(whole + 1)[1]
+    argument = x + isqrt(x * x - FINE * FINE)
+    return log_at(argument)[0], log_at(argument + 1)[1]
 
 
 def atanh_at(x: int) -> tuple[int, int]:
     """Return a bracket of atanh x = log((1 + x) / (1 - x)) / 2."""
     if abs(x) >= FINE:
         raise Refused("atanh of what may reach 1")
-    whole = (FINE + x) * FINE // (FINE - x)
-    if whole <= 0:
+    argument = (FINE + x) * FINE // (FINE - x)
+    if argument <= 0:
         raise Refused("atanh of what may reach -1")
-    return log_at(whole)[0] // 2, -(-log_at(whole + 1)[1] // 2)
+    return log_at(argument)[0] // 2, -(-log_at(argument + 1)[1] // 2)
 
 
 def error_function(a: Interval) -> Interval:
@@ -125,8 +125,8 @@ def _erf_at(x: int) -> tuple[int, int]:
         term = term * 2 * square // (FINE * (2 * n + 1))
     # x <= 10: below 1000 terms, the largest below e^100 x; each carries the rounding of x^2 and of
     # its own divisions, fewer than 1000 units relative to FINE, so that 10^7 bounds them all.
-    most = total + total * 10**7 // FINE + 10**7
+    total_above = total + total * 10**7 // FINE + 10**7
     # Over e^(x^2), not times e^(-x^2), of which few digits are left on the grid.
     over, under = exp_at(square + 1)[1], exp_at(square)[0]
     front = isqrt(4 * FINE**3 // PI_FINE)  # 2 / sqrt(pi) FINE, to within two units
-    return total * (front - 2) // over, -(-most * (front + 2) // under)
+    return total * (front - 2) // over, -(-total_above * (front + 2) // under)

@@ -14,8 +14,8 @@ def whole_power(a: tuple[Exact, Exact], exponent: int) -> tuple[Exact, Exact]:
     if exponent % 2:
         return first, last
     # An even power is least at the point of the interval nearest to 0, which is 0 if it is inside.
-    least = max(a[0], -a[1], 0 * a[0])
-    return least**exponent, max(first, last)
+    nearest_to_zero = max(a[0], -a[1], 0 * a[0])
+    return nearest_to_zero**exponent, max(first, last)
 
 
 def power(a: Interval, exponent: int) -> Interval:

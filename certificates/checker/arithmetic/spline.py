@@ -101,8 +101,8 @@ def _blossom(knots: list[int], at: tuple[int, ...]) -> list[int]:
     for level, u in enumerate(at, start=1):
         for i in range(DEGREE, level - 1, -1):
             low, high = knots[i - 1], knots[i + DEGREE - level]
-            (before, p), (after, q) = d[i - 1], d[i]
-            pairs = zip(before, after, strict=True)
+            (previous, p), (current, q) = d[i - 1], d[i]
+            pairs = zip(previous, current, strict=True)
             # d_i = ((high - u) d_{i-1} + (u - low) d_i) / (high - low)
             weights = [(high - u) * q * a + (u - low) * p * b for a, b in pairs]
             d[i] = weights, (high - low) * p * q
@@ -149,8 +149,8 @@ class Spline:
             if dx:
                 net = self.x.differences(self._net(i, j, dx - 1, dy), i, dx)
             elif dy:
-                before = _transposed(self._net(i, j, 0, dy - 1))
-                net = _transposed(self.y.differences(before, j, dy))
+                lower_net = _transposed(self._net(i, j, 0, dy - 1))
+                net = _transposed(self.y.differences(lower_net, j, dy))
             else:
                 block = [row[j : j + 4] for row in self._rows[i : i + 4]]
                 along_x = _product(self.x.map(i), block)
@@ -161,10 +161,10 @@ class Spline:
         return self._nets[key]
 
 
-def _product(left: list[list[int]], right: list[list[int]]) -> Net:
-    columns = list(zip(*right, strict=True))
+def _product(weights: list[list[int]], net: list[list[int]]) -> Net:
+    columns = list(zip(*net, strict=True))
     return [
-        [sum(a * b for a, b in zip(row, c, strict=True)) // ONE for c in columns] for row in left
+        [sum(a * b for a, b in zip(row, c, strict=True)) // ONE for c in columns] for row in weights
     ]
 
 
@@ -187,9 +187,9 @@ def _restricted(net: Net, start: int, stop: int) -> Net:
 
 def _first_part(net: Net, share: int) -> Net:
     """Return the net over [0, share] by de Casteljau, all columns at once."""
-    kept = [net[0]]
+    leading_rows = [net[0]]
     while len(net) > 1:
         pairs = (zip(low, high, strict=True) for low, high in pairwise(net))
         net = [[a + (b - a) * share // ONE for a, b in pair] for pair in pairs]
-        kept.append(net[0])
-    return kept
+        leading_rows.append(net[0])
+    return leading_rows

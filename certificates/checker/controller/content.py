@@ -19,14 +19,14 @@ FORMAT, VERSION = "takagi-gains", 3
 
 
 def file_content(
-    model: Any, law: Any, own: Mapping[str, Any], *, called: bool = False
+    model: Any, law: Any, controller: Mapping[str, Any], *, called: bool = False
 ) -> dict[str, Any]:
     """Return the whole gain file of a law, except the hashes in its member ``certificate``.
 
     Parameters
     ----------
     model, law : as the certificate states them, read or not yet written.
-    own : the certificate's ``controller``: members that model and law do not determine.
+    controller : the certificate's member of this name, with what model and law do not determine.
     called : tables called by their names, as files before this form have them.
     """
     head = {"format": FORMAT, "version": Number(str(VERSION)), "language": LANGUAGE, "law": law}
@@ -38,9 +38,9 @@ def file_content(
     if law["name"] == "pdc":
         from takagi.certificates.checker.controller.plant_content import plant_content
 
-        follows = plant_content(model, law, own, called=called)
+        follows = plant_content(model, law, controller, called=called)
     else:
         from takagi.certificates.checker.controller.turbine_content import turbine_content
 
-        follows = turbine_content(model, law, own)
-    return {**own, **head, **law_texts(law, own), **follows}
+        follows = turbine_content(model, law, controller)
+    return {**controller, **head, **law_texts(law, controller), **follows}

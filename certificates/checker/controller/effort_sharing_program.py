@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.controller.language import Part, keep, program, read, send, step
+from takagi.certificates.checker.controller.language import Entry, keep, program, read, send, step
 
 EFFORT = "rad/s^2"
-SEEN = "limit(wind_estimate, first(wind), last(wind))"
+WIND = "limit(wind_estimate, first(wind), last(wind))"
 UNITS = {
     "wind": "m/s",
     "rotor_speed": "rad/s",
@@ -35,13 +35,13 @@ UNITS = {
 }
 
 
-def effort_sharing_program(law: Any) -> Part:
+def effort_sharing_program(law: Any) -> Entry:
     """Return the law's program, with or without a filter on the wind estimate."""
     filtered = float(law["wind_filter"]) > 0
-    used = [name for name in UNITS if filtered or name != "wind_filter"]
+    parameter_names = [name for name in UNITS if filtered or name != "wind_filter"]
     return program(
         "law",
-        {name: (f"law.{name}", UNITS[name]) for name in used},
+        {name: (f"law.{name}", UNITS[name]) for name in parameter_names},
         reads=[
             read("speed", "rad/s", "measured rotor speed"),
             read("wind_estimate", "m/s", "of the observer, or measured"),
@@ -49,7 +49,7 @@ def effort_sharing_program(law: Any) -> Part:
         keeps=[
             keep("x", "rad/s", "0", "x_after", "integral of the speed error"),
             *(
-                [keep("v_s", "m/s", SEEN, "v_after", "schedule wind, the filtered estimate")]
+                [keep("v_s", "m/s", WIND, "v_after", "schedule wind, the filtered estimate")]
                 if filtered
                 else []
             ),
@@ -62,7 +62,7 @@ def effort_sharing_program(law: Any) -> Part:
     )
 
 
-def _filter() -> list[Part]:
+def _filter() -> list[Entry]:
     return [
         _seen(),
         step("v_after", "m/s", "v_seen + (v_s - v_seen)*exp(-sample_time/wind_filter)"),
@@ -70,7 +70,7 @@ def _filter() -> list[Part]:
     ]
 
 
-def _passing() -> list[Part]:
+def _passing() -> list[Entry]:
     return [
         _seen(),
         step("v_s", "m/s", "v_seen", "there is no filter, so the estimate is the schedule wind"),
@@ -78,11 +78,11 @@ def _passing() -> list[Part]:
     ]
 
 
-def _seen() -> Part:
-    return step("v_seen", "m/s", SEEN, "the estimate, held within the table's winds")
+def _seen() -> Entry:
+    return step("v_seen", "m/s", WIND, "the estimate, held within the table's winds")
 
 
-def _effort() -> list[Part]:
+def _effort() -> list[Entry]:
     return [
         step("e", "rad/s", "speed - line(v_s, wind, rotor_speed)", "speed error"),
         step("s", "rad/s", "e - x"),
@@ -102,8 +102,8 @@ def _effort() -> list[Part]:
     ]
 
 
-def _actuators() -> list[Part]:
-    moved = "slope(v_s, wind, trim_effort) + slope(v_s, wind, proportional)*s"
+def _actuators() -> list[Entry]:
+    effort_slope = "slope(v_s, wind, trim_effort) + slope(v_s, wind, proportional)*s"
     return [
         step("g", EFFORT, "hold(v_s, wind, feedforward_limit)"),
         step("a_f", EFFORT, "limit(hold(v_s, wind, inertia_feedforward)*v_rate, -g, g)"),
@@ -113,7 +113,7 @@ def _actuators() -> list[Part]:
         step(
             "lead",
             EFFORT,
-            f"pitch_lead*v_rate*(share*({moved}) - shed*slope(v_s, wind, effectiveness)/b)",
+            f"pitch_lead*v_rate*(share*({effort_slope}) - shed*slope(v_s, wind, effectiveness)/b)",
             "b tau_lead v_s' d/dv_s [psi(U)/b] at fixed s",
         ),
         step("pitch_wanted", "rad", "pitch_min + (shed + lead)/b"),
@@ -121,7 +121,7 @@ def _actuators() -> list[Part]:
     ]
 
 
-def _integral() -> Part:
+def _integral() -> Entry:
     return step(
         "x_after",
         "rad/s",

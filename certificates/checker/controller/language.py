@@ -13,7 +13,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import Number
 
-Part = dict[str, Any]
+Entry = dict[str, Any]
 WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?!\w*\s*\()", re.ASCII)
 
 LANGUAGE = {
@@ -44,20 +44,20 @@ LANGUAGE = {
 }
 
 
-def read(name: str, unit: str, meaning: str) -> Part:
+def read(name: str, unit: str, meaning: str) -> Entry:
     return {"name": name, "unit": unit, "meaning": meaning}
 
 
-def keep(name: str, unit: str, start: str, following: str, meaning: str) -> Part:
+def keep(name: str, unit: str, start: str, following: str, meaning: str) -> Entry:
     return {"name": name, "unit": unit, "start": start, "next": following, "meaning": meaning}
 
 
-def step(name: str, unit: str, formula: str, meaning: str = "", near: Any = ()) -> Part:
-    found = {"set": name, "unit": unit, "formula": formula, "meaning": meaning}
-    return found | ({"near": list(near)} if near else {})
+def step(name: str, unit: str, formula: str, meaning: str = "", removable: Any = ()) -> Entry:
+    entry = {"set": name, "unit": unit, "formula": formula, "meaning": meaning}
+    return entry | ({"near": list(removable)} if removable else {})
 
 
-def send(name: str, unit: str, formula: str, meaning: str) -> Part:
+def send(name: str, unit: str, formula: str, meaning: str) -> Entry:
     return {"name": name, "unit": unit, "formula": formula, "meaning": meaning}
 
 
@@ -65,11 +65,11 @@ def program(
     name: str,
     names: dict[str, tuple[str, str]],
     *,
-    reads: list[Part],
-    keeps: list[Part],
-    steps: list[Part],
-    sends: list[Part],
-) -> Part:
+    reads: list[Entry],
+    keeps: list[Entry],
+    steps: list[Entry],
+    sends: list[Entry],
+) -> Entry:
     """Return a program; ``names`` has (path, unit)."""
     return {
         "name": name,
@@ -83,7 +83,7 @@ def program(
 
 def names_in(formulas: Iterable[str]) -> set[str]:
     """Return the names in formulas, without function names."""
-    return {found for formula in formulas for found in WORD.findall(formula)}
+    return {name for formula in formulas for name in WORD.findall(formula)}
 
 
 def exact(value: Any) -> Fraction:

@@ -23,7 +23,7 @@ from typing import Any
 
 from takagi.certificates.checker.controller.language import (
     WORD,
-    Part,
+    Entry,
     exact,
     keep,
     names_in,
@@ -35,58 +35,58 @@ from takagi.certificates.checker.controller.plant_program import PlantWriting, v
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 
-def observer_program(model: Any, law: Any, own: Any) -> Part:
+def observer_program(model: Any, law: Any, controller: Any) -> Entry:
     """Return the program; the parameters are those of ``plant_program``."""
-    writing = _ObserverWriting(model, law, own)
+    writing = _ObserverWriting(model, law, controller)
     # Files of before neither state the longest sample time nor hold estimates.
-    writing.holds = "sampling" in own
+    writing.holds = "sampling" in controller
     return writing.whole()
 
 
-def measured_reads(model: Any, law: Any, taken: set[str]) -> list[tuple[str, Any]]:
+def measured_reads(model: Any, law: Any, used_names: set[str]) -> list[tuple[str, Any]]:
     """Return for each measured output the name under which it is read, and the output.
 
     Parameters
     ----------
-    taken : names that the program already uses.
+    used_names : names that the program already uses.
     """
-    given = {y["name"]: y for y in model["outputs"]}
+    outputs = {y["name"]: y for y in model["outputs"]}
     states = {v["name"] for v in model["states"]}
     at_estimate = law["observer"]["weights"] == "estimated"
-    found = []
+    reads = []
     for name in law["observer"]["measured"]:
-        output = given[name]
+        output = outputs[name]
         if str(output["expression"]) in states and not at_estimate:
-            found.append((str(output["expression"]), output))
+            reads.append((str(output["expression"]), output))
             continue
         word = f"{name}_measured"
-        while word in taken:
+        while word in used_names:
             word += "_"
-        found.append((word, output))
-    return found
+        reads.append((word, output))
+    return reads
 
 
-def _known(one: Any, outputs: Any, direct: Any, names: set[str]) -> str:
+def _known(reference: Any, outputs: Any, direct: Any, names: set[str]) -> str:
     """Return what follows a reference in what the law measures.
 
     Raises
     ------
     CertificateError : it is measured neither itself nor by the states in it.
     """
-    h = str(one["follow"])
+    h = str(reference["follow"])
     if names_in([h]) & names <= direct.keys():
         return h
     for word, y in outputs:
         if str(y["expression"]) == h:
             return str(word)
-    raise CertificateError(f"gains.observer: what follows {one['reference']} is not measured")
+    raise CertificateError(f"gains.observer: what follows {reference['reference']} is not measured")
 
 
 class _ObserverWriting(PlantWriting):
     holds = True
     own_states: list[Any]
 
-    def whole(self) -> Part:
+    def whole(self) -> Entry:
         states, inputs = (variables_of(self.model, key) for key in ("states", "inputs"))
         observer, names = self.law["observer"], {v["name"] for v in states}
         at_estimate = observer["weights"] == "estimated"
@@ -98,23 +98,23 @@ class _ObserverWriting(PlantWriting):
         for word, y in outputs:
             self.reads.append(read(word, y["unit"], "measured"))
         direct = {y["expression"]: word for word, y in outputs if y["expression"] in names}
-        integrals = {one["integral"] for one in self.references}
-        kept, deviations = [], []
+        integrals = {reference["integral"] for reference in self.references}
+        estimates, deviations = [], []
         for v in states:
             if v["name"] in integrals:
-                kept.append(v["name"])
+                estimates.append(v["name"])
                 deviations.append(self.deviation(v))
                 continue
             if at_estimate:
-                kept.append(v["name"])
+                estimates.append(v["name"])
                 deviations.append(self.deviation(v))
                 continue
             if v["name"] in direct and v.get("symbol") and not self.references:
                 self.deviation(v)
-            kept.append(self.own(f"{v['name']}_estimate"))
+            estimates.append(self.own(f"{v['name']}_estimate"))
             deviations.append(self.own(f"{v['name']}_estimated"))
-            rest = self.own(f"{v['name']}_rest")
-            self.steps.append(step(deviations[-1], v["unit"], f"{kept[-1]} - {rest}"))
+            rest_name = self.own(f"{v['name']}_rest")
+            self.steps.append(step(deviations[-1], v["unit"], f"{estimates[-1]} - {rest_name}"))
         weights = self.weights() if self.law.get("premises") else []
         self.require_one(self.law.get("K", []), weights)
         if self.references and observer["weights"] != "constant":
@@ -130,30 +130,35 @@ class _ObserverWriting(PlantWriting):
             if v["name"] in integrals:
                 continue
             rate = self.rate(k, v, outputs, deviations, pushes, gaps, weights)
-            rest = self.own(f"{v['name']}_rest")
+            rest_name = self.own(f"{v['name']}_rest")
             discrete = self.model["sample_time"] is not None
-            following = f"{rest} + {rate}" if discrete else f"{kept[k]} + sample_time*({rate})"
-            start = direct.get(v["name"], rest)
+            following = (
+                f"{rest_name} + {rate}" if discrete else f"{estimates[k]} + sample_time*({rate})"
+            )
+            start = direct.get(v["name"], rest_name)
             if self.holds and v.get("range") is not None:
                 path = f"states.{k}.range"
                 start, following = (
-                    self.held(v["name"], one, path, v["unit"]) for one in (start, following)
+                    self.held(v["name"], reference, path, v["unit"])
+                    for reference in (start, following)
                 )
             self.keeps.append(
-                keep(kept[k], v["unit"], start, following, f"estimate of {v['name']}")
+                keep(estimates[k], v["unit"], start, following, f"estimate of {v['name']}")
             )
-        for one in self.references:
-            self.integral({**one, "follow": _known(one, outputs, direct, names)}, inputs, states)
+        for reference in self.references:
+            self.integral(
+                {**reference, "follow": _known(reference, outputs, direct, names)}, inputs, states
+            )
         return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
                        sends=self.sends)  # fmt: skip
 
     def sent(self, u: Any) -> str:
         """Write the limited command and its deviation; return the name of the deviation."""
-        held, push = self.own(f"{u['name']}_held"), self.own(f"{u['name']}_push")
-        self.steps.append(step(held, u["unit"], self.sends[-1]["formula"], "the command"))
-        self.sends[-1]["formula"] = held
-        rest = self.own(f"{u['name']}_rest")
-        self.steps.append(step(push, u["unit"], f"{held} - {rest}"))
+        limited, push = self.own(f"{u['name']}_held"), self.own(f"{u['name']}_push")
+        self.steps.append(step(limited, u["unit"], self.sends[-1]["formula"], "the command"))
+        self.sends[-1]["formula"] = limited
+        rest_name = self.own(f"{u['name']}_rest")
+        self.steps.append(step(push, u["unit"], f"{limited} - {rest_name}"))
         return push
 
     def gap(self, p: int, word: str, y: Any, deviations: list[str], pushes: list[str]) -> str:
@@ -161,26 +166,26 @@ class _ObserverWriting(PlantWriting):
         if self.references:
             expected = self.numbers("C", p, y, self.estimated(deviations))
         else:
-            row = [one["name"] for one in self.model["outputs"]].index(y["name"])
+            row = [output["name"] for output in self.model["outputs"]].index(y["name"])
             expected = [
                 *self.products("C", row, deviations),
                 *self.products("D", row, pushes),
             ]
-        found = self.own(f"{y['name']}_gap")
-        told = "".join(f" - {term}" for term in expected)
-        self.steps.append(step(found, y["unit"], f"{word} - ({self.at_rest(y)}){told}"))
-        return found
+        gap_name = self.own(f"{y['name']}_gap")
+        subtracted = "".join(f" - {term}" for term in expected)
+        self.steps.append(step(gap_name, y["unit"], f"{word} - ({self.at_rest(y)}){subtracted}"))
+        return gap_name
 
     def at_rest(self, y: Any) -> str:
-        """Return the value of an output at rest: its expression of the rests."""
+        """Return the value of an output at rest: its expression at the equilibrium values."""
         formula = str(y["expression"])
         self.tables(formula)
-        known = {v["name"] for key in ("states", "inputs") for v in self.model[key]}
+        variables = {v["name"] for key in ("states", "inputs") for v in self.model[key]}
         for name in sorted(names_in([formula]) & set(self.model.get("parameters", {}))):
             self.names[name] = (f"parameters.{name}", "SI")
 
-        def rest(found: Any) -> str:
-            return self.own(f"{found[0]}_rest") if found[0] in known else str(found[0])
+        def rest(word: Any) -> str:
+            return self.own(f"{word[0]}_rest") if word[0] in variables else str(word[0])
 
         return WORD.sub(rest, formula)
 
@@ -217,15 +222,15 @@ class _ObserverWriting(PlantWriting):
 
     def numbers(self, letter: str, k: int, to: Any, columns: list[tuple[Any, str]]) -> list[str]:
         """Return the products of a row of the observer's own matrix that are not 0."""
-        found = []
+        terms = []
         for j, (v, name) in enumerate(columns):
             if not exact(self.law["observer"][letter][k][j]):
                 continue
             entry = self.own(f"{letter}_{to['name']}_{v['name']}")
             unit = f"({to['unit']})/({v['unit']})" + ("" if letter == "C" else "/s")
             self.names[entry] = (f"law.observer.{letter}.{k}.{j}", unit)
-            found.append(f"{entry}*{name}")
-        return found
+            terms.append(f"{entry}*{name}")
+        return terms
 
     def products(self, letter: str, row: int, columns: list[str]) -> list[str]:
         """Return the products of a row of the embedding that are not 0."""
@@ -234,10 +239,10 @@ class _ObserverWriting(PlantWriting):
             return []
         listed = self.model["embedding"].get("numbers", [])
         formulas = {n["name"]: f"({n['expression']})" for n in listed}
-        found = []
+        terms = []
         for entry, column in zip(entries[row], columns, strict=True):
             text = WORD.sub(lambda word: formulas.get(word[0], word[0]), str(entry))
             if text == "0":
                 continue
-            found.append(column if text == "1" else f"({text})*{column}")
-        return found
+            terms.append(column if text == "1" else f"({text})*{column}")
+        return terms

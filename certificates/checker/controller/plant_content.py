@@ -10,27 +10,27 @@ from takagi.certificates.checker.controller.plant_program import plant_program
 
 
 def plant_content(
-    model: Any, law: Any, own: Mapping[str, Any], *, called: bool = False
+    model: Any, law: Any, controller: Mapping[str, Any], *, called: bool = False
 ) -> dict[str, Any]:
     """Return the content; ``called`` as of ``plant_program``."""
     if "observer" in law:
         # Imported here: most laws have all states, and no observer.
         from takagi.certificates.checker.controller.observer_program import observer_program
 
-        found: dict[str, Any] = {"programs": [observer_program(model, law, own)]}
+        content: dict[str, Any] = {"programs": [observer_program(model, law, controller)]}
     else:
-        found = {"programs": [plant_program(model, law, own, called=called)]}
+        content = {"programs": [plant_program(model, law, controller, called=called)]}
     if model.get("kind") != "plant":
-        return found | {"signals": [], "parameters": {}, "tables": {}}
+        return content | {"signals": [], "parameters": {}, "tables": {}}
     trim = law["trim"]
     rests = {"states": trim["state"], "inputs": trim["input"]}
     for key, values in rests.items():
-        stated = zip(own[key], model[key], values, strict=True)
-        found[key] = [
-            {**words, "name": v["name"], "unit": v["unit"], "rest": rest, "range": _range(v)}
-            for words, v, rest in stated
+        stated = zip(controller[key], model[key], values, strict=True)
+        content[key] = [
+            {**words, "name": v["name"], "unit": v["unit"], "rest": rest_value, "range": _range(v)}
+            for words, v, rest_value in stated
         ]
-    found["signals"] = [
+    content["signals"] = [
         {
             "name": v["name"],
             "unit": v["unit"],
@@ -40,39 +40,39 @@ def plant_content(
         for v in model["disturbances"]
     ]
     if "observer" in law:
-        found["measured"] = _measured(model, law, found["programs"][0])
+        content["measured"] = _measured(model, law, content["programs"][0])
     # Only the parameters and tables that the program reads.
-    used = {entry["value"] for entry in found["programs"][0]["names"].values()}
-    found["parameters"] = {
+    values_read = {entry["value"] for entry in content["programs"][0]["names"].values()}
+    content["parameters"] = {
         name: short(exact(value))
         for name, value in model["parameters"].items()
-        if f"parameters.{name}" in used
+        if f"parameters.{name}" in values_read
     }
-    found["tables"] = {
+    content["tables"] = {
         name: {"knots": table["knots"], "coefficients": table["coefficients"]}
         for name, table in model.get("tables", {}).items()
-        if f"tables.{name}" in used
+        if f"tables.{name}" in values_read
     }
-    return found
+    return content
 
 
 def _measured(model: Any, law: Any, program: Any) -> list[dict[str, Any]]:
     """Return the measured outputs by the names under which the program reads them."""
-    given = {y["name"]: y for y in model["outputs"]}
+    outputs = {y["name"]: y for y in model["outputs"]}
     variables = {v["name"]: v for v in model["states"]}
     resting = dict(zip(variables, law["trim"]["state"], strict=True))
-    found = []
-    for name, one in zip(law["observer"]["measured"], program["read"], strict=False):
-        state = variables.get(str(given[name]["expression"]))
-        found.append({
-            "name": one["name"],
+    measured = []
+    for name, program_input in zip(law["observer"]["measured"], program["read"], strict=False):
+        state = variables.get(str(outputs[name]["expression"]))
+        measured.append({
+            "name": program_input["name"],
             "output": name,
-            "unit": given[name]["unit"],
-            "expression": given[name]["expression"],
+            "unit": outputs[name]["unit"],
+            "expression": outputs[name]["expression"],
             "rest": None if state is None else resting[state["name"]],
             "range": None if state is None else _range(state),
         })  # fmt: skip
-    return found
+    return measured
 
 
 def _range(variable: Any) -> Any:

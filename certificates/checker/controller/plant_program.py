@@ -14,7 +14,7 @@ from collections.abc import Collection
 from typing import Any
 
 from takagi.certificates.checker.controller.language import (
-    Part,
+    Entry,
     exact,
     keep,
     names_in,
@@ -27,38 +27,38 @@ from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 
-def plant_program(model: Any, law: Any, own: Any, *, called: bool = False) -> Part:
+def plant_program(model: Any, law: Any, controller: Any, *, called: bool = False) -> Entry:
     """Return the program.
 
     Parameters
     ----------
     model, law : the certificate's.
-    own : the gain file's own members: ``removable`` has the replacement of a premise near a point
-        where its expression is 0/0.
+    controller : the gain file's own members: ``removable`` has the replacement of a premise near a
+        point where its expression is 0/0.
     called : tables by their names, as plant files call them and earlier programs did.
     """
-    return PlantWriting(model, law, own, called=called).whole()
+    return PlantWriting(model, law, controller, called=called).whole()
 
 
 class PlantWriting:
     """The parts of a plant's program as they are written."""
 
-    def __init__(self, model: Any, law: Any, own: Any, *, called: bool = False) -> None:
+    def __init__(self, model: Any, law: Any, controller: Any, *, called: bool = False) -> None:
         self.called = called
-        self.model, self.law, self.near = model, law, own.get("removable", {})
+        self.model, self.law, self.near = model, law, controller.get("removable", {})
         self.blending = law.get("blending")
         self.references = law.get("references", [])
         self.taken = _plant_names(model, law)
         self.names: dict[str, tuple[str, str]] = {}
-        self.reads: list[Part] = []
-        self.steps: list[Part] = []
-        self.keeps: list[Part] = []
-        self.sends: list[Part] = []
+        self.reads: list[Entry] = []
+        self.steps: list[Entry] = []
+        self.keeps: list[Entry] = []
+        self.sends: list[Entry] = []
 
-    def whole(self) -> Part:
+    def whole(self) -> Entry:
         variables = variables_of(self.model, "states")
         effort = self.blending["effort"] if self.blending else ""
-        integrals = {one["integral"] for one in self.references}
+        integrals = {reference["integral"] for reference in self.references}
         for k, variable in enumerate(variables):
             name, unit = variable["name"], variable["unit"]
             if name != effort and name not in integrals:
@@ -74,8 +74,8 @@ class PlantWriting:
         self.require_one(self.law.get("K", []), weights)
         if self.blending:
             self.actuators()
-        for one in self.references:
-            self.integral(one, inputs, variables)
+        for reference in self.references:
+            self.integral(reference, inputs, variables)
         return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
                        sends=self.sends)  # fmt: skip
 
@@ -86,8 +86,8 @@ class PlantWriting:
         ------
         CertificateError : a law of several gains that does not say how it blends them.
         """
-        rows = [[list(map(exact, row)) for row in one] for one in stack]
-        if not weights and any(one != rows[0] for one in rows):
+        rows = [[list(map(exact, row)) for row in matrix] for matrix in stack]
+        if not weights and any(matrix != rows[0] for matrix in rows):
             raise CertificateError(
                 "gains.premises: gains that differ, and no premises that say how they are blended: "
                 "no program follows from them; name the premises, or give one gain"
@@ -103,8 +103,8 @@ class PlantWriting:
         """Write x - x* and return its name."""
         name = variable["name"]
         symbol = variable.get("symbol") or self.own(f"{name}_deviation")
-        rest = self.own(f"{name}_rest")
-        self.steps.append(step(symbol, variable["unit"], f"{name} - {rest}"))
+        rest_name = self.own(f"{name}_rest")
+        self.steps.append(step(symbol, variable["unit"], f"{name} - {rest_name}"))
         return str(symbol)
 
     def weights(self) -> list[str]:
@@ -112,7 +112,7 @@ class PlantWriting:
         premises = self.law.get("premises", [])
         formulas = [str(p.get("expression", p["name"])) for p in premises]
         self.signals(names_in(formulas))
-        found = []
+        weight_names = []
         for name in sorted(names_in(formulas) & set(self.model.get("parameters", {}))):
             self.names[name] = (f"parameters.{name}", "SI")
         if len({p["name"] for p in premises}) != len(premises):
@@ -121,12 +121,16 @@ class PlantWriting:
         for k, (premise, formula) in enumerate(zip(premises, formulas, strict=True)):
             name, unit = premise["name"], premise["unit"]
             if "expression" in premise:
-                own = self.tables(formula)
-                near = [
-                    {**one, "of": self.tables(one["of"]), "formula": self.tables(one["formula"])}
-                    for one in self.near.get(name, ())
+                premise_formula = self.tables(formula)
+                removable = [
+                    {
+                        **entry,
+                        "of": self.tables(entry["of"]),
+                        "formula": self.tables(entry["formula"]),
+                    }
+                    for entry in self.near.get(name, ())
                 ]
-                self.steps.append(step(name, unit, own, "premise", near))
+                self.steps.append(step(name, unit, premise_formula, "premise", removable))
             else:
                 self.reads.append(read(name, unit, "premise of the law, by its own definition"))
             low, high, weight = (self.own(f"{name}_{w}") for w in ("lower", "upper", "weight"))
@@ -142,34 +146,34 @@ class PlantWriting:
                     "one bound twice"
                 )
             self.steps.append(step(weight, "-", "0" if flat else share))
-            found.append(weight)
-        return found
+            weight_names.append(weight)
+        return weight_names
 
-    def signals(self, used: set[str]) -> None:
+    def signals(self, premise_names: set[str]) -> None:
         """Write the signals of premises other than states: disturbances and equilibrium inputs."""
-        known = {self.blending["share"]} if self.blending else set()
+        written_names = {self.blending["share"]} if self.blending else set()
         for key in ("disturbances", "inputs"):
             listed = self.model.get(key, []) if self.model.get("kind") == "plant" else []
             for k, variable in enumerate(listed):
                 name, symbol = variable["name"], variable.get("symbol", variable["name"])
-                if not used & {name, symbol} or name in known:
+                if not premise_names & {name, symbol} or name in written_names:
                     continue
                 if key == "inputs" or name in self.errors() or variable.get("unknown"):
                     self.steps.append(step(symbol, variable["unit"], "0", "not known: at rest"))
                     continue
                 self.reads.append(read(name, variable["unit"], "measured"))
                 if symbol != name:
-                    rest = self.own(f"{name}_rest")
-                    self.names[rest] = (f"signals.{k}.rest", variable["unit"])
-                    self.steps.append(step(symbol, variable["unit"], f"{name} - {rest}"))
+                    rest_name = self.own(f"{name}_rest")
+                    self.names[rest_name] = (f"signals.{k}.rest", variable["unit"])
+                    self.steps.append(step(symbol, variable["unit"], f"{name} - {rest_name}"))
 
-    def read_also(self, used: set[str]) -> None:
-        """Read the signals among these names that no premise has made the program read."""
-        there = {one["name"] for one in self.reads}
+    def read_also(self, needed: set[str]) -> None:
+        """Read those of these signals that the program does not read yet."""
+        there = {program_input["name"] for program_input in self.reads}
         self.reads += [
             read(v["name"], v["unit"], "measured")
             for v in self.model["disturbances"]
-            if v["name"] in used - there
+            if v["name"] in needed - there
         ]
 
     def errors(self) -> set[str]:
@@ -190,8 +194,8 @@ class PlantWriting:
         weights: list[str],
     ) -> None:  # fmt: skip
         name, unit = variable["name"], variable["unit"]
-        rest, wanted = self.own(f"{name}_rest"), self.own(f"{name}_wanted")
-        self.names[rest] = (f"law.trim.input.{k}", unit)
+        rest_name, unlimited = self.own(f"{name}_rest"), self.own(f"{name}_wanted")
+        self.names[rest_name] = (f"law.trim.input.{k}", unit)
         terms = []
         for j, (state, deviation) in enumerate(zip(states, deviations, strict=True)):
             gain = self.own(f"K_{name}_{state['name']}")
@@ -199,24 +203,24 @@ class PlantWriting:
             self.names[gain] = (f"law.K.{rows}.{k}.{j}", f"({unit})/({state['unit']})")
             value = f"mix({', '.join([self.own('rules'), gain, *weights])})" if weights else gain
             terms.append(f"{value}*{deviation}")
-        self.steps.append(step(wanted, unit, f"{rest} - ({' + '.join(terms)})", "the law"))
-        held = wanted
+        self.steps.append(step(unlimited, unit, f"{rest_name} - ({' + '.join(terms)})", "the law"))
+        limited = unlimited
         if variable.get("range") is not None:
-            held = self.held(name, wanted, f"inputs.{k}.range", unit)
-        self.sends.append(send(name, unit, held, "the command"))
+            limited = self.held(name, unlimited, f"inputs.{k}.range", unit)
+        self.sends.append(send(name, unit, limited, "the command"))
 
-    def held(self, name: str, wanted: str, path: str, unit: str) -> str:
+    def held(self, name: str, unlimited: str, path: str, unit: str) -> str:
         """Return the command, limited to a range of the file."""
         ends = [self.own(f"{name}_{word}") for word in ("lowest", "highest")]
         for k, end in enumerate(ends):
             self.names[end] = (f"{path}.{k}", unit)
-        return f"limit({wanted}, {ends[0]}, {ends[1]})"
+        return f"limit({unlimited}, {ends[0]}, {ends[1]})"
 
     # ------------------------------------------------------------------ references
 
-    def integral(self, one: Any, inputs: Any, states: Any) -> None:
-        """Write the integral of h - r, which stands still where it pushes a held command on."""
-        name, xi, h = one["reference"], one["integral"], one["follow"]
+    def integral(self, tracked: Any, inputs: Any, states: Any) -> None:
+        """Write the integral of h - r; it stops where it would push a limited command further."""
+        name, xi, h = tracked["reference"], tracked["integral"], tracked["follow"]
         signal = next(v for v in self.model["disturbances"] if v["name"] == name)
         variable = next(v for v in states if v["name"] == xi)
         self.reads.append(read(name, signal["unit"], "the reference"))
@@ -225,17 +229,18 @@ class PlantWriting:
         h = self.tables(h)
         error = self.own(f"{name}_error")
         self.steps.append(step(error, signal["unit"], f"{h} - {name}", "what is integrated"))
-        held = [v["name"] for v in inputs if v.get("range") is not None]
-        if held:
+        limited = [v["name"] for v in inputs if v.get("range") is not None]
+        if limited:
             # A command beyond its range moves on by -K (h - r); the product is negative there.
             terms = [
-                f"({self.own(f'{u}_wanted')} - {u})*{self.own(f'K_{u}_{xi}')}*{error}" for u in held
+                f"({self.own(f'{u}_wanted')} - {u})*{self.own(f'K_{u}_{xi}')}*{error}"
+                for u in limited
             ]
             free = f"choose({' + '.join(terms)}, 0, 1)"
-        following = f"{xi} + sample_time*{error}{f'*{free}' if held else ''}"
-        rest = self.own(f"{xi}_rest")
+        following = f"{xi} + sample_time*{error}{f'*{free}' if limited else ''}"
+        rest_name = self.own(f"{xi}_rest")
         words = f"the integral of what follows {name}, less {name}"
-        self.keeps.append(keep(xi, variable["unit"], rest, following, words))
+        self.keeps.append(keep(xi, variable["unit"], rest_name, following, words))
 
     # ------------------------------------------------------------------ a blend
 
@@ -244,14 +249,14 @@ class PlantWriting:
         b, variables = self.blending, self.model["disturbances"]
         share = next(v for v in variables if v["name"] == b["share"])
         U, eps = b["effort"], self.own("overlap")
-        rest, off = self.own(f"{U}_rest"), self.own(f"{U}_off")
+        rest_name, off = self.own(f"{U}_rest"), self.own(f"{U}_off")
         self.names[eps] = ("law.blending.overlap", b["unit"])
-        here, there = (f"limit({s}, -{eps}, {eps})" for s in (U, rest))
+        here, there = (f"limit({s}, -{eps}, {eps})" for s in (U, rest_name))
         curved = f"({here} - {there})*({here} + {there} + 2*{eps})/(4*{eps})"
-        straight = f"max({U}, {eps}) - max({rest}, {eps})"
+        straight = f"max({U}, {eps}) - max({rest_name}, {eps})"
         at_rest = f"({there} + {eps})/(2*{eps})"
         self.steps += [
-            step(off, b["unit"], f"{U} - {rest}"),
+            step(off, b["unit"], f"{U} - {rest_name}"),
             step(share["name"], "-", f"({curved} + {straight})/{off}",
                  "(psi(U) - psi(U*))/(U - U*)",
                  [{"of": off, "within": Number("0"), "formula": at_rest}]),
@@ -269,20 +274,24 @@ class PlantWriting:
         )
         for side, sign in (("low", "-"), ("high", "")):
             actuator, s = b[side], f"{sign}{U}"
-            name, known = actuator["input"], actuator["effectiveness"]
-            for parameter in sorted(names_in([known]) & set(self.model.get("parameters", {}))):
+            name, effectiveness = actuator["input"], actuator["effectiveness"]
+            for parameter in sorted(
+                names_in([effectiveness]) & set(self.model.get("parameters", {}))
+            ):
                 self.names[parameter] = (f"parameters.{parameter}", "SI")
-            self.read_also(names_in([known]))
-            known = self.tables(known)
+            self.read_also(names_in([effectiveness]))
+            effectiveness = self.tables(effectiveness)
             idle = self.own(f"{name}_idle")
             self.names[idle] = (f"law.blending.{side}.idle", actuator["unit"])
             psi = f"max({s}, (limit({s}, -{eps}, {eps}) + {eps})^2/(4*{eps}))"
             toward = "-" if (side == "low") == (float(actuator["direction"]) > 0) else "+"
-            told = f"{idle} {toward} {psi}/({known})"
+            commanded = f"{idle} {toward} {psi}/({effectiveness})"
             if actuator["range"] is not None:
-                told = self.held(name, told, f"law.blending.{side}.range", actuator["unit"])
+                commanded = self.held(
+                    name, commanded, f"law.blending.{side}.range", actuator["unit"]
+                )
             words = f"psi({s}) over its effectiveness"
-            self.sends.append(send(name, actuator["unit"], told, words))
+            self.sends.append(send(name, actuator["unit"], commanded, words))
 
 
 def _split(label: str) -> tuple[str, str]:
@@ -300,33 +309,33 @@ def variables_of(model: Any, key: str) -> list[Any]:
 
 def _plant_names(model: Any, law: Any) -> set[str]:
     """Return the names that the plant, its premises and its tables have."""
-    found = {"sample_time", *(p["name"] for p in law.get("premises", []))}
+    names = {"sample_time", *(p["name"] for p in law.get("premises", []))}
     if model.get("kind") != "plant":
-        return found
+        return names
     for key in ("states", "inputs", "disturbances"):
         for variable in model[key]:
-            found |= {variable["name"], variable.get("symbol", variable["name"])}
-    return found | set(model.get("parameters", {})) | set(model.get("tables", {}))
+            names |= {variable["name"], variable.get("symbol", variable["name"])}
+    return names | set(model.get("parameters", {})) | set(model.get("tables", {}))
 
 
 def with_splines(formula: str, tables: Collection[str]) -> str:
     """Return the formula with ``name(x, ...)`` as ``spline(x, ..., name)`` for each table."""
     for name in tables:
-        found = re.search(rf"(?<![\w.]){re.escape(name)}\s*\(", formula, re.ASCII)
-        while found:
-            start, end = found.end(), _closing(formula, found.end())
+        call = re.search(rf"(?<![\w.]){re.escape(name)}\s*\(", formula, re.ASCII)
+        while call:
+            start, end = call.end(), _closing(formula, call.end())
             inner = formula[start:end]
             # The name now follows a comma, so it is not found again.
-            formula = f"{formula[: found.start()]}spline({inner}, {name}{formula[end:]}"
-            found = re.search(rf"(?<![\w.]){re.escape(name)}\s*\(", formula, re.ASCII)
+            formula = f"{formula[: call.start()]}spline({inner}, {name}{formula[end:]}"
+            call = re.search(rf"(?<![\w.]){re.escape(name)}\s*\(", formula, re.ASCII)
     return formula
 
 
 def _closing(formula: str, start: int) -> int:
-    """Return the place of the bracket that closes the one before ``start``."""
+    """Return the index of the bracket that closes the one before ``start``."""
     depth = 1
-    for place in range(start, len(formula)):
-        depth += {"(": 1, ")": -1}.get(formula[place], 0)
+    for position in range(start, len(formula)):
+        depth += {"(": 1, ")": -1}.get(formula[position], 0)
         if depth == 0:
-            return place
+            return position
     raise ValueError(f"{formula[:60]!a} has a bracket that is not closed")

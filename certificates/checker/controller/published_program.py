@@ -11,7 +11,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.controller.language import Part, keep, program, read, send, step
+from takagi.certificates.checker.controller.language import (
+    Entry,
+    keep,
+    program,
+    read,
+    send,
+    step,
+)
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 UNITS = {"a": "1/s", "b": "1/s^2 per rad", "d": "1/s per m/s"}
@@ -44,7 +51,7 @@ ROTOR = {
 }
 
 
-def published_program(law: Any) -> Part:
+def published_program(law: Any) -> Entry:
     """Return the program of law ``paper`` or ``paper-two-integrators``.
 
     Raises
@@ -90,14 +97,16 @@ def published_program(law: Any) -> Part:
     )
 
 
-def _integrals(two: bool) -> list[Part]:
+def _integrals(two: bool) -> list[Entry]:
     if not two:
         return [keep("x", "rad", _start(0), "x - sample_time*e", "integral of the speed deficit")]
-    gap = "(torque_held - u_1)/(tracking_time*partial_I)"
-    other = "(pitch_held - u_2)/(tracking_time*full_I)"
+    torque_gap = "(torque_held - u_1)/(tracking_time*partial_I)"
+    pitch_gap = "(pitch_held - u_2)/(tracking_time*full_I)"
     return [
-        keep("x_b", "rad", _start(0), f"x_b + sample_time*({gap} - e)", "integral of torque"),
-        keep("x_c", "rad", _start(1), f"x_c + sample_time*({other} - e)", "integral of pitch"),
+        keep(
+            "x_b", "rad", _start(0), f"x_b + sample_time*({torque_gap} - e)", "integral of torque"
+        ),
+        keep("x_c", "rad", _start(1), f"x_c + sample_time*({pitch_gap} - e)", "integral of pitch"),
     ]
 
 
@@ -110,19 +119,19 @@ def _region_names(law: Any, region: str) -> dict[str, tuple[str, str]]:
     path = f"law.{region}"
     over = {"speed": "rad/s", "pitch": "rad", "integral": "rad"}
     out = "N m" if region == "partial" else "rad"
-    found = {f"{region}_wind": (f"{path}.wind", "m/s")}
-    found |= {f"{region}_{name}": (f"{path}.{name}", over[name.removeprefix("rotor_")])
+    names = {f"{region}_wind": (f"{path}.wind", "m/s")}
+    names |= {f"{region}_{name}": (f"{path}.{name}", over[name.removeprefix("rotor_")])
               for name in ("rotor_speed", "pitch")}  # fmt: skip
-    found[f"{region}_rules"] = (f"{path}.rules", "-")
+    names[f"{region}_rules"] = (f"{path}.rules", "-")
     for name, unit in over.items():
-        found[f"{region}_k_{name}"] = (f"{path}.k_{name}", f"{out} per {unit}")
+        names[f"{region}_k_{name}"] = (f"{path}.k_{name}", f"{out} per {unit}")
     for p in sorted(stated["premises"]):
         for end, k in (("lower", 0), ("upper", 1)):
-            found[f"{region}_{p}_{end}"] = (f"{path}.premises.{p}.{k}", UNITS[p])
-    return found
+            names[f"{region}_{p}_{end}"] = (f"{path}.premises.{p}.{k}", UNITS[p])
+    return names
 
 
-def _reference() -> list[Part]:
+def _reference() -> list[Entry]:
     return [
         step("v_ref", "m/s", "limit(wind_estimate, cut_in, cut_out)"),
         step("slowest", "rad/s",
@@ -134,11 +143,11 @@ def _reference() -> list[Part]:
     ]  # fmt: skip
 
 
-def _region(law: Any, region: str) -> list[Part]:
+def _region(law: Any, region: str) -> list[Entry]:
     premises = sorted(law[region]["premises"])
     v, omega, beta = f"{region}_v", f"{region}_omega", f"{region}_beta"
     wind = f"{region}_wind"
-    found = [
+    steps = [
         step(v, "m/s", f"limit(wind_estimate, first({wind}), last({wind}))"),
         step(omega, "rad/s", f"line({v}, {wind}, {region}_rotor_speed)", "trim"),
         step(beta, "rad", f"line({v}, {wind}, {region}_pitch)", "trim"),
@@ -148,22 +157,22 @@ def _region(law: Any, region: str) -> list[Part]:
     for p in premises:
         here, trim = point[p]
         at = {"a": ("{}", angle, v), "b": (omega, "{}", v), "d": (omega, beta, "{}")}[p]
-        found += _secant(f"{region}_{p}", p, here, trim, at)
+        steps += _secant(f"{region}_{p}", p, here, trim, at)
         low, high = f"{region}_{p}_lower", f"{region}_{p}_upper"
         share = f"limit(({region}_{p} - {low})/({high} - {low}), 0, 1)"
         flat = float(law[region]["premises"][p][0]) == float(law[region]["premises"][p][1])
-        found.append(step(f"{region}_w_{p}", "-", "0" if flat else share))
+        steps.append(step(f"{region}_w_{p}", "-", "0" if flat else share))
     weights = ", ".join(f"{region}_w_{p}" for p in premises)
     for short, name in (("w", "speed"), ("p", "pitch"), ("I", "integral")):
         formula = f"mix({region}_rules, {region}_k_{name}, {weights})"
-        found.append(step(f"{region}_{short}", "as its gain", formula))
-    return found
+        steps.append(step(f"{region}_{short}", "as its gain", formula))
+    return steps
 
 
-def _secant(name: str, p: str, here: str, trim: str, at: tuple[str, str, str]) -> list[Part]:
+def _secant(name: str, p: str, here: str, trim: str, at: tuple[str, str, str]) -> list[Entry]:
     """Return [a(far) - a(near)] / (far - near) of a = T_r / J, over at least the step."""
-    near, far = f"({name}_mid - {name}_half)", f"({name}_mid + {name}_half)"
-    ends = [[part.format(end) for part in at] for end in (far, near)]
+    low_end, high_end = f"({name}_mid - {name}_half)", f"({name}_mid + {name}_half)"
+    ends = [[argument.format(end) for argument in at] for end in (high_end, low_end)]
     unit = {"a": "rad/s", "b": "rad", "d": "m/s"}[p]
     accelerations = [f"scale*{v}^2*spline({w}*radius/{v}, {b}, torque_coefficient)"
                      for w, b, v in ends]  # fmt: skip
@@ -181,7 +190,7 @@ def _command(region: str, integral: str) -> str:
     return f"-{region}_w*e - {region}_p*pitch + {region}_I*{integral}"
 
 
-def _blended(shape: str) -> list[Part]:
+def _blended(shape: str) -> list[Entry]:
     half = "torque_overlap/2"
     curve = f"rated_torque - (rated_torque + {half} - T_near)^2/(2*torque_overlap)"
     return [

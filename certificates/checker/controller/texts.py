@@ -172,19 +172,19 @@ OBSERVED = {
 }
 
 
-def law_texts(law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the members of words and units that belong to a law and its file's own members."""
+def law_texts(law: Any, controller: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the members of the gain file that hold words and units of the law."""
     if law["name"] == "pdc":
-        more = OBSERVED if "observer" in law else BLEND if "blending" in law else {}
-        return {"formulas": FORMULAS | more}
+        added_texts = OBSERVED if "observer" in law else BLEND if "blending" in law else {}
+        return {"formulas": FORMULAS | added_texts}
     effort_sharing = law["name"] == "coherent"
-    own = EFFORT_SHARING_UNITS if effort_sharing else PUBLISHED_UNITS
-    units = {f"law.{name}": unit for name, unit in own.items()} | TURBINE_UNITS
+    controller = EFFORT_SHARING_UNITS if effort_sharing else PUBLISHED_UNITS
+    units = {f"law.{name}": unit for name, unit in controller.items()} | TURBINE_UNITS
     texts = EFFORT_SHARING if effort_sharing else PUBLISHED
-    if "measurement" not in own:
+    if "measurement" not in controller:
         return {"units": units, **texts}
-    stopped = "torsion_filter" in own["measurement"]
-    said = {"measured speed": (STOPPED if stopped else LOW_PASS) + FILTERED}
-    execution = {**texts["execution"], **said}
-    more = FILTERED_UNITS | (STOPPED_UNITS if stopped else {})
-    return {"units": units | more, **texts, "execution": execution}
+    stopped = "torsion_filter" in controller["measurement"]
+    measurement_text = {"measured speed": (STOPPED if stopped else LOW_PASS) + FILTERED}
+    execution = {**texts["execution"], **measurement_text}
+    added_texts = FILTERED_UNITS | (STOPPED_UNITS if stopped else {})
+    return {"units": units | added_texts, **texts, "execution": execution}

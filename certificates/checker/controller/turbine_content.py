@@ -16,7 +16,7 @@ from takagi.certificates.checker.controller.turbine_programs import (
 from takagi.certificates.checker.kernel.reader import Number
 
 
-def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
+def turbine_content(model: Any, law: Any, controller: Mapping[str, Any]) -> dict[str, Any]:
     effort_sharing = law["name"] == "coherent"
     # Imported here: only one of the two is needed.
     if effort_sharing:
@@ -30,12 +30,12 @@ def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, A
 
         written = published_program(law)
     # A file without this member is of a law that reads the measured speed itself.
-    before = []
-    if "measurement" in own:
-        stopped = "torsion_filter" in own["measurement"]
-        before = [torsion_filter_program() if stopped else speed_filter_program()]
+    filter_programs = []
+    if "measurement" in controller:
+        stopped = "torsion_filter" in controller["measurement"]
+        filter_programs = [torsion_filter_program() if stopped else speed_filter_program()]
     return {
-        "programs": [*before, observer_program(), written, rate_limit_program()],
+        "programs": [*filter_programs, observer_program(), written, rate_limit_program()],
         "ramp": {"overlap": law["overlap"], "formula": RAMP} if effort_sharing else None,
         "limits": {
             "torque": [Number("0"), law["rated_torque"]],
@@ -43,8 +43,8 @@ def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, A
             "pitch": [model["pitch_min"], model["pitch_max"]],
             "pitch_rate": model["pitch_rate_limit"],
         },
-        "start": None if effort_sharing else own["start"],
-        "observer": {**own["observer"], "equations": EQUATIONS},
+        "start": None if effort_sharing else controller["start"],
+        "observer": {**controller["observer"], "equations": EQUATIONS},
         "rotor": _rotor(model),
     }
 

@@ -12,10 +12,17 @@ stopped is the measured speed.
 
 from __future__ import annotations
 
-from takagi.certificates.checker.controller.language import Part, keep, program, read, send, step
+from takagi.certificates.checker.controller.language import (
+    Entry,
+    keep,
+    program,
+    read,
+    send,
+    step,
+)
 
 
-def speed_filter_program() -> Part:
+def speed_filter_program() -> Entry:
     return program(
         "speed filter",
         {"corner": ("measurement.speed_filter", "rad/s")},
@@ -32,7 +39,7 @@ def speed_filter_program() -> Part:
     )  # fmt: skip
 
 
-def torsion_filter_program() -> Part:
+def torsion_filter_program() -> Entry:
     pole = "{0} + ({1} - {0})*exp(-sample_time*frequency)"
     return program(
         "speed filter",
@@ -61,7 +68,7 @@ def torsion_filter_program() -> Part:
     )  # fmt: skip
 
 
-def observer_program() -> Part:
+def observer_program() -> Entry:
     rotor = {
         "torque_constant": "kg m",
         "radius": "m",
@@ -104,10 +111,10 @@ def observer_program() -> Part:
     )  # fmt: skip
 
 
-def rate_limit_program() -> Part:
-    held = {
-        name: f"limit({wanted}, {before} - sample_time*{rate}, {before} + sample_time*{rate})"
-        for name, wanted, before, rate in (
+def rate_limit_program() -> Entry:
+    limited = {
+        name: f"limit({command}, {previous} - sample_time*{rate}, {previous} + sample_time*{rate})"
+        for name, command, previous, rate in (
             ("torque_sent", "torque", "torque_before", "torque_rate"),
             ("pitch_sent", "pitch_reference", "pitch_before", "pitch_rate"),
         )
@@ -128,7 +135,7 @@ def rate_limit_program() -> Part:
         ],
         steps=[],
         sends=[
-            send("torque_sent", "N m", held["torque_sent"], "as the generator can follow"),
-            send("pitch_sent", "rad", held["pitch_sent"], "as the pitch drive can follow"),
+            send("torque_sent", "N m", limited["torque_sent"], "as the generator can follow"),
+            send("pitch_sent", "rad", limited["pitch_sent"], "as the pitch drive can follow"),
         ],
     )

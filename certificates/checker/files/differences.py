@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from takagi.certificates.checker.kernel.reader import Number, canonical
 from takagi.certificates.checker.kernel.refused_entry import EntryPath, path_in_one_word
 
-LONGEST, BEFORE = 60, 20
+LONGEST_TEXT, LEADING_CHARACTERS = 60, 20
 
 
 class Difference(NamedTuple):
@@ -34,8 +34,8 @@ def differences_between(first: Any, second: Any, path: EntryPath = ()) -> Iterat
         for key in (*first, *(key for key in second if key not in first)):
             yield from differences_between(first.get(key), second.get(key), (*path, key))
     elif isinstance(first, list) and isinstance(second, list) and len(first) == len(second):
-        for k, (one, other) in enumerate(zip(first, second, strict=True)):
-            yield from differences_between(one, other, (*path, k))
+        for k, (first_entry, second_entry) in enumerate(zip(first, second, strict=True)):
+            yield from differences_between(first_entry, second_entry, (*path, k))
     elif not _same(first, second):
         yield Difference(path, first, second)
 
@@ -51,23 +51,23 @@ def in_words(value: Any) -> str:
     return _cut(_whole(value), 0)
 
 
-def shown(one: Difference) -> tuple[str, str]:
+def shown(change: Difference) -> tuple[str, str]:
     """Return both values as short printable texts; long ones are cut around the difference."""
-    first, second = _whole(one.first), _whole(one.second)
+    first, second = _whole(change.first), _whole(change.second)
     if first == second:
         # A text and a number with the same characters would look equal.
-        first, second = (ascii(canonical(_plain(v)))[1:-1] for v in (one.first, one.second))
+        first, second = (ascii(canonical(_plain(v)))[1:-1] for v in (change.first, change.second))
     shorter, longer = sorted((len(first), len(second)))
     same = next((k for k in range(shorter) if first[k] != second[k]), shorter)
-    late = longer > LONGEST and same >= LONGEST - BEFORE
-    begin = same - BEFORE if late else 0
+    late = longer > LONGEST_TEXT and same >= LONGEST_TEXT - LEADING_CHARACTERS
+    begin = same - LEADING_CHARACTERS if late else 0
     return _cut(first, begin), _cut(second, begin)
 
 
 def _cut(text: str, begin: int) -> str:
-    if begin == 0 and len(text) <= LONGEST:
+    if begin == 0 and len(text) <= LONGEST_TEXT:
         return text
-    end = begin + LONGEST
+    end = begin + LONGEST_TEXT
     return f"{'...' * (begin > 0)}{text[begin:end]}{'...' * (len(text) > end)}"
 
 

@@ -20,7 +20,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGa
 # The versions of gain files before this form: law and names, but no program.
 EARLIER = ("1", "2")
 # The claim about the loop with the file's observer and filters, both of which it states.
-OBSERVED, BOTH = "running-loop", ("observer", "measurement")
+OBSERVED, LOOP_MEMBERS = "running-loop", ("observer", "measurement")
 # The limits of rates that it has; they are computed from the model's.
 RATES = ("torque_rate", "pitch_rate")
 # What the observer knows of the rotor.
@@ -44,52 +44,59 @@ def compare_gains(data: dict[str, Any], gains: Path | str, *, allow_old: bool = 
     """
     file = read_json(Path(gains))
     stated_law(file, str(gains))
-    whole = "controller" in data
-    if not _is_computed(data.get("controller")) or not set(BOTH) <= set(file):
+    has_controller = "controller" in data
+    if not _is_computed(data.get("controller")) or not set(LOOP_MEMBERS) <= set(file):
         _require_observers(file, data, str(gains))
-    expected = expected_file(data) if whole else {"law": data.get("gains")}
+    expected = expected_file(data) if has_controller else {"law": data.get("gains")}
     if _samples_faster(file.get("sampling"), expected.get("sampling")):
         # Measured of the loop, not proved: gains that were changed by hand have those of before.
         file = {**file, "sampling": expected["sampling"]}
-    found = list(islice(_differences(file, expected, whole=whole), MOST_COUNTED))
-    by_name = bool(found) and whole and _calls_tables(file, data)
-    if found and not by_name:
-        raise OtherGains(f"{gains}: {_told(found)}")
-    if whole and isinstance(data["controller"], dict) and data["controller"].get("removable"):
+    differences = list(
+        islice(_differences(file, expected, all_members=has_controller), MOST_COUNTED)
+    )
+    by_name = bool(differences) and has_controller and _calls_tables(file, data)
+    if differences and not by_name:
+        raise OtherGains(f"{gains}: {_told(differences)}")
+    if (
+        has_controller
+        and isinstance(data["controller"], dict)
+        and data["controller"].get("removable")
+    ):
         # Imported here: most laws have no premise that is 0/0 somewhere.
         from takagi.certificates.checker.files.replacements import require_premises
 
         require_premises(data["model"], data.get("gains"), data["controller"])
-    left = left_out(file, expected, data)
-    if left and not allow_old:
+    not_compared = left_out(file, expected, data)
+    if not_compared and not allow_old:
         raise OtherGains(
-            f"{gains}: {'; '.join(left)}; write both files again with 'takagi certify MODEL "
-            "--gains FILE --out CERT --gains-out NEW', or accept this with --allow-old-gain-files"
+            f"{gains}: {'; '.join(not_compared)}; write both files again with 'takagi certify "
+            "MODEL --gains FILE --out CERT --gains-out NEW', or accept this with "
+            "--allow-old-gain-files"
         )
     if by_name:
-        left.append("its program calls tables by their names, as earlier files do")
-    return f"{gains}: {'; '.join(left)}" if left else ""
+        not_compared.append("its program calls tables by their names, as earlier files do")
+    return f"{gains}: {'; '.join(not_compared)}" if not_compared else ""
 
 
 def left_out(file: Any, expected: dict[str, Any], data: dict[str, Any]) -> list[str]:
-    """Return in words what of a file, or of the file of this certificate, is not compared."""
+    """Return in words which members of the file, or of the expected file, are not compared."""
     if "controller" not in data:
         names = ", ".join(_printable(key) for key in sorted(set(file) - {"law"}))
         words = f"only its law is compared; the certificate does not cover {names}"
         return [words] if names else []
-    found = []
+    reasons = []
     if "version" in data["controller"]:
-        found.append(
+        reasons.append(
             "of an earlier version; what it says beside its law is compared with the certificate's "
             "copy of it, not with model and law"
         )
     if missing := sorted(set(expected) - set(file)):
-        found.append(f"it does not say {', '.join(missing)}: of these nothing is compared")
-    return found
+        reasons.append(f"it does not say {', '.join(missing)}: of these nothing is compared")
+    return reasons
 
 
 def _samples_faster(stated: Any, expected: Any) -> bool:
-    """Return whether a file allows no longer sample time than the one of the certificate."""
+    """Return whether the file's longest sample time is at most that of the certificate."""
     if not (
         isinstance(stated, dict) and isinstance(expected, dict) and set(stated) == set(expected)
     ):
@@ -112,13 +119,13 @@ def _is_computed(controller: Any) -> bool:
 
 
 def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
-    """Refuse a file with another observer or other filters than a claim states, or without them.
+    """Refuse a file whose observer or filters are missing, or are not those of a claim.
 
-    Limits of rates that a claim has, the rotor that its observer knows, and the programs must be
-    those of the loop, where the file has them.
+    The file may have rate limits, the rotor of the observer, and programs.  They must be those of
+    the loop.
 
-    With a ``controller`` from which the file follows the claim has been compared with it, and so is
-    what the file says: then only a file that leaves a member out can be another.
+    Where the file follows from ``controller``, claim and file have been compared with it already.
+    Then only a file that leaves a member out can be wrong.
     """
     for claim in member(data, "claims", "certificate"):
         if isinstance(claim, dict) and claim.get("kind") == OBSERVED:
@@ -127,16 +134,16 @@ def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
                 other_than_the_controller,
             )
 
-            if other := other_than_the_controller(claim, {"controller": file}, "claim"):
-                told = other.replace("the controller's", "the gain file's")
-                raise _other_loop(gains, told)
-            parts = {"limits": RATES, "rotor": ROTOR}
-            for other in _other_than_the_loop(file, _loop(data, claim), parts):
-                raise _other_loop(gains, f"{other} is not the certificate's")
+            if differing := other_than_the_controller(claim, {"controller": file}, "claim"):
+                message = differing.replace("the controller's", "the gain file's")
+                raise _other_loop(gains, message)
+            compared_members = {"limits": RATES, "rotor": ROTOR}
+            for differing in _other_than_the_loop(file, _loop(data, claim), compared_members):
+                raise _other_loop(gains, f"{differing} is not the certificate's")
 
 
 def _loop(data: dict[str, Any], claim: Any) -> dict[str, Any]:
-    """Return the computed part of the gain file of a claim, but for the observer's gains.
+    """Return the computed part of the gain file of a claim, without the observer's gains.
 
     Raises
     ------
@@ -144,33 +151,33 @@ def _loop(data: dict[str, Any], claim: Any) -> dict[str, Any]:
     """
     from takagi.certificates.checker.controller.turbine_content import turbine_content
 
-    own = {"observer": {}, "measurement": claim["measurement"]}
+    controller = {"observer": {}, "measurement": claim["measurement"]}
     try:
-        return turbine_content(data["model"], data["gains"], own)
+        return turbine_content(data["model"], data["gains"], controller)
     except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise _no_file(error) from error
 
 
 def _other_than_the_loop(
-    file: Any, loop: dict[str, Any], parts: Mapping[str, Sequence[str]]
+    file: Any, loop: dict[str, Any], compared_members: Mapping[str, Sequence[str]]
 ) -> Iterator[str]:
-    """Yield where the file differs from a loop in these members of its parts, or in a program.
+    """Yield where the file differs from a loop in these members of its sections, or in a program.
 
     A file may have none of them.
     """
-    for part, names in parts.items():
-        stated = file.get(part)
+    for member_name, names in compared_members.items():
+        stated = file.get(member_name)
         if stated is not None and not isinstance(stated, dict):
-            yield part
+            yield member_name
             continue
         for name in names:
             if stated is not None and name in stated:
-                path = part, name
-                for one in differences_between(stated[name], loop[part][name], path):
-                    yield one.place
+                path = member_name, name
+                for difference in differences_between(stated[name], loop[member_name][name], path):
+                    yield difference.place
     if "programs" in file:
-        for one in differences_between(file["programs"], loop["programs"], ("programs",)):
-            yield one.place
+        for difference in differences_between(file["programs"], loop["programs"], ("programs",)):
+            yield difference.place
 
 
 def _other_loop(gains: str, why: str) -> OtherGains:
@@ -201,11 +208,11 @@ def stated_law(file: Any, source: str) -> Any:
 
 
 def _calls_tables(file: Any, data: dict[str, Any]) -> bool:
-    """Return whether a file is the certificate's, but for how its program calls tables."""
+    """Return whether the file differs only in how its program calls tables."""
     if not isinstance(data["model"], dict) or not data["model"].get("tables"):
         return False
     earlier = expected_file(data, called=True)
-    return next(_differences(file, earlier, whole=True), None) is None
+    return next(_differences(file, earlier, all_members=True), None) is None
 
 
 def expected_file(data: dict[str, Any], *, called: bool = False) -> dict[str, Any]:
@@ -217,16 +224,16 @@ def expected_file(data: dict[str, Any], *, called: bool = False) -> dict[str, An
     ------
     CertificateError : no gain file follows from model, law and ``controller``.
     """
-    own, law = data["controller"], data.get("gains")
+    controller, law = data["controller"], data.get("gains")
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
     try:
-        if "version" in own:
+        if "version" in controller:
             # A file of an earlier version: its whole content is in the certificate.  Such files had
             # no program; one that stood here would be compared with nothing but itself.
-            _require_earlier(own)
-            return {"format": FORMAT, **own, "law": law}
-        found = file_content(data["model"], law, own, called=called)
-        return {**found, "certificate": {"sha256": hashes, **found["certificate"]}}
+            _require_earlier(controller)
+            return {"format": FORMAT, **controller, "law": law}
+        content = file_content(data["model"], law, controller, called=called)
+        return {**content, "certificate": {"sha256": hashes, **content["certificate"]}}
     except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as error:
         if isinstance(error, CertificateError):
             raise
@@ -240,33 +247,34 @@ def _no_file(error: Exception) -> CertificateError:
     )
 
 
-def _require_earlier(own: dict[str, Any]) -> None:
-    if str(own["version"]) not in EARLIER or "programs" in own:
+def _require_earlier(controller: dict[str, Any]) -> None:
+    if str(controller["version"]) not in EARLIER or "programs" in controller:
         raise CertificateError(
             "certificate: controller.version is that of an earlier gain file, 1 or 2, which has no "
             "programs; make it again with 'takagi certify'"
         )
 
 
-def _differences(file: Any, expected: Any, *, whole: bool) -> Iterator[Difference]:
+def _differences(file: Any, expected: Any, *, all_members: bool) -> Iterator[Difference]:
     for key in file:
-        if key in expected or whole:
+        if key in expected or all_members:
             yield from differences_between(file[key], expected.get(key), (key,))
 
 
-def _told(found: list[Difference]) -> str:
-    told = [
-        f"{one.place} is {there} there, {ours} in the certificate"
-        for one in found[:MOST_TOLD]
-        for there, ours in [shown(one)]
+def _told(differences: list[Difference]) -> str:
+    descriptions = [
+        f"{difference.place} is {there} there, {ours} in the certificate"
+        for difference in differences[:MOST_TOLD]
+        for there, ours in [shown(difference)]
     ]
-    more = len(found) - MOST_TOLD
-    counted = f"{more}" if len(found) < MOST_COUNTED else f"at least {more}"
-    law = all(one.path[0] == "law" for one in found)
+    omitted = len(differences) - MOST_TOLD
+    counted = f"{omitted}" if len(differences) < MOST_COUNTED else f"at least {omitted}"
+    law = all(difference.path[0] == "law" for difference in differences)
     return (
-        f"the {'law' if law else 'gain file'} is not the certificate's; {'; '.join(told)}"
-        f"{f' (and {counted} more)' if more > 0 else ''}; give the gain file of this certificate, "
-        "or make a certificate of this file with 'takagi certify MODEL --gains FILE --out CERT'"
+        f"the {'law' if law else 'gain file'} is not the certificate's; {'; '.join(descriptions)}"
+        f"{f' (and {counted} more)' if omitted > 0 else ''}; give the gain file of this "
+        "certificate, or make a certificate of this file with 'takagi certify "
+        "MODEL --gains FILE --out CERT'"
     )
 
 

@@ -52,24 +52,28 @@ def compare_model(data: dict[str, Any], model: Path | str) -> str:
             "certificate: 'model' is missing; give a certificate, such as the certificate.json of "
             "a design"
         )
-    about, path = data["model"], Path(model)
-    if not isinstance(about, dict) or about.get("kind") not in ("plant", "turbine"):
+    certified, path = data["model"], Path(model)
+    if not isinstance(certified, dict) or certified.get("kind") not in ("plant", "turbine"):
         raise CertificateError(
             f"{path}: the certificate is about matrices, which no claim ties to a model file; "
             "check it without a model file, or make one from this file with 'takagi certify'"
         )
     content = model_content(path)
-    recorded = about.get("model_file")
-    found = [] if recorded is None else content_differences(content, recorded)
+    recorded = certified.get("model_file")
+    differences = [] if recorded is None else content_differences(content, recorded)
     try:
         words = _compare_meaning(data, path)
     except CertificateError as error:
-        if found:
-            raise OtherModel(told(path, found, str(error))) from error
+        if differences:
+            raise OtherModel(told(path, differences, str(error))) from error
         raise
-    left = [one for one in found if beside_the_claims(one, content, about, data.get("gains"))]
-    if left:
-        raise OtherModel(told(path, left))
+    uncovered = [
+        change
+        for change in differences
+        if beside_the_claims(change, content, certified, data.get("gains"))
+    ]
+    if uncovered:
+        raise OtherModel(told(path, uncovered))
     if recorded is None and _digest(path) not in _recorded(data).values():
         words += f"{'; ' if words else f'{path}: '}{EARLIER}"
     return words
@@ -104,9 +108,9 @@ def _recorded(data: dict[str, Any]) -> dict[str, Any]:
     """Return the SHA-256 of the files by name; older certificates hold it in the model."""
     provenance = data.get("provenance")
     for owner in (provenance, data["model"]):
-        found = owner.get("files_sha256") if isinstance(owner, dict) else None
-        if isinstance(found, dict):
-            return found
+        hashes = owner.get("files_sha256") if isinstance(owner, dict) else None
+        if isinstance(hashes, dict):
+            return hashes
     return {}
 
 

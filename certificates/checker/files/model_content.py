@@ -94,20 +94,20 @@ def content_differences(content: dict[str, Any], recorded: Any) -> list[Differen
     return list(islice(differences_between(content, recorded), MOST_COUNTED))
 
 
-def beside_the_claims(one: Difference, content: dict[str, Any], model: Any, gains: Any) -> bool:
+def beside_the_claims(change: Difference, content: dict[str, Any], model: Any, gains: Any) -> bool:
     """Return whether no comparison by meaning covers this difference."""
     of_a_plant = model.get("kind") == "plant"
-    left_out = (one.first, one.second) in ((None, "-"), ("-", None))
-    if left_out and of_a_plant and _is_unit(one.path):
+    left_out = (change.first, change.second) in ((None, "-"), ("-", None))
+    if left_out and of_a_plant and _is_unit(change.path):
         return False  # The content if no unit is written.
-    if one.path[-1:] == ("unit",) and not _numbers_differ(
-        _owner(content, one.path), _owner(model.get("model_file"), one.path)
+    if change.path[-1:] == ("unit",) and not _numbers_differ(
+        _owner(content, change.path), _owner(model.get("model_file"), change.path)
     ):
         # Equal numbers may have another dimension, such as s instead of m.
         return True
     if of_a_plant:
-        return not _of_a_plant(one)
-    return not _of_a_turbine(one.path, model, gains)
+        return not _of_a_plant(change)
+    return not _of_a_turbine(change.path, model, gains)
 
 
 def _owner(content: Any, path: tuple[str | int, ...]) -> dict[str, Any]:
@@ -116,33 +116,34 @@ def _owner(content: Any, path: tuple[str | int, ...]) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def _numbers_differ(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    return any(one.get(key) != other.get(key) for key in NUMBERS)
+def _numbers_differ(first: dict[str, Any], second: dict[str, Any]) -> bool:
+    return any(first.get(key) != second.get(key) for key in NUMBERS)
 
 
-def told(path: Path, found: Sequence[Difference], reason: str = "") -> str:
+def told(path: Path, differences: Sequence[Difference], reason: str = "") -> str:
     """Return the fields in which a file differs from the certificate, with both values."""
-    parts = [
-        f"{one.place} is {there} there, {ours} in the certificate"
-        for one in found[:MOST_TOLD]
-        for there, ours in [shown(one)]
+    descriptions = [
+        f"{difference.place} is {there} there, {ours} in the certificate"
+        for difference in differences[:MOST_TOLD]
+        for there, ours in [shown(difference)]
     ]
-    more = len(found) - MOST_TOLD
-    counted = f"{more}" if len(found) < MOST_COUNTED else f"at least {more}"
+    omitted = len(differences) - MOST_TOLD
+    counted = f"{omitted}" if len(differences) < MOST_COUNTED else f"at least {omitted}"
     return (
-        f"{path}: not the certificate's model: {'; '.join(parts)}"
-        f"{f' (and {counted} more)' if more > 0 else ''}{f' ({reason})' if reason else ''}; give "
-        "the model of this certificate, or make a certificate of this one with 'takagi certify'"
+        f"{path}: not the certificate's model: {'; '.join(descriptions)}"
+        f"{f' (and {counted} more)' if omitted > 0 else ''}{f' ({reason})' if reason else ''}; "
+        "give the model of this certificate, or make a certificate of this one with "
+        "'takagi certify'"
     )
 
 
 def inside_folder(path: Path, name: Any) -> Path:
     """Return a table's file; refuses a path outside the folder of the model's file."""
-    place = PurePosixPath(name) if isinstance(name, str) else PurePosixPath()
+    relative = PurePosixPath(name) if isinstance(name, str) else PurePosixPath()
     plain = isinstance(name, str) and name.isprintable() and not set("\\:") & set(name)
-    if not plain or not place.name or place.is_absolute() or ".." in place.parts:
+    if not plain or not relative.name or relative.is_absolute() or ".." in relative.parts:
         raise CertificateError(f"{path}: {name!a} is not the name of a table in its folder")
-    file = path.parent / place
+    file = path.parent / relative
     try:
         within = file.resolve().is_relative_to(path.parent.resolve())
     except (OSError, RuntimeError) as error:
@@ -172,12 +173,12 @@ def _is_unit(path: tuple[str | int, ...]) -> bool:
     return False
 
 
-def _of_a_plant(one: Difference) -> bool:
-    match one.path:
+def _of_a_plant(change: Difference) -> bool:
+    match change.path:
         case ("sample_time",):
             return True
         case ("parameters", str()):  # An expression or a range alone, without fields.
-            return one.first is not None and one.second is not None
+            return change.first is not None and change.second is not None
         case ("parameters", str(), int()):
             return True
         case ("inputs", str(), "rest"):
@@ -186,7 +187,9 @@ def _of_a_plant(one: Difference) -> bool:
         case (str(section), str(), str(key), *_) if section in BY_NAME:
             return key in BY_NAME[section]
         case (str(section), str(), *_) if section in FORMULAS:
-            return one.path[-1] != "unit" and one.first is not None and one.second is not None
+            return (
+                change.path[-1] != "unit" and change.first is not None and change.second is not None
+            )
         case ("blending", "effort", str(key), *_):
             return key in EFFORT_KEYS
         case ("reference", str(), str(key), *_):
@@ -230,9 +233,9 @@ def _decimal(number: float) -> str:
     return repr(float(number)).removesuffix(".0")
 
 
-def _tables(found: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
+def _tables(content: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """Yield each place that names the file of a table."""
-    coefficients, tables = found.get("coefficients"), found.get("tables")
+    coefficients, tables = content.get("coefficients"), content.get("tables")
     if isinstance(coefficients, dict):
         for key, entry in coefficients.items():
             if not _is_words(key, entry):

@@ -31,7 +31,7 @@ from takagi.certificates.checker.files.plant_parts import (
     compare_measured,
     uncertain_in,
 )
-from takagi.certificates.checker.files.table_file import NEAR, compare_table, in_si
+from takagi.certificates.checker.files.table_file import TABLE_TOLERANCE, compare_table, in_si
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
@@ -84,20 +84,20 @@ class Comparison:
     def whole(self) -> str:
         self.sample_time()
         self.parameters()
-        scheduling = {n: _resting_inside(one) for n, one in self.section("scheduling").items()}
+        scheduling = {n: _resting_inside(entry) for n, entry in self.section("scheduling").items()}
         outside = {**self.section("disturbances"), **scheduling}
         outside |= self.blend.errors | self.uncertain
         references = FileReferences.of(self.file, self.model, self.path)
         states = {**self.section("states"), **self.blend.states, **references.integrals}
         outside |= references.signals(self.section("states"), self.section("outputs"), self.plant)
-        moved = self.variables("states", states, self.plant.states)
+        resting_elsewhere = self.variables("states", states, self.plant.states)
         signals = self.blend.without_share(self.plant.disturbances)
-        moved += self.variables("disturbances", outside, signals)
+        resting_elsewhere += self.variables("disturbances", outside, signals)
         self.same_names(
             self.uncertain, [v.name for v in signals if v.unknown], "uncertain parameters"
         )
-        if moved:
-            raise self.error(f"{', '.join(moved)} rests elsewhere there")
+        if resting_elsewhere:
+            raise self.error(f"{', '.join(resting_elsewhere)} rests elsewhere there")
         inputs = self.blend.without_actuators(self.section("inputs"))
         solved = self.variables("inputs", inputs, self.plant.inputs)
         tables = self.section("tables")
@@ -114,8 +114,8 @@ class Comparison:
         elif solved:
             words.append(f"{', '.join(solved)} rests where it holds the states, not as in the file")
         if self.narrower:
-            places = ", ".join(self.narrower)
-            words.append(f"states are proved to stay in narrower ranges than the file's: {places}")
+            ranges = ", ".join(self.narrower)
+            words.append(f"states are proved to stay in narrower ranges than the file's: {ranges}")
         if self.unsolved and not self.may_be_narrower:
             names = ", ".join(self.unsolved)
             words.append(
@@ -125,16 +125,18 @@ class Comparison:
             zeros = ", ".join(sorted(self.ranges.removable))
             words.append(f"where {zeros} = 0 a quotient there means its limit")
         if tables:
-            words.append(f"tables pass their files' values to {float(NEAR):.0e} of their range")
+            words.append(
+                f"tables pass their files' values to {float(TABLE_TOLERANCE):.0e} of their range"
+            )
         return f"{self.path}: {'; '.join(words)}" if words else ""
 
     def compare_tables(self, entries: Mapping[str, Any]) -> None:
         for name, table in self.plant.tables.items():
             where = f"tables.{name}"
             file = inside_folder(self.path, _get(entries[name], "file"))
-            described = [*_list(entries[name], "arguments"), entries[name]]
+            quantities = [*_list(entries[name], "arguments"), entries[name]]
             try:
-                compare_table(file, table, [str(_get(d, "unit", "-")) for d in described])
+                compare_table(file, table, [str(_get(d, "unit", "-")) for d in quantities])
             except Refused as error:
                 raise self.error(f"{where}: {error}") from error
 
@@ -142,17 +144,17 @@ class Comparison:
         return OtherModel(f"{self.path}: not the certificate's plant: {problem}")
 
     def section(self, name: str) -> dict[str, Any]:
-        found = self.file.get(name, {})
-        if not isinstance(found, dict):
+        entries = self.file.get(name, {})
+        if not isinstance(entries, dict):
             raise self.error(f"[{name}] is no section there")
-        return self.measured(found) if name == "outputs" else found
+        return self.measured(entries) if name == "outputs" else entries
 
-    def same_names(self, theirs: Iterable[str], ours: Iterable[str], what: str) -> None:
-        """Refuse other names; their order in a file means nothing."""
+    def same_names(self, theirs: Iterable[str], ours: Iterable[str], subject: str) -> None:
+        """Refuse names that differ; their order in a file has no meaning."""
         there, here = (sorted(map(str, names)) for names in (theirs, ours))
         if there != here:
-            shown = (", ".join(map(ascii, names)) or "none" for names in (there, here))
-            raise self.error(f"{what} are {next(shown)} there, {next(shown)} in the certificate")
+            lists = (", ".join(map(ascii, names)) or "none" for names in (there, here))
+            raise self.error(f"{subject} are {next(lists)} there, {next(lists)} in the certificate")
 
     def figure(self, value: Any, unit: Any, where: str) -> Fraction:
         if isinstance(value, Fraction):  # the middle of a range
@@ -168,17 +170,17 @@ class Comparison:
             raise self.error(f"{where}: {error}") from error
 
     def sample_time(self) -> None:
-        given, unit = self.file.get("sample_time"), "s"
-        if isinstance(given, str) and (parts := TIMED.fullmatch(given)):
-            given, unit = Decimal(parts[1]), parts[2] or "s"
-        found = None if given is None else self.figure(given, unit, "sample_time")
-        if found != self.plant.sample_time:
-            shown = (
+        written, unit = self.file.get("sample_time"), "s"
+        if isinstance(written, str) and (timed := TIMED.fullmatch(written)):
+            written, unit = Decimal(timed[1]), timed[2] or "s"
+        seconds = None if written is None else self.figure(written, unit, "sample_time")
+        if seconds != self.plant.sample_time:
+            figures = (
                 "nothing" if t is None else f"{float(t):.12g}"
-                for t in (found, self.plant.sample_time)
+                for t in (seconds, self.plant.sample_time)
             )
             raise self.error(
-                f"sample_time is {next(shown)} there, {next(shown)} in the certificate"
+                f"sample_time is {next(figures)} there, {next(figures)} in the certificate"
             )
 
     def parameters(self) -> None:
@@ -194,10 +196,10 @@ class Comparison:
         moving = self.moving(theirs)
         # Parameters added by the blend are in the model's equations, which a claim covers.
         ours = self.blend.without_parameters(self.model.get("parameters", {}))
-        known = [name for name in theirs if name not in self.uncertain and name not in moving]
-        self.same_names(known, ours, "parameters")
+        certain = [name for name in theirs if name not in self.uncertain and name not in moving]
+        self.same_names(certain, ours, "parameters")
         self.names |= {name: self.derived[name] for name in moving}
-        for name in known:
+        for name in certain:
             where, ball = f"parameters.{name}", self.plant.balls.get(name)
             node = self.parameter(name, theirs, ())
             equals = None if ball is None else ball.equals
@@ -206,8 +208,8 @@ class Comparison:
             if not self.algebra.equal(node, equals):
                 value = self.plant.graph.value(node)
                 stated = in_words(ours[name] if ball is None else ours[name]["equals"])
-                shown = "another expression" if value is None else f"{float(value):.12g}"
-                raise self.error(f"{where} is {shown} there, {stated} in the certificate")
+                figure = "another expression" if value is None else f"{float(value):.12g}"
+                raise self.error(f"{where} is {figure} there, {stated} in the certificate")
             self.names[name] = node if ball is None else self.plant.graph.variable(name)
 
     def moving(self, theirs: Mapping[str, Any]) -> list[str]:
@@ -215,8 +217,8 @@ class Comparison:
         if not self.uncertain:
             return []
         graph = self.plant.graph
-        found = [name for name in theirs if graph.variables(self.parameter(name, theirs, ()))]
-        return [name for name in found if name not in self.uncertain]
+        varying = [name for name in theirs if graph.variables(self.parameter(name, theirs, ()))]
+        return [name for name in varying if name not in self.uncertain]
 
     def parameter(self, name: str, theirs: Mapping[str, Any], above: tuple[str, ...]) -> int:
         """Return the node of a parameter of the file: a figure, or an expression of others."""
@@ -227,29 +229,29 @@ class Comparison:
             entry = theirs[name]
             written = _get(entry, "value") if isinstance(entry, dict) else entry
             if isinstance(written, str) and not NUMBER.fullmatch(written):
-                for other in sorted(set(NAME.findall(written)) & set(theirs)):
-                    self.parameter(other, theirs, (*above, name))
+                for named in sorted(set(NAME.findall(written)) & set(theirs)):
+                    self.parameter(named, theirs, (*above, name))
                 scope = Scope(dict(self.derived))
-                found = read_expression(written, self.plant.graph, scope, f"{self.path}: {where}")
+                node = read_expression(written, self.plant.graph, scope, f"{self.path}: {where}")
             else:
                 value = self.figure(written, _get(entry, "unit", "-"), where)
-                found = self.plant.graph.constant(value)
-            self.derived[name] = found
+                node = self.plant.graph.constant(value)
+            self.derived[name] = node
         return self.derived[name]
 
-    def rests_elsewhere(self, variable: Variable, key: str, given: Any, unit: Any) -> bool:
-        """Return whether the file has another rest; one that is to be solved has no value there."""
+    def rests_elsewhere(self, variable: Variable, key: str, written: Any, unit: Any) -> bool:
+        """Return whether the file has another rest; a rest to be solved for has no value there."""
         where = f"{key}.{variable.name}.rest"
-        if key != "disturbances" and (given == "solve" or isinstance(given, dict)):
+        if key != "disturbances" and (written == "solve" or isinstance(written, dict)):
             self.unsolved.append(variable.name)
             return False
         ball = variable.ball
-        own = variable.rest if ball is None or ball.equals is None else ball.equals
-        if isinstance(given, str) and not NUMBER.fullmatch(given):
+        certified_rest = variable.rest if ball is None or ball.equals is None else ball.equals
+        if isinstance(written, str) and not NUMBER.fullmatch(written):
             scope = Scope(dict(self.derived))
-            node = read_expression(given, self.plant.graph, scope, f"{self.path}: {where}")
-            return not self.algebra.equal(node, own)
-        return self.plant.graph.value(own) != self.figure(given, unit, where)
+            node = read_expression(written, self.plant.graph, scope, f"{self.path}: {where}")
+            return not self.algebra.equal(node, certified_rest)
+        return self.plant.graph.value(certified_rest) != self.figure(written, unit, where)
 
     def constant(self, written: Any, where: str) -> int:
         """Return the node of a number or constant text of the certificate."""
@@ -259,7 +261,7 @@ class Comparison:
     def variables(self, key: str, theirs: Mapping[str, Any], ours: list[Variable]) -> list[str]:
         """Compare names and ranges; return the names of those with other equilibrium values."""
         self.same_names(theirs, [v.name for v in ours], key)
-        moved = []
+        resting_elsewhere = []
         graph = self.plant.graph
         for variable in ours:
             entry, where = theirs[variable.name], f"{key}.{variable.name}"
@@ -268,56 +270,56 @@ class Comparison:
             if _get(entry, "si rest") is None and self.rests_elsewhere(
                 variable, key, _get(entry, "rest", 0), unit
             ):
-                moved.append(variable.name)
+                resting_elsewhere.append(variable.name)
             exact, ball = graph.value(variable.rest), variable.ball
-            own = None if exact is None else (exact, exact)
-            own = own if ball is None else ball.side
+            rest_range = None if exact is None else (exact, exact)
+            rest_range = rest_range if ball is None else ball.side
             node = graph.variable(variable.symbol)
             self.names[variable.name] = graph.add(variable.rest, node)
             ends = _get(entry, "range", None)
             side = None
             if ends is not None:
-                if not isinstance(ends, list) or len(ends) != 2 or own is None:
+                if not isinstance(ends, list) or len(ends) != 2 or rest_range is None:
                     raise self.error(f"{where}.range cannot be compared")
                 low, high = (self.figure(end, unit, f"{where}.range") for end in ends)
-                side = (low - own[0], high - own[1])
+                side = (low - rest_range[0], high - rest_range[1])
             inside = side is not None and variable.side is not None and (
                 side[0] <= variable.side[0] and variable.side[1] <= side[1]
             )  # fmt: skip
             if side != variable.side and self.may_be_narrower and key == "states" and inside:
-                self.narrower.append(f"{variable.name} in {_range(variable.side, own)}")
+                self.narrower.append(f"{variable.name} in {_range(variable.side, rest_range)}")
             elif side != variable.side:
                 raise self.error(
-                    f"{where}.range is {_range(side, own)} there, "
-                    f"{_range(variable.side, own)} in the certificate"
+                    f"{where}.range is {_range(side, rest_range)} there, "
+                    f"{_range(variable.side, rest_range)} in the certificate"
                 )
-        return moved
+        return resting_elsewhere
 
     def expressions(self, tables: Mapping[str, int], references: FileReferences) -> None:
         states = [variable.name for variable in self.plant.states]
-        own, f = self.blend.equations(states, self.plant, self.names)
+        compared_states, f = self.blend.equations(states, self.plant, self.names)
         scope = Scope(self.names, tables)
         equations = {**self.section("equations"), **references.equations(self.section("outputs"))}
-        self.same_names(equations, own, "equations")
-        for name, node in zip(own, f, strict=True):
+        self.same_names(equations, compared_states, "equations")
+        for name, node in zip(compared_states, f, strict=True):
             self.equal(equations[name], node, scope, f"equations.{name}")
         self.blend.compare(self, scope)
         mass = self.section("mass")
         if bool(mass) != (self.plant.mass is not None):
             raise self.error("the one has a mass matrix, the other none")
-        one, nothing = self.plant.graph.constant(1), self.plant.graph.constant(0)
+        unit_node, nothing = self.plant.graph.constant(1), self.plant.graph.constant(0)
         for i, row in enumerate(self.plant.mass or []):
-            given = mass.get(states[i])
-            if given is not None and not isinstance(given, dict):
+            mass_row = mass.get(states[i])
+            if mass_row is not None and not isinstance(mass_row, dict):
                 raise self.error(f"mass.{states[i]} is no row of entries there")
             for j, node in enumerate(row):
-                if given is None or states[j] not in given:
+                if mass_row is None or states[j] not in mass_row:
                     # A row that is not given is a row of the identity matrix.
-                    wanted = one if given is None and i == j else nothing
-                    if not self.algebra.equal(node, wanted):
+                    identity_entry = unit_node if mass_row is None and i == j else nothing
+                    if not self.algebra.equal(node, identity_entry):
                         raise self.error(f"mass.{states[i]}.{states[j]} is another there")
                     continue
-                self.equal(given[states[j]], node, scope, f"mass.{states[i]}.{states[j]}")
+                self.equal(mass_row[states[j]], node, scope, f"mass.{states[i]}.{states[j]}")
         outputs = self.section("outputs")
         ours = [_get(y, "name") for y in _list(self.model, "outputs")]
         self.same_names(outputs, ours, "outputs")
@@ -329,15 +331,15 @@ class Comparison:
 
         A name alone is that of an output, or of a state; a table has an expression of its own.
         """
-        found = dict(outputs)
-        for one in _list(self.file, "measured"):
-            name = one if isinstance(one, str) else str(_get(one, "name"))
-            written = _get(one, "expression")
-            if written is not None and name in found:
+        outputs_by_name = dict(outputs)
+        for entry in _list(self.file, "measured"):
+            name = entry if isinstance(entry, str) else str(_get(entry, "name"))
+            written = _get(entry, "expression")
+            if written is not None and name in outputs_by_name:
                 raise self.error(f"measured has {name} twice there")
-            if name not in found:
-                found[name] = {"expression": name if written is None else written}
-        return found
+            if name not in outputs_by_name:
+                outputs_by_name[name] = {"expression": name if written is None else written}
+        return outputs_by_name
 
     def equal(self, written: Any, node: int, scope: Scope, where: str) -> None:
         theirs = read_expression(written, self.plant.graph, scope, f"{self.path}: {where}")
@@ -352,8 +354,8 @@ class Comparison:
         if theirs != node:
             # Algebra does not cover points where a part of either expression is undefined.
             graph = self.plant.graph
-            used = {graph[n].name for n in graph.below([theirs]) if graph[n].op == "table"}
-            if missing := sorted(used - set(self.plant.tables)):
+            table_names = {graph[n].name for n in graph.below([theirs]) if graph[n].op == "table"}
+            if missing := sorted(table_names - set(self.plant.tables)):
                 raise self.error(f"{where} has the table {', '.join(missing)} there, which cancels")
             try:
                 self.ranges.prove_continuous(theirs, where)
@@ -361,11 +363,13 @@ class Comparison:
                 raise self.error(f"{error}, as the file writes it") from error
 
 
-def _range(side: tuple[Fraction, Fraction] | None, rest: tuple[Fraction, Fraction] | None) -> str:
-    if side is None or rest is None:
+def _range(
+    side: tuple[Fraction, Fraction] | None, rest_ends: tuple[Fraction, Fraction] | None
+) -> str:
+    if side is None or rest_ends is None:
         return "nothing"
-    ends = zip(rest, side, strict=True)
-    return f"[{', '.join(f'{float(own + end):.12g}' for own, end in ends)}]"
+    ends = zip(rest_ends, side, strict=True)
+    return f"[{', '.join(f'{float(rest_value + end):.12g}' for rest_value, end in ends)}]"
 
 
 def _get(entry: Any, key: str, otherwise: Any = None) -> Any:
@@ -373,12 +377,12 @@ def _get(entry: Any, key: str, otherwise: Any = None) -> Any:
 
 
 def _list(entry: Any, key: str) -> list[Any]:
-    found = _get(entry, key, [])
-    return found if isinstance(found, list) else []
+    entries = _get(entry, key, [])
+    return entries if isinstance(entries, list) else []
 
 
 def _resting_inside(entry: Any) -> Any:
-    """Return a scheduling signal with its rest: without one, the middle of a range without 0."""
+    """Return a scheduling signal with its rest; by default the middle of a range without 0."""
     ends = _get(entry, "range", None)
     if _get(entry, "rest", None) is not None or not isinstance(ends, list) or len(ends) != 2:
         return entry

@@ -64,31 +64,31 @@ class FileBlend:
 
     @classmethod
     def of(cls, file: Mapping[str, Any], model: Any, path: Path) -> FileBlend:
-        """Return the pair.
+        """Return the blend of the file and that of the certificate.
 
         Raises
         ------
         OtherModel : only one of them has a blend, or a section is malformed.
         """
-        found = cls(
+        blend = cls(
             _object(file.get("blending", {})),
             _object(model.get("blending", {})),
             _object(file.get("inputs", {})),
             path,
         )
         if bool(file.get("blending")) != bool(model.get("blending")):
-            raise found.error("the one has a blend, the other none")
+            raise blend.error("the one has a blend, the other none")
         for key in ("effort", "low", "high") if file.get("blending") else ():
-            if not isinstance(found.file.get(key), dict):
-                raise found.error(f"blending.{key} is missing")
+            if not isinstance(blend.file.get(key), dict):
+                raise blend.error(f"blending.{key} is missing")
             if key == "effort":
                 continue
-            if not isinstance(found.model.get(key), dict):
-                raise found.error(f"the certificate has no blending.{key}")
-            name = found.file[key].get("input")
-            if not isinstance(name, str) or not isinstance(found.inputs.get(name), dict):
-                raise found.error(f"blending.{key}.input is no input there")
-        return found
+            if not isinstance(blend.model.get(key), dict):
+                raise blend.error(f"the certificate has no blending.{key}")
+            name = blend.file[key].get("input")
+            if not isinstance(name, str) or not isinstance(blend.inputs.get(name), dict):
+                raise blend.error(f"blending.{key}.input is no input there")
+        return blend
 
     def error(self, problem: str) -> OtherModel:
         return OtherModel(f"{self.path}: not the certificate's plant: {problem}")
@@ -103,13 +103,13 @@ class FileBlend:
         if not self.file:
             return {}
         effort = self.file["effort"]
-        kept = {key: effort[key] for key in ("unit", "range", "rest") if key in effort}
-        return {str(self.model.get("effort")): kept}
+        variable = {key: effort[key] for key in ("unit", "range", "rest") if key in effort}
+        return {str(self.model.get("effort")): variable}
 
     @property
     def errors(self) -> dict[str, Any]:
         """The signals that the actuator errors add, in the format of the file."""
-        found: dict[str, Any] = {}
+        signals: dict[str, Any] = {}
         for key in ("low", "high") if self.file else ():
             error = self._number(self.file[key].get("error", 0), f"blending.{key}.error")
             name = self.model[key].get("error")
@@ -118,8 +118,8 @@ class FileBlend:
                     f"blending.{key}.error is {error} there, and not so in the certificate"
                 )
             if name is not None:
-                found[str(name)] = {"range": [-error, error]}
-        return found
+                signals[str(name)] = {"range": [-error, error]}
+        return signals
 
     def _number(self, value: Any, where: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | Decimal):
@@ -134,13 +134,13 @@ class FileBlend:
         """Return the file's inputs with the effort's rate in the place of the actuators."""
         if not self.file:
             return dict(inputs)
-        found = {name: entry for name, entry in inputs.items() if name not in self.actuators}
+        remaining = {name: entry for name, entry in inputs.items() if name not in self.actuators}
         effort = self.file["effort"]
         rate: dict[str, Any] = {"unit": _per_second(str(effort.get("unit", "-")))}
         if effort.get("rate") is not None:
-            most = self._number(effort["rate"], "blending.effort.rate")
-            rate["range"] = [-most, most]
-        return {**found, str(self.model.get("rate")): rate}
+            largest_rate = self._number(effort["rate"], "blending.effort.rate")
+            rate["range"] = [-largest_rate, largest_rate]
+        return {**remaining, str(self.model.get("rate")): rate}
 
     def without_parameters(self, parameters: Mapping[str, Any]) -> dict[str, Any]:
         """Return the certificate's parameters without those that the blend adds."""
@@ -161,12 +161,12 @@ class FileBlend:
             if name in names:
                 raise self.error(f"the actuator {name} has the name of something else")
             names[name] = plant.graph.variable(name)
-        own = [name for name in states if name != self.model.get("effort")]
+        compared_states = [name for name in states if name != self.model.get("effort")]
         written = self.model.get("equations")
-        if not isinstance(written, list) or len(written) != len(own):
+        if not isinstance(written, list) or len(written) != len(compared_states):
             raise self.error("the certificate's blend has no equations for its states")
         scope = Scope(names, {name: table.arguments for name, table in plant.tables.items()})
-        return own, [
+        return compared_states, [
             read_expression(row, plant.graph, scope, f"model.blending.equations[{i}]")
             for i, row in enumerate(written)
         ]
@@ -214,20 +214,20 @@ class FileBlend:
             figure = comparison.figure(end, unit, f"range of {where}.input")
             self._same(comparison, mine, figure, f"the range of {where}.input")
 
-    def _same(self, comparison: Comparison, ours: Any, figure: Fraction, what: str) -> None:
-        node = comparison.constant(ours, what)
+    def _same(self, comparison: Comparison, ours: Any, figure: Fraction, field_path: str) -> None:
+        node = comparison.constant(ours, field_path)
         if comparison.plant.graph.value(node) != figure:
             raise self.error(
-                f"{what} is {float(figure):.12g} there, {in_words(ours)} in the certificate"
+                f"{field_path} is {float(figure):.12g} there, {in_words(ours)} in the certificate"
             )
 
 
-def _object(given: Any) -> dict[str, Any]:
-    return given if isinstance(given, dict) else {}
+def _object(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
 
 
 def _alike(theirs: Any, ours: Any) -> bool:
-    """Return whether a value is the certificate's: numbers by value, 1.0 is 1."""
+    """Return whether a value equals the certificate's; numbers by value, so that 1.0 equals 1."""
     if isinstance(theirs, int | Decimal) and isinstance(ours, Number):
         return not isinstance(theirs, bool) and Decimal(theirs) == Decimal(ours)
     return str(theirs) == str(ours)
@@ -260,9 +260,9 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
     theirs = _names(file["measured"], "measured", path) if "measured" in file else None
     ours = None
     if "observer" in gains:
-        own = gains["observer"]
-        given = own.get("measured") if isinstance(own, dict) else None
-        ours = _names(given, "gains.observer.measured", path)
+        observer = gains["observer"]
+        measured = observer.get("measured") if isinstance(observer, dict) else None
+        ours = _names(measured, "gains.observer.measured", path)
     every = set(file.get("states", ()))
     if theirs == ours or (ours is None and theirs is not None and theirs >= every):
         return
@@ -270,8 +270,8 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
         why = f"the law has all states, the field measured lists {_told(theirs)} alone"
     elif theirs is None:
         why = f"the law measures {_told(ours)}, without the field measured it has all states"
-    elif more := ours - theirs:
-        why = f"the law measures {_told(more)}, which the field measured does not list"
+    elif unlisted := ours - theirs:
+        why = f"the law measures {_told(unlisted)}, which the field measured does not list"
     else:
         why = f"the field measured lists {_told(theirs - ours)}, which the law does not measure"
     raise OtherModel(f"{path}: not the certificate's plant: {why}")
@@ -280,11 +280,11 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
 def _names(listed: Any, where: str, path: Path) -> set[str]:
     """Return the names; an entry of a file is a name, or a table with a name."""
     entries = listed if isinstance(listed, list) else [None]
-    names = [one.get("name") if isinstance(one, dict) else one for one in entries]
-    found = {name for name in names if type(name) is str}  # a number of the reader is a str too
+    names = [entry.get("name") if isinstance(entry, dict) else entry for entry in entries]
+    texts = {name for name in names if type(name) is str}  # a number of the reader is a str too
     if not all(type(name) is str for name in names):
         raise OtherModel(f"{path}: not the certificate's plant: {where} is no list of names")
-    return found
+    return texts
 
 
 def _told(names: set[str] | None) -> str:
@@ -305,38 +305,38 @@ class FileReferences:
 
     @classmethod
     def of(cls, file: Mapping[str, Any], model: Any, path: Path) -> FileReferences:
-        """Return both.
+        """Return the references of the file, with their integrals in the certificate.
 
         Raises
         ------
         OtherModel : they are not those of one another, or a section is malformed.
         """
-        given = file.get("reference", {})
+        entries = file.get("reference", {})
         listed = model.get("references", [])
-        if not isinstance(given, dict) or not all(isinstance(e, dict) for e in given.values()):
+        if not isinstance(entries, dict) or not all(isinstance(e, dict) for e in entries.values()):
             raise OtherModel(
                 f"{path}: not the certificate's plant: [reference] is no section there"
             )
         ours = listed if isinstance(listed, list) else []
         named = {
-            str(one.get("reference")): str(one.get("integral"))
-            for one in ours
-            if isinstance(one, dict)
+            str(reference.get("reference")): str(reference.get("integral"))
+            for reference in ours
+            if isinstance(reference, dict)
         }
-        if sorted(given) != sorted(named):
+        if sorted(entries) != sorted(named):
             raise OtherModel(
-                f"{path}: not the certificate's plant: references are {_listed(given)} there, "
+                f"{path}: not the certificate's plant: references are {_listed(entries)} there, "
                 f"{_listed(named)} in the certificate"
             )
         # A reference or integral with the name of another quantity would stand in its place.
         sections = ("states", "inputs", "disturbances", "scheduling", "parameters", "equations")
         names = {name for section in sections for name in _object(file.get(section, {}))}
-        if taken := names & {*given, *named.values()}:
+        if name_clashes := names & {*entries, *named.values()}:
             raise OtherModel(
-                f"{path}: not the certificate's plant: {_listed(taken)} is a quantity of the file, "
-                "and a reference or an integral in the certificate"
+                f"{path}: not the certificate's plant: {_listed(name_clashes)} is a quantity of "
+                "the file, and a reference or an integral in the certificate"
             )
-        return cls(given, named, path)
+        return cls(entries, named, path)
 
     @property
     def integrals(self) -> dict[str, Any]:
@@ -351,28 +351,30 @@ class FileReferences:
         The rest is that of the certificate, which proves that the integral is constant there.
         """
         rests = {v.name: plant.graph.value(v.rest) for v in plant.disturbances}
-        found: dict[str, Any] = {}
+        signals: dict[str, Any] = {}
         for name, entry in self.entries.items():
             followed = entry.get("follow")
-            own = outputs.get(followed, states.get(followed)) if isinstance(followed, str) else None
-            if not isinstance(own, dict):
+            quantity = (
+                outputs.get(followed, states.get(followed)) if isinstance(followed, str) else None
+            )
+            if not isinstance(quantity, dict):
                 raise OtherModel(
                     f"{self.path}: not the certificate's plant: reference.{name}.follow is no "
                     "state or output there"
                 )
-            unit = entry.get("unit", own.get("unit", "-"))
-            found[name] = {"unit": unit, "range": entry.get("range"), "si rest": rests.get(name)}
-        return found
+            unit = entry.get("unit", quantity.get("unit", "-"))
+            signals[name] = {"unit": unit, "range": entry.get("range"), "si rest": rests.get(name)}
+        return signals
 
     def equations(self, outputs: Mapping[str, Any]) -> dict[str, str]:
         """The equations of the integrals."""
-        found = {}
+        equations = {}
         for name, entry in self.entries.items():
             followed = str(entry["follow"])
             output = outputs.get(followed)
             h = output.get("expression") if isinstance(output, dict) else followed
-            found[self.integral[name]] = f"({h}) - {name}"
-        return found
+            equations[self.integral[name]] = f"({h}) - {name}"
+        return equations
 
 
 LARGEST = 100  # exponent of ten, in a figure
@@ -392,19 +394,19 @@ def uncertain_in(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 def _signal(entry: Any) -> dict[str, Any] | None:
     if isinstance(entry, str):
-        found = RANGE.fullmatch(entry)
-        if found is None:
+        match = RANGE.fullmatch(entry)
+        if match is None:
             return None
-        entry = {"range": [Decimal(found[1]), Decimal(found[2])], "unit": found[3].strip() or "-"}
+        entry = {"range": [Decimal(match[1]), Decimal(match[2])], "unit": match[3].strip() or "-"}
     elif isinstance(entry, list):
         entry = {"range": entry}
     if not isinstance(entry, dict) or entry.get("range") is None:
         return None
     ends = entry["range"]
-    rest = entry.get("value")
-    if rest is None and isinstance(ends, list) and len(ends) == 2:
-        rest = _middle(*ends)
-    return {"unit": entry.get("unit", "-"), "range": ends, "rest": rest}
+    rest_value = entry.get("value")
+    if rest_value is None and isinstance(ends, list) and len(ends) == 2:
+        rest_value = _middle(*ends)
+    return {"unit": entry.get("unit", "-"), "range": ends, "rest": rest_value}
 
 
 def _middle(low: Any, high: Any) -> Fraction | None:

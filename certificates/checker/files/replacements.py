@@ -28,19 +28,19 @@ from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
 SHARE, CLOSE = Fraction(1, 10), Fraction(1, 10**6)
 
 
-def require_premises(model: Any, law: Any, own: Mapping[str, Any]) -> None:
-    """Refuse a replacement that is not one of its premise.
+def require_premises(model: Any, law: Any, controller: Mapping[str, Any]) -> None:
+    """Refuse a replacement formula that does not agree with its premise.
 
     Raises
     ------
     OtherGains : ``within`` reaches too far, or the formula has another value.
     CertificateError : an entry is malformed.
     """
-    given = own.get("removable") or {}
-    if not given or not isinstance(model, dict) or model.get("kind") != "plant":
+    replacements = controller.get("removable") or {}
+    if not replacements or not isinstance(model, dict) or model.get("kind") != "plant":
         return
     try:
-        _require_all(given, model, law)
+        _require_all(replacements, model, law)
     except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as error:
         if isinstance(error, CertificateError):
             raise
@@ -51,11 +51,11 @@ def require_premises(model: Any, law: Any, own: Mapping[str, Any]) -> None:
         ) from error
 
 
-def _require_all(given: Mapping[str, Any], model: Any, law: Any) -> None:
+def _require_all(replacements: Mapping[str, Any], model: Any, law: Any) -> None:
     plant = read_plant(model, "model")
     scope = _scope(plant, model)
     premises = {p["name"]: p for p in law.get("premises", ())}
-    for name, entries in given.items():
+    for name, entries in replacements.items():
         for entry in entries if name in premises else ():
             _require(plant, scope, premises[name], entry, f"controller.removable.{name}")
 
@@ -74,13 +74,13 @@ def _require(plant: PlantNodes, scope: Scope, premise: Any, entry: Any, where: s
         return
     node = read_expression(premise["expression"], graph, scope, f"{where}.expression")
     low, high = exact(premise["lower"]), exact(premise["upper"])
-    most = CLOSE * ((high - low) or abs(high)) * ONE
+    tolerance = CLOSE * ((high - low) or abs(high)) * ONE
     for box in _edges(plant, graph[of].name, within):
-        there, ours = (_value(evaluator, one, box) for one in (node, formula))
+        there, ours = (_value(evaluator, expression, box) for expression in (node, formula))
         if there is None or ours is None:
             continue
         apart = max(there.low - ours.high, ours.low - there.high)
-        if apart > most:
+        if apart > tolerance:
             raise OtherGains(f"{where}.formula: it is not the premise near {entry['of']} = 0")
 
 
@@ -106,7 +106,7 @@ def _scope(plant: PlantNodes, model: Any) -> Scope:
     graph = plant.graph
     names = {name: graph.variable(name) for name in plant.balls}
     stated = model.get("parameters", {})
-    for name in [one for one in stated if one not in names]:
+    for name in [parameter for parameter in stated if parameter not in names]:
         names[name] = graph.constant(exact(stated[name]))
     for v in (*plant.states, *plant.inputs, *plant.disturbances):
         names[v.symbol] = graph.variable(v.symbol)

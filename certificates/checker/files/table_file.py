@@ -25,7 +25,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.table import Table
 
 LARGEST_FILE, MOST_CELLS, LONGEST_CELL, MOST_EXPONENT = 16_000_000, 200_000, 60, 100
-NEAR = Fraction(1, 10**6)  # of the range of the values; of a direction's length
+TABLE_TOLERANCE = Fraction(1, 10**6)  # of the range of the values; of a direction's length
 END = 3  # knots that are repeated at an end, besides the first and the last
 
 
@@ -51,28 +51,28 @@ def compare_table(path: Path, table: Table, units: list[str]) -> None:
         raise CertificateError(f"{path}: rows of different length")
     axes = [[in_si(row[0], units[0]) for row in down], *([across] if across else [])]
     for points, knots in zip(axes, table.knots, strict=True):
-        wanted = [points[0]] * END + [points[0], *points[2:-2], points[-1]] + [points[-1]] * END
-        slack = NEAR * abs(points[-1] - points[0])
-        if len(knots) != len(wanted) or any(
-            abs(a - b) > slack for a, b in zip(knots, wanted, strict=True)
+        expected = [points[0]] * END + [points[0], *points[2:-2], points[-1]] + [points[-1]] * END
+        slack = TABLE_TOLERANCE * abs(points[-1] - points[0])
+        if len(knots) != len(expected) or any(
+            abs(a - b) > slack for a, b in zip(knots, expected, strict=True)
         ):
             raise OtherModel(f"{path}: its points are not those of the certificate's table")
     values = [[in_si(value, units[-1]) for value in row[1:]] for row in down]
     every = [value for row in values for value in row]
-    slack = NEAR * ((max(every) - min(every)) or abs(every[0]))
+    slack = TABLE_TOLERANCE * ((max(every) - min(every)) or abs(every[0]))
     for x, row in zip(axes[0], values, strict=True):
         for y, value in zip(across or [Fraction(0)], row, strict=True):
             point = [x, y][: table.arguments]
             inside = [
                 min(max(p, low), high) for p, (low, high) in zip(point, table.sides, strict=True)
             ]
-            found = table.exact(inside, (0,) * table.arguments)
-            if found is None or abs(found - value) > slack:
-                place = ", ".join(f"{float(p):.6g}" for p in point)
-                shown = "none" if found is None else f"{float(found):.9g}"
+            table_value = table.exact(inside, (0,) * table.arguments)
+            if table_value is None or abs(table_value - value) > slack:
+                at_point = ", ".join(f"{float(p):.6g}" for p in point)
+                table_figure = "none" if table_value is None else f"{float(table_value):.9g}"
                 raise OtherModel(
-                    f"{path}: its value at {place} is {float(value):.9g} there, {shown} in the "
-                    "certificate"
+                    f"{path}: its value at {at_point} is {float(value):.9g} there, {table_figure} "
+                    "in the certificate"
                 )
 
 
@@ -81,16 +81,16 @@ def _rows(path: Path, *, corner: bool) -> list[list[Fraction]]:
         written = file_content(path, what="table", largest=LARGEST_FILE).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise CertificateError(f"{path}: cannot be read: {error}") from error
-    found: list[list[Fraction]] = []
+    rows: list[list[Fraction]] = []
     cells = 0
     for line in written.splitlines():
         if line.strip() and not line.lstrip().startswith("#"):
-            parts = line.split(",")
-            cells += len(parts)
+            line_cells = line.split(",")
+            cells += len(line_cells)
             if cells > MOST_CELLS:
                 raise CertificateError(f"{path}: more than {MOST_CELLS} cells")
-            found.append([_number(path, p) for p in parts[1 if corner and not found else 0 :]])
-    return found
+            rows.append([_number(path, p) for p in line_cells[1 if corner and not rows else 0 :]])
+    return rows
 
 
 def _number(path: Path, cell: str) -> Fraction:
@@ -104,10 +104,10 @@ def _number(path: Path, cell: str) -> Fraction:
 
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
-PLACES, PI_DIGITS = 12, 10
+FEWEST_DECIMALS, PI_DIGITS = 12, 10
 COHERENT = frozenset("kg m s A K mol cd rad N Pa J W C V Ohm S F Wb H T".split())
 # Factor to coherent units, and the power of pi in it.
-OTHER = {
+OTHER_UNITS = {
     "g": (Fraction(1, 1000), 0),
     "t": (Fraction(1000), 0),
     "L": (Fraction(1, 1000), 0),
@@ -138,15 +138,15 @@ def in_si(value: Fraction, unit: str) -> Fraction:
     if unit.strip() == "-":
         return value
     written = SHARE.sub(r"<\1:\2>", unit.strip())
-    above, slash, below = (part.strip() for part in written.partition("/"))
+    above, slash, below = (product_text.strip() for product_text in written.partition("/"))
     if not above or (slash and not below) or (above == "1" and not slash):
         raise Refused(f"the unit {unit[:40]!a} cannot be read")
     if below.startswith("(") and below.endswith(")"):
         below = below[1:-1]
     factors: list[tuple[Fraction, Fraction]] = []
     turns = Fraction(0)
-    for part, sign in (("" if above == "1" else above, 1), (below, -1)):
-        for word in re.sub(r"(?<!\*)\*(?!\*)", " ", part).split():
+    for product_text, sign in (("" if above == "1" else above, 1), (below, -1)):
+        for word in re.sub(r"(?<!\*)\*(?!\*)", " ", product_text).split():
             match = FACTOR.fullmatch(word)
             if match is None:
                 raise Refused(f"the unit {unit[:40]!a} cannot be read")
@@ -158,34 +158,34 @@ def in_si(value: Fraction, unit: str) -> Fraction:
     degree = lcm(*(power.denominator for _, power in factors))
     if turns.denominator > 1 or degree > MOST_DEGREE:
         raise Refused(f"the unit {unit[:40]!a} cannot be read")
-    whole = prod((scale ** int(power * degree) for scale, power in factors), start=Fraction(1))
+    radicand = prod((scale ** int(power * degree) for scale, power in factors), start=Fraction(1))
     if turns:
-        found = value * _root(whole, degree) * PI ** int(turns)
-        size, places = abs(found) * 10**PLACES, PLACES
+        converted = value * _root(radicand, degree) * PI ** int(turns)
+        size, decimals = abs(converted) * 10**FEWEST_DECIMALS, FEWEST_DECIMALS
         while size and size < 10 ** (PI_DIGITS - 1):
-            size, places = size * 10, places + 1
-        return round(found, places)
-    factor = _root(whole, degree)
-    if factor**degree == whole:
+            size, decimals = size * 10, decimals + 1
+        return round(converted, decimals)
+    factor = _root(radicand, degree)
+    if factor**degree == radicand:
         return value * factor
-    found, size = value * factor, 0
-    while abs(found) >= 10 ** (size + 1):
+    converted, size = value * factor, 0
+    while abs(converted) >= 10 ** (size + 1):
         size += 1
-    while found and abs(found) < Fraction(10) ** size:
+    while converted and abs(converted) < Fraction(10) ** size:
         size -= 1
-    return round(found, ROOT_DIGITS - 1 - size)
+    return round(converted, ROOT_DIGITS - 1 - size)
 
 
 def _root(value: Fraction, degree: int) -> Fraction:
     """Return the root of a number > 0: exact if it is a fraction, else to 40 digits or more."""
     if degree == 1:
         return value
-    top, bottom = (_whole_root(part, degree) for part in value.as_integer_ratio())
+    top, bottom = (_whole_root(integer, degree) for integer in value.as_integer_ratio())
     if top**degree == value.numerator and bottom**degree == value.denominator:
         return Fraction(top, bottom)
-    more = 10**40 * value.denominator
-    found = _whole_root(int(value * more**degree), degree)
-    return Fraction(found, more)
+    precision = 10**40 * value.denominator
+    scaled_root = _whole_root(int(value * precision**degree), degree)
+    return Fraction(scaled_root, precision)
 
 
 def _whole_root(value: int, degree: int) -> int:
@@ -200,8 +200,8 @@ def _whole_root(value: int, degree: int) -> int:
 def _meaning(name: str, unit: str) -> tuple[Fraction, int]:
     if name in COHERENT:
         return Fraction(1), 0
-    if name in OTHER:
-        return OTHER[name]
+    if name in OTHER_UNITS:
+        return OTHER_UNITS[name]
     if name[:1] in PREFIXES and name[1:] in PREFIXED:
         scale, turns = _meaning(name[1:], unit)
         return scale * Fraction(10) ** PREFIXES[name[0]], turns

@@ -125,7 +125,7 @@ def compare_turbine(model: Any, gains: Any, path: Path) -> str:
 
 
 def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> str:
-    stated = {key: place for key, place in MORE_FIGURES.items() if key in model}
+    stated = {key: field for key, field in MORE_FIGURES.items() if key in model}
     for key, (section, name) in (FIGURES | stated).items():
         _same(number(model, key, "model"), _figure(file, section, name, path), key, path)
     radius = _figure(file, "rotor", "radius", path)
@@ -143,14 +143,14 @@ def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> str:
     return derated
 
 
-def _derated(held: Fraction, rated: Fraction, path: Path) -> str:
+def _derated(law_torque: Fraction, rated: Fraction, path: Path) -> str:
     """Return a message if the law's rated torque is below the file's; refuse one above it."""
-    if not 0 < held < (1 - RELATIVE) * rated:
-        _same(held, rated, "rated_torque", path)
+    if not 0 < law_torque < (1 - RELATIVE) * rated:
+        _same(law_torque, rated, "rated_torque", path)
         return ""
     return (
-        f"de-rated: the law holds torque at {float(held):.12g} N m, "
-        f"{float(100 * held / rated):.4g} % of the rated torque in {path.name}"
+        f"de-rated: the law holds torque at {float(law_torque):.12g} N m, "
+        f"{float(100 * law_torque / rated):.4g} % of the rated torque in {path.name}"
     )
 
 
@@ -183,10 +183,11 @@ def _si(value: Any, unit: Any, where: str) -> Fraction:
     return Fraction(value) * FACTORS[unit]
 
 
-def _same(stated: Fraction, found: Fraction, what: str, path: Path) -> None:
-    if abs(stated - found) > RELATIVE * abs(found):
+def _same(stated: Fraction, written: Fraction, quantity: str, path: Path) -> None:
+    if abs(stated - written) > RELATIVE * abs(written):
         raise OtherModel(
-            f"{path}: {what} is {float(found):.12g} there, {float(stated):.12g} in the certificate"
+            f"{path}: {quantity} is {float(written):.12g} there, {float(stated):.12g} in the "
+            "certificate"
         )
 
 
@@ -202,14 +203,14 @@ def _compare_surface(model: Any, file: dict[str, Any], path: Path) -> Spline:
     table = section.get("power") if isinstance(section, dict) else None
     if not isinstance(table, str) or Path(table).name != table:
         raise CertificateError(f"{path}: coefficients.power must name a table beside the file")
-    place = path.with_name(table)
+    table_path = path.with_name(table)
     pitches, rows = _entries(inside_folder(path, table))
     points = {"tip-speed ratio": list(rows), "pitch": pitches}
-    for (name, own), axis in zip(points.items(), (spline.x, spline.y), strict=True):
-        if not _are_not_a_knot(axis.breaks, own):
+    for (name, table_points), axis in zip(points.items(), (spline.x, spline.y), strict=True):
+        if not _are_not_a_knot(axis.breaks, table_points):
             raise OtherModel(
-                f"{place}: its entries in {name} are not those of the certificate's spline, which "
-                "has other knots"
+                f"{table_path}: its entries in {name} are not those of the certificate's spline, "
+                "which has other knots"
             )
     for ratio, row in rows.items():
         for pitch, power in zip(pitches, row, strict=True):
@@ -218,13 +219,13 @@ def _compare_surface(model: Any, file: dict[str, Any], path: Path) -> Spline:
                     point(_held(ratio, spline.x.breaks)), point(_held(pitch, spline.y.breaks))
                 )
             except Refused as error:
-                raise OtherModel(f"{place}: {error}") from error
+                raise OtherModel(f"{table_path}: {error}") from error
             slack = TABLE_TOLERANCE * ONE
             if not low * ratio - slack <= power * ONE <= high * ratio + slack:
                 raise OtherModel(
-                    f"{place}: c_P at tip-speed ratio {float(ratio):g}, pitch {float(pitch):.6g} "
-                    f"rad is {float(power):.9g} there, {float(Fraction(low, ONE) * ratio):.9g} in "
-                    "the certificate"
+                    f"{table_path}: c_P at tip-speed ratio {float(ratio):g}, pitch "
+                    f"{float(pitch):.6g} rad is {float(power):.9g} there, "
+                    f"{float(Fraction(low, ONE) * ratio):.9g} in the certificate"
                 )
     return spline
 
@@ -234,11 +235,11 @@ def _are_not_a_knot(breaks: list[Fraction], points: list[Fraction]) -> bool:
 
     It has a break at every point but the second and the last but one.
     """
-    wanted = [points[0], *points[2:-2], points[-1]]
+    expected_breaks = [points[0], *points[2:-2], points[-1]]
     return (
         len(points) >= 4
-        and len(breaks) == len(wanted)
-        and all(abs(a - b) <= RELATIVE for a, b in zip(breaks, wanted, strict=True))
+        and len(breaks) == len(expected_breaks)
+        and all(abs(a - b) <= RELATIVE for a, b in zip(breaks, expected_breaks, strict=True))
     )
 
 
@@ -256,20 +257,20 @@ def _entries(path: Path) -> tuple[list[Fraction], dict[Fraction, list[Fraction]]
         lines = file_content(path, what="table").decode("utf-8-sig").splitlines()
         rows = [line.split(",") for line in lines if line and not line.startswith("#")]
         angles = [_decimal(cell) * FACTORS["deg"] for cell in rows[0][1:]]
-        found: dict[Fraction, list[Fraction]] = {}
+        power_rows: dict[Fraction, list[Fraction]] = {}
         for row in rows[1:]:
             if len(row) != len(angles) + 1:
                 raise CertificateError(f"{path}: rows of different length")
-            found[_decimal(row[0])] = [_decimal(cell) for cell in row[1:]]
-        for points in (angles, list(found)):
+            power_rows[_decimal(row[0])] = [_decimal(cell) for cell in row[1:]]
+        for points in (angles, list(power_rows)):
             increasing(points, f"{path}: tip-speed ratios and pitches")
     except (ValueError, IndexError, ArithmeticError) as error:
         if isinstance(error, CertificateError):
             raise
         raise CertificateError(f"{path}: not a coefficient table: {error}") from error
-    if len(found) < len(rows) - 1 or not angles or not found:
+    if len(power_rows) < len(rows) - 1 or not angles or not power_rows:
         raise CertificateError(f"{path}: not a coefficient table: a tip-speed ratio stands twice")
-    return angles, found
+    return angles, power_rows
 
 
 def _frozen_wake(
@@ -352,7 +353,7 @@ def scaled_slopes(
     ------
     CertificateError : a wind at which no pitch balances rated torque, or outside the table.
     """
-    found = []
+    slopes = []
     for wind, factor in zip(*stated, strict=True):
         try:
             rotor = _Trim.at(model, rated_torque, spline, wind)
@@ -360,8 +361,8 @@ def scaled_slopes(
             raise CertificateError(
                 f"{path}: frozen_wake.factor at {float(wind):g} m/s: {error}"
             ) from error
-        found.append(factor * rotor.speed * rotor.by_pitch)
-    return found
+        slopes.append(factor * rotor.speed * rotor.by_pitch)
+    return slopes
 
 
 class _Trim(NamedTuple):
@@ -376,13 +377,13 @@ class _Trim(NamedTuple):
     @classmethod
     def at(cls, model: Any, rated_torque: Fraction, spline: Spline, wind: Fraction) -> _Trim:
         """Return the trim; ``Refused`` where no pitch holds rated torque."""
-        radius, speed, constant, gear, low, most = (
+        radius, speed, constant, gear, low, pitch_max = (
             number(model, key, "model")
             for key in ("rotor_radius", "rated_rotor_speed", "torque_constant", "gear_ratio",
                         "pitch_min", "pitch_max")
         )  # fmt: skip
         # The table's last knot is rounded in fixed point, so the range stays slightly inside.
-        high = min(most, spline.y.breaks[-1] - EDGE)
+        high = min(pitch_max, spline.y.breaks[-1] - EDGE)
         ratio = speed * radius / wind
         needed = gear * rated_torque / (constant * wind**2)
         pitch = _largest_root(spline, point(ratio), needed, low, high)
@@ -424,7 +425,7 @@ def momentum_slopes(
         along = [_between(pitch, angles, row) for row in rows.values()]
         return _between(ratio, list(rows), along)
 
-    found: dict[Fraction, Fraction] = {}
+    slopes: dict[Fraction, Fraction] = {}
     wind = last
     while wind > 0:
         try:
@@ -438,12 +439,12 @@ def momentum_slopes(
         flow = 1 - ka * a + ka * slope * x * by_ratio
         if flow <= 0:
             raise CertificateError(f"{path}: no frozen wake by momentum theory at {float(wind):g}")
-        found[wind] = at.speed * (at.by_pitch + at.by_wind * wind * ka * slope * by_pitch / flow)
+        slopes[wind] = at.speed * (at.by_pitch + at.by_wind * wind * ka * slope * by_pitch / flow)
         wind = (-(-wind // WIND_STEP) - 1) * WIND_STEP
-    if not found:
+    if not slopes:
         raise CertificateError(f"{path}: no pitch holds rated torque at cut-out")
-    winds = sorted(found)
-    return winds, [found[v] for v in winds]
+    winds = sorted(slopes)
+    return winds, [slopes[v] for v in winds]
 
 
 def _induction(thrust: Fraction) -> tuple[Fraction, Fraction]:
@@ -463,13 +464,13 @@ def _largest_root(
     # Pieces to examine, the highest last; a piece that may contain a root is halved.
     waiting = [(low, high)]
     while waiting:
-        left, right = waiting.pop()
-        if _below(spline, ratio, enclose(left, right), needed):
+        low_pitch, high_pitch = waiting.pop()
+        if _below(spline, ratio, enclose(low_pitch, high_pitch), needed):
             continue
-        if right - left <= NARROW:
-            return enclose(left, right)
-        middle = (left + right) / 2
-        waiting += [(left, middle), (middle, right)]
+        if high_pitch - low_pitch <= NARROW:
+            return enclose(low_pitch, high_pitch)
+        middle = (low_pitch + high_pitch) / 2
+        waiting += [(low_pitch, middle), (middle, high_pitch)]
     raise Refused("no pitch gives rated torque there; a factor is stated from rated wind on")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import ClassVar
 
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
@@ -13,7 +14,7 @@ from takagi.certificates.checker.kernel.obligation import (
     decided_exactly,
     first_failure,
 )
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 
 
 class ClaimKind(ABC):
@@ -52,3 +53,17 @@ class ClaimKind(ABC):
     def failure(self, holds: Decider = decided_exactly) -> str:
         """Return why the claim is not shown; empty if every obligation holds."""
         return first_failure(self.obligations(), holds)
+
+
+@dataclass(frozen=True)
+class Decided:
+    """A claim whose obligations all hold, before its sentence is written."""
+
+    claim: ClaimKind
+
+    @property
+    def verdict(self) -> Verdict:
+        return self.claim.shows
+
+
+Outcome = Claim | Decided

@@ -45,16 +45,16 @@ class Matrix:
         return cls.of([[values[i] if i == j else none for j in size] for i in size])
 
     @classmethod
-    def blocks(cls, parts: Sequence[Sequence[Matrix]]) -> Matrix:
+    def blocks(cls, grid: Sequence[Sequence[Matrix]]) -> Matrix:
         """Return [[M11, M12, ...], [M21, ...], ...] as one matrix."""
-        below = lcm(*(part.below for row in parts for part in row))
+        below = lcm(*(M.below for row in grid for M in row))
         rows: list[list[int]] = []
-        for line in parts:
-            if len({len(part.rows) for part in line}) != 1:
+        for line in grid:
+            if len({len(M.rows) for M in line}) != 1:
                 raise Refused("blocks of one row have different heights")
-            whole = [[v * (below // part.below) for v in row] for part in line for row in part.rows]
+            scaled = [[v * (below // M.below) for v in row] for M in line for row in M.rows]
             height = len(line[0].rows)
-            rows += [sum(whole[i::height], []) for i in range(height)]
+            rows += [sum(scaled[i::height], []) for i in range(height)]
         if len({len(row) for row in rows}) != 1:
             raise Refused("rows of blocks have different widths")
         return cls(rows, below)
@@ -67,8 +67,8 @@ class Matrix:
     def T(self) -> Matrix:
         return Matrix([list(column) for column in zip(*self.rows, strict=True)], self.below)
 
-    def __getitem__(self, place: tuple[int, int]) -> Fraction:
-        return Fraction(self.rows[place[0]][place[1]], self.below)
+    def __getitem__(self, index: tuple[int, int]) -> Fraction:
+        return Fraction(self.rows[index[0]][index[1]], self.below)
 
     def __add__(self, other: Matrix) -> Matrix:
         if self.shape != other.shape:
@@ -128,18 +128,18 @@ class Matrix:
         )
 
 
-def mean(parts: Sequence[Matrix]) -> Matrix:
+def mean(matrices: Sequence[Matrix]) -> Matrix:
     """Return the arithmetic mean of one or more matrices."""
-    return Fraction(1, len(parts)) * sum(parts[1:], parts[0])
+    return Fraction(1, len(matrices)) * sum(matrices[1:], matrices[0])
 
 
 def read_matrix(owner: Any, key: str, where: str, shape: tuple[int, int] | None = None) -> Matrix:
     """Return a matrix of the file; ``shape`` asks for rows and columns."""
     rows = matrix(owner, key, where)
-    found = len(rows), len(rows[0])
-    if shape is not None and found != shape:
-        raise CertificateError(f"{where}.{key}: {shape[0]} by {shape[1]} is needed, not {found}")
-    if max(found) > LARGEST:
+    size = len(rows), len(rows[0])
+    if shape is not None and size != shape:
+        raise CertificateError(f"{where}.{key}: {shape[0]} by {shape[1]} is needed, not {size}")
+    if max(size) > LARGEST:
         raise CertificateError(f"{where}.{key}: matrices go to {LARGEST} by {LARGEST}")
     return Matrix.of(rows)
 
@@ -150,6 +150,6 @@ def read_stack(owner: Any, key: str, where: str) -> tuple[Matrix, ...]:
     if not isinstance(stack, list) or not stack:
         raise CertificateError(f"{where}.{key}: a list of matrices is needed")
     first = read_matrix({"0": stack[0]}, "0", f"{where}.{key}")
-    rest = (read_matrix({f"{i}": M}, f"{i}", f"{where}.{key}", first.shape)
+    following = (read_matrix({f"{i}": M}, f"{i}", f"{where}.{key}", first.shape)
             for i, M in enumerate(stack[1:], start=1))  # fmt: skip
-    return (first, *rest)
+    return (first, *following)

@@ -82,8 +82,8 @@ def _check_size(written: str, source: str) -> None:
     if sum(map(written.count, ",[{")) > MOST_PARTS:
         raise CertificateError(f"{source}: over {MOST_PARTS} entries; no certificate has so many")
     depth = 0
-    for found in STRING_OR_BRACKET.finditer(written):
-        depth += (found[0] in "[{") - (found[0] in "]}")
+    for token in STRING_OR_BRACKET.finditer(written):
+        depth += (token[0] in "[{") - (token[0] in "]}")
         if depth > DEEPEST:
             raise CertificateError(f"{source}: nested deeper than {DEEPEST}")
 
@@ -100,13 +100,13 @@ def _literal(written: str) -> Number:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    members: dict[str, Any] = {}
     for key, value in pairs:
         # JSON readers differ in which duplicate they keep, so one file could mean two things.
-        if key in found:
+        if key in members:
             raise CertificateError(f"key {key!r} appears twice in one object")
-        found[key] = value
-    return found
+        members[key] = value
+    return members
 
 
 def canonical(value: Any) -> str:
@@ -165,11 +165,11 @@ def numbers(owner: Any, key: str, where: str, count: int | None = None) -> list[
     return _row(member(owner, key, where), f"{where}.{key}", count)
 
 
-def listed(owner: Any, key: str, where: str, least: int, most: int) -> list[Any]:
+def listed(owner: Any, key: str, where: str, shortest: int, longest: int) -> list[Any]:
     """Return a list with this number of entries of any type."""
     values = member(owner, key, where)
-    if not isinstance(values, list) or not least <= len(values) <= most:
-        raise CertificateError(f"{where}.{key}: a list of {least} to {most} is needed")
+    if not isinstance(values, list) or not shortest <= len(values) <= longest:
+        raise CertificateError(f"{where}.{key}: a list of {shortest} to {longest} is needed")
     return values
 
 

@@ -30,16 +30,16 @@ def place(written: str, error: CertificateError, literal: Callable[[str], object
     def read(entry: str) -> _Odd | None:
         try:
             literal(entry)
-        except CertificateError as found:
-            return _Odd(str(found))
+        except CertificateError as refusal:
+            return _Odd(str(refusal))
         return None
 
     try:
         value = json.loads(written, parse_float=read, parse_int=read, parse_constant=read)
     except ValueError:  # no JSON behind that entry
         return ""
-    found = next((path for path, odd in _odd(value, ()) if odd.why == str(error)), ())
-    return f"{path_in_one_word(found)}: " if found else ""
+    refused_path = next((path for path, odd in _odd(value, ()) if odd.why == str(error)), ())
+    return f"{path_in_one_word(refused_path)}: " if refused_path else ""
 
 
 def _odd(value: Any, path: EntryPath) -> Iterator[tuple[EntryPath, _Odd]]:

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from takagi.certificates.checker.kernel.claim_kind import ClaimKind
-    from takagi.certificates.checker.kernel.figure import Figures
+from takagi.certificates.checker.kernel.figure import Figures
 
 
 class Verdict(Enum):
@@ -17,17 +14,6 @@ class Verdict(Enum):
     PROVED = "Every inequality holds in rational arithmetic."
     DISPROVED = "Exact multipliers show that what was asked cannot exist."
     UNDECIDED = "Neither; what was tried is listed."
-
-
-@dataclass(frozen=True)
-class Decided:
-    """A claim whose obligations all hold, before its sentence is written."""
-
-    claim: ClaimKind
-
-    @property
-    def verdict(self) -> Verdict:
-        return self.claim.shows
 
 
 @dataclass(frozen=True)
@@ -43,9 +29,6 @@ class Claim:
     text: str
     assumes: tuple[str, ...] = ()
     figures: Figures = ()
-
-
-Outcome = Claim | Decided
 
 
 @dataclass(frozen=True)

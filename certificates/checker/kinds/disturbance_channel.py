@@ -58,11 +58,11 @@ def disturbance_channels(
     ------
     CertificateError : an unknown disturbance, or a matrix that is missing or does not fit.
     """
-    whole, entering_stack, direct = channel_stacks(claim, loop, where)
-    blends = blends_of(replace(whole, more=(entering_stack, *direct)), claim, where)
-    bounded(len(blends), whole.order + entering_stack[0].shape[1])
+    with_output, entering_stack, direct = channel_stacks(claim, loop, where)
+    blends = blends_of(replace(with_output, extra_stacks=(entering_stack, *direct)), claim, where)
+    bounded(len(blends), with_output.order + entering_stack[0].shape[1])
     for blend in blends:
-        B, *through = map(blend.of, blend.loop.more)
+        B, *through = map(blend.of, blend.loop.extra_stacks)
         D = sum(through[1:], through[0]) if through else None
         yield DisturbanceChannel(blend.label, blend.A, B, blend.C, D)
 
@@ -74,13 +74,13 @@ def entrance(claim: Any, loop: PolytopicLoop, where: str) -> tuple[str, Stack]:
     ------
     CertificateError : an unknown kind of disturbance, or one that the model does not have.
     """
-    way = text(claim, "disturbance", where)
-    if way not in ("disturbances", "inputs"):
-        raise CertificateError(f"{where}.disturbance: {way!a} is not 'disturbances' or 'inputs'")
-    stack = loop.E if way == "disturbances" else loop.B
+    source = text(claim, "disturbance", where)
+    if source not in ("disturbances", "inputs"):
+        raise CertificateError(f"{where}.disturbance: {source!a} is not 'disturbances' or 'inputs'")
+    stack = loop.E if source == "disturbances" else loop.B
     if not stack:
-        raise CertificateError(f"{where}.disturbance: the model has no {way}")
-    return way, stack
+        raise CertificateError(f"{where}.disturbance: the model has no {source}")
+    return source, stack
 
 
 def channel_stacks(
@@ -88,21 +88,21 @@ def channel_stacks(
 ) -> tuple[PolytopicLoop, Stack, list[Stack]]:
     """Return the loop with the claim's output, the matrices of w, and those of w in y.
 
-    For conditions that are polynomials in the weights, and so need the matrices of the rules; the
-    direct ones are added up.
+    Conditions that are polynomials in the weights need the matrices of the rules.  The matrices of
+    w in y are to be added up.
 
     Raises
     ------
     CertificateError : as ``disturbance_channels``.
     """
-    way, entering = entrance(claim, loop, where)
-    whole, F = _with_output(claim, loop, entering[0].shape[1], where)
-    if not whole.C:
+    source, entering = entrance(claim, loop, where)
+    with_output, F = _with_output(claim, loop, entering[0].shape[1], where)
+    if not with_output.C:
         raise CertificateError(f"{where}: the model has no output, and the claim gives none")
     direct: list[Stack] = [F] if F else []
-    if way == "inputs" and whole.D:
-        direct.append(whole.D)
-    return whole, entering, direct
+    if source == "inputs" and with_output.D:
+        direct.append(with_output.D)
+    return with_output, entering, direct
 
 
 def _with_output(
@@ -111,19 +111,20 @@ def _with_output(
     """Return the loop with the claim's output instead of the model's, and F; see the module."""
     if "output" not in claim:
         return loop, ()
-    place = f"{where}.output"
-    given = member(claim, "output", where)
-    C = read_stack(given, "C", place)
-    D = read_stack(given, "D", place) if "D" in given else ()
-    F = read_stack(given, "F", place) if "F" in given else ()
+    output_place = f"{where}.output"
+    output = member(claim, "output", where)
+    C = read_stack(output, "C", output_place)
+    D = read_stack(output, "D", output_place) if "D" in output else ()
+    F = read_stack(output, "F", output_place) if "F" in output else ()
     height, inputs = C[0].shape[0], loop.B[0].shape[1] if loop.B else 0
     for key, stack, columns in (("C", C, loop.order), ("D", D, inputs), ("F", F, width)):
         if stack and (stack[0].shape != (height, columns) or len(stack) not in (1, loop.rules)):
             raise CertificateError(
-                f"{place}.{key}: {height} by {columns} is needed, one or {loop.rules} of them"
+                f"{output_place}.{key}: {height} by {columns} is needed, one or {loop.rules} "
+                "of them"
             )
     if any(len(stack) > 1 for stack in (C, D, F)):
-        refuse_averages(loop, "output", place)
+        refuse_averages(loop, "output", output_place)
     return replace(loop, C=C, D=D), F
 
 

@@ -73,12 +73,12 @@ ONE = Fraction(1)
 class Noise:
     """The disturbance of the claim.
 
-    ``way`` : "disturbances" or "inputs"; ``E`` : the matrices through which w enters.
+    ``source`` : "disturbances" or "inputs"; ``E`` : the matrices through which w enters.
     ``sizes``, ``bounds`` : for each w_k the root of its intensity and its bound, 0 for none.
     ``multipliers`` : b_k of the bounds that are not 0.
     """
 
-    way: str
+    source: str
     E: Stack
     sizes: list[Fraction]
     bounds: list[Fraction]
@@ -109,15 +109,15 @@ class ExitProbability(LoopClaim):
         yield positive(P, NOT_DEFINITE)
         yield from self._inside_model(noise)
         noisy, pushed = _columns(noise.sizes), _columns(noise.bounds)
-        both = Matrix.blocks([[pushed, noisy]]) if noise.multipliers else noisy
+        pushed_and_noisy = Matrix.blocks([[pushed, noisy]]) if noise.multipliers else noisy
         weights = [1 / (2 * self.exponent)] * noisy.shape[1]
         corner = Matrix.diagonal([*noise.multipliers, *weights])
-        blends = blends_of(replace(loop, more=(noise.E,)), self.claim, self.where)
+        blends = blends_of(replace(loop, extra_stacks=(noise.E,)), self.claim, self.where)
         bounded(len(blends), loop.order + len(corner.rows))
         largest_trace = Fraction(0)
         for blend in blends:
-            E = blend.of(blend.loop.more[0])
-            PA, side, S = P @ blend.A, P @ (E @ both), E @ noisy
+            E = blend.of(blend.loop.extra_stacks[0])
+            PA, side, S = P @ blend.A, P @ (E @ pushed_and_noisy), E @ noisy
             falling = -(PA + PA.T) - self.rate * P
             yield nonnegative(
                 Matrix.blocks([[falling, -side], [-side.T, corner]]),
@@ -142,7 +142,7 @@ class ExitProbability(LoopClaim):
         CertificateError : sizes that do not fit, that are negative, or all 0.
         """
         claim, where = self.claim, self.where
-        way, E = entrance(claim, self.loop, where)
+        source, E = entrance(claim, self.loop, where)
         q = E[0].shape[1]
         sizes, bounds = read_numbers(claim, "noise", where, q), [Fraction(0)] * q
         if "disturbance_bounds" in claim:
@@ -153,11 +153,11 @@ class ExitProbability(LoopClaim):
             raise CertificateError(
                 f"{where}: noise, bounds and multipliers >= 0, some noise above 0"
             )
-        return Noise(way, E, sizes, bounds, multipliers)
+        return Noise(source, E, sizes, bounds, multipliers)
 
     def _inside_model(self, noise: Noise) -> Obligations:
         """Yield what makes the model the plant on {V <= 1} under this noise."""
-        loop, added = self.loop, noise.way == "inputs"
+        loop, added = self.loop, noise.source == "inputs"
         names = loop.inputs if added else loop.disturbances
         limited = {*(loop.other_box or {}), *(loop.scheduled_by or ())}
         for name, size in zip(names, noise.sizes, strict=bool(names)):
@@ -170,8 +170,8 @@ class ExitProbability(LoopClaim):
     def sentence(self) -> str:
         loop, noise = self.loop, self.noise()
         begins = f"x'Px <= {at_least(self.start, 6)}" if self.start else "x = 0"
-        model = "the model's disturbance" if noise.way == "disturbances" else "w added to u"
-        alone = ", without the model's disturbance" if noise.way == "inputs" and loop.E else ""
+        model = "the model's disturbance" if noise.source == "disturbances" else "w added to u"
+        alone = ", without the model's disturbance" if noise.source == "inputs" and loop.E else ""
         inside = ", inside the model's box" if while_valid(loop) else ""
         return (
             f"the probability that x'Px reaches 1 within {at_least(self.horizon, 6)} s is at most "
@@ -179,19 +179,19 @@ class ExitProbability(LoopClaim):
             f"{unforeseeing(loop)}; {model} is {self._disturbance(noise)}"
             f"{in_which_sense(loop, noise.E)}{alone}{granted(loop, disturbances_too=False)}"
             f"; the set is x'Px <= 1{inside}{rounded_size(self.P, ONE, loop.states)}"
-            f"{deviations(loop, 'x' + ('w' if noise.way == 'disturbances' else ''))}"
+            f"{deviations(loop, 'x' + ('w' if noise.source == 'disturbances' else ''))}"
         )
 
     def _disturbance(self, noise: Noise) -> str:
         """Return which w_k are white noise, with their intensities, and which are bounded."""
-        names = self.loop.disturbances if noise.way == "disturbances" else self.loop.inputs
+        names = self.loop.disturbances if noise.source == "disturbances" else self.loop.inputs
         names = names or tuple(f"w_{k + 1}" for k in range(len(noise.sizes)))
         sizes = list(zip(names, noise.sizes, noise.bounds, strict=True))
         white = [f"{at_least(size, 6)}^2 for {name}" for name, size, _ in sizes if size]
         beside = [f"{name} moves by at most {at_least(b, 6)} besides" for name, _, b in sizes if b]
-        still = [f"{name} is at rest" for name, size, b in sizes if not size and not b]
+        at_rest = [f"{name} is at rest" for name, size, b in sizes if not size and not b]
         return ", ".join(
-            [f"white noise, independent, of intensity {', '.join(white)}", *beside, *still]
+            [f"white noise, independent, of intensity {', '.join(white)}", *beside, *at_rest]
         )
 
 
@@ -214,7 +214,7 @@ def exit_bound(
 
 def _columns(sizes: list[Fraction]) -> Matrix:
     """Return the columns of diag(sizes) that are not zero; one row for each size."""
-    kept = [k for k, size in enumerate(sizes) if size]
+    nonzero = [k for k, size in enumerate(sizes) if size]
     return Matrix.of(
-        [[size if i == k else Fraction(0) for k in kept] for i, size in enumerate(sizes)]
+        [[size if i == k else Fraction(0) for k in nonzero] for i, size in enumerate(sizes)]
     )

@@ -78,8 +78,10 @@ class WeightedFunctionClaim(LoopClaim):
 
     def obligations(self) -> Obligations:
         for condition, words in self.conditions():
-            for piece in leaves(self.claim, self.loop, self.where, condition, Polynomial.halved):
-                for powers, coefficient in piece.coefficients():
+            for polynomial in leaves(
+                self.claim, self.loop, self.where, condition, Polynomial.halved
+            ):
+                for powers, coefficient in polynomial.coefficients():
                     yield positive(coefficient, f"{words} weights to the powers {powers}")
 
     def figures(self) -> Iterator[Figure | WindProfile]:
@@ -174,13 +176,13 @@ def scheduled_function(
     if any(P.degrees):
         refuse_averages(loop, "function", where)
     # An empty list of pieces is refused later; until then the work is bounded as for one piece.
-    pieces = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
-    _bounded(pieces * len(exponents(P.sizes, [d + polya for d in P.degrees])), order, where)
+    piece_count = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
+    _bounded(piece_count * len(exponents(P.sizes, [d + polya for d in P.degrees])), order, where)
     rates = [] if loop.is_discrete else _rates(claim, P, where)
     speeds = [] if loop.is_discrete else _corners(rates, where)
     terms = exponents(P.sizes, [d + e + polya for d, e in zip(P.degrees, degrees, strict=True)])
     several = len(coefficients) if loop.is_discrete else len(speeds)
-    _bounded(pieces * len(terms) * several, order, where)
+    _bounded(piece_count * len(terms) * several, order, where)
     return ScheduledFunction(P, coefficients, rates, speeds, [polya] * len(P.sizes))
 
 
@@ -207,13 +209,13 @@ def _next(P: Polynomial, G: Polynomial, b: Matrix, factor: Fraction) -> Polynomi
     degrees = tuple(map(max, P.degrees, G.degrees))
     now, closed = P.to(degrees), G.to(degrees)
     zero = 0 * b
-    found: dict[Exponent, Matrix] = {}
-    one = Polynomial(P.sizes, (0,) * len(P.sizes), {_flat(P.sizes): b}).to(degrees)
+    terms: dict[Exponent, Matrix] = {}
+    constant = Polynomial(P.sizes, (0,) * len(P.sizes), {_flat(P.sizes): b}).to(degrees)
     for a in exponents(P.sizes, degrees):
         Pa = factor * now.terms[a] if a in now.terms else zero
         PG = b @ closed.terms[a] if a in closed.terms else zero
-        found[a] = Matrix.blocks([[Pa, PG.T], [PG, one.terms[a]]])
-    return Polynomial(P.sizes, degrees, found)
+        terms[a] = Matrix.blocks([[Pa, PG.T], [PG, constant.terms[a]]])
+    return Polynomial(P.sizes, degrees, terms)
 
 
 def _flat(sizes: tuple[int, ...]) -> Exponent:
@@ -250,10 +252,10 @@ def _unit(size: int, corner: int) -> tuple[int, ...]:
 def _scheduled(claim: Any, loop: PolytopicLoop, where: str) -> tuple[Polynomial, list[Matrix]]:
     """Return P(w), and its Bernstein coefficients."""
     sizes, n = _sizes(loop), loop.order
-    given = numbers(claim, "degrees", where, len(sizes))
-    if any(d.denominator != 1 or not 0 <= d <= HIGHEST for d in given):
+    stated_degrees = numbers(claim, "degrees", where, len(sizes))
+    if any(d.denominator != 1 or not 0 <= d <= HIGHEST for d in stated_degrees):
         raise CertificateError(f"{where}.degrees: whole numbers from 0 to {HIGHEST} are needed")
-    degrees = tuple(map(int, given))
+    degrees = tuple(map(int, stated_degrees))
     listed = member(claim, "P", where)
     needed = exponents(sizes, degrees)
     if not isinstance(listed, list) or len(listed) != len(needed):
@@ -261,57 +263,61 @@ def _scheduled(claim: Any, loop: PolytopicLoop, where: str) -> tuple[Polynomial,
     terms: dict[Exponent, Matrix] = {}
     coefficients = []
     for i, entry in enumerate(listed):
-        place = f"{where}.P[{i}]"
-        powers = member(entry, "powers", place)
+        entry_place = f"{where}.P[{i}]"
+        powers = member(entry, "powers", entry_place)
         if not isinstance(powers, list) or len(powers) != len(sizes):
-            raise CertificateError(f"{place}.powers: one row for each simplex is needed")
-        rows = [numbers({"powers": row}, "powers", place, s)
+            raise CertificateError(f"{entry_place}.powers: one row for each simplex is needed")
+        rows = [numbers({"powers": row}, "powers", entry_place, s)
                 for row, s in zip(powers, sizes, strict=True)]  # fmt: skip
         a = tuple(tuple(int(v) for v in row) for row in rows)
         exact = all(v == w for r, s in zip(rows, a, strict=True) for v, w in zip(r, s, strict=True))
         if not exact or a not in needed or a in terms:
-            raise CertificateError(f"{place}.powers: every exponent of the degrees once is needed")
-        coefficients.append(read_matrix(entry, "matrix", place, (n, n)))
+            raise CertificateError(
+                f"{entry_place}.powers: every exponent of the degrees once is needed"
+            )
+        coefficients.append(read_matrix(entry, "matrix", entry_place, (n, n)))
         terms[a] = _multinomial(a) * coefficients[-1]
     return Polynomial(sizes, degrees, terms), coefficients
 
 
 def _multinomial(a: Exponent) -> int:
-    found = 1
+    coefficient = 1
     for row in a:
-        found *= factorial(sum(row))
+        coefficient *= factorial(sum(row))
         for power in row:
-            found //= factorial(power)
-    return found
+            coefficient //= factorial(power)
+    return coefficient
 
 
 def _rates(claim: Any, P: Polynomial, where: str) -> Rates:
     listed = member(claim, "rates", where)
     if not isinstance(listed, list) or len(listed) != len(P.sizes):
         raise CertificateError(f"{where}.rates: one row for each simplex is needed")
-    found: Rates = []
+    rates: Rates = []
     for row, size, degree in zip(listed, P.sizes, P.degrees, strict=True):
         if row is None:
             if degree:
                 raise CertificateError(f"{where}.rates: P depends on weights without a bound")
-            found.append(None)
+            rates.append(None)
             continue
         bounds = numbers({"rates": row}, "rates", where, size)
         if min(bounds) < 0:
             raise CertificateError(f"{where}.rates: bounds >= 0 are needed")
-        found.append(bounds)
-    return found
+        rates.append(bounds)
+    return rates
 
 
 def _corners(rates: Rates, where: str) -> list[Speeds]:
     """Return the corners of all speeds; weights on which P does not depend have no speed."""
-    parts = [[()] if bounds is None else _simplex_corners(bounds, where) for bounds in rates]
+    simplex_corners = [
+        [()] if bounds is None else _simplex_corners(bounds, where) for bounds in rates
+    ]
     count = 1
-    for part in parts:
-        count *= len(part)
+    for corners in simplex_corners:
+        count *= len(corners)
     if count > MOST_CORNERS:
         raise CertificateError(f"{where}.rates: {count} corners; at most {MOST_CORNERS}")
-    return list(product(*parts))
+    return list(product(*simplex_corners))
 
 
 def _simplex_corners(bounds: list[Fraction], where: str) -> list[tuple[Fraction, ...]]:
@@ -319,15 +325,15 @@ def _simplex_corners(bounds: list[Fraction], where: str) -> list[tuple[Fraction,
     size = len(bounds)
     if size << max(size - 1, 0) > 8 * MOST_CORNERS:
         raise CertificateError(f"{where}.rates: a simplex of {size} corners is too large")
-    found = set()
+    corners = set()
     for free in range(size):
-        others = [bounds[c] for c in range(size) if c != free]
+        other_bounds = [bounds[c] for c in range(size) if c != free]
         for signs in product((-1, 1), repeat=size - 1):
-            speeds = [s * b for s, b in zip(signs, others, strict=True)]
+            speeds = [s * b for s, b in zip(signs, other_bounds, strict=True)]
             last = -sum(speeds, Fraction(0))
             if abs(last) <= bounds[free]:
-                found.add((*speeds[:free], last, *speeds[free:]))
-    return sorted(found)
+                corners.add((*speeds[:free], last, *speeds[free:]))
+    return sorted(corners)
 
 
 def _bounded(count: int, order: int, where: str) -> None:

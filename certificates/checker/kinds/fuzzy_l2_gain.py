@@ -74,8 +74,8 @@ class FuzzyEnergyGain(WeightedFunctionClaim):
     def function(self) -> ScheduledFunction:
         loop = self.loop
         refuse_averages(loop, "function", self.where)
-        whole, entering, _ = channel_stacks(self.claim, loop, self.where)
-        width = entering[0].shape[1] + whole.C[0].shape[0]
+        loop_with_output, entering, _ = channel_stacks(self.claim, loop, self.where)
+        width = entering[0].shape[1] + loop_with_output.C[0].shape[0]
         order = (2 if loop.is_discrete else 1) * loop.order + width
         count = len(loop.corners[0]) if loop.corners else 1
         return scheduled_function(self.claim, loop, self.where, order, [2] * count)
@@ -140,14 +140,14 @@ def _jump(
 ) -> Polynomial:
     """Return the module's matrix of discrete time, for one P_b at the next sample."""
     q, p = next(iter(E.terms.values())).shape[1], next(iter(C.terms.values())).shape[0]
-    moved, driven = _times(b, G), _times(b, E)
+    b_times_G, b_times_E = _times(b, G), _times(b, E)
     n = b.shape[0]
     return blocks(
         [
-            [P, Matrix.zeros(n, q), C.T, moved.T],
-            [Matrix.zeros(q, n), scaled_identity(q, gain), D.T, driven.T],
+            [P, Matrix.zeros(n, q), C.T, b_times_G.T],
+            [Matrix.zeros(q, n), scaled_identity(q, gain), D.T, b_times_E.T],
             [C, D, scaled_identity(p, gain), Matrix.zeros(p, n)],
-            [moved, driven, Matrix.zeros(n, p), b],
+            [b_times_G, b_times_E, Matrix.zeros(n, p), b],
         ],
         (n, q, p, n),
     )
@@ -164,9 +164,9 @@ def blocks(grid: list[list[Polynomial | Matrix]], sides: tuple[int, ...]) -> Pol
     ----------
     sides : the sizes of the blocks.
     """
-    parts = [entry for row in grid for entry in row if isinstance(entry, Polynomial)]
-    sizes = parts[0].sizes
-    degrees = tuple(max(each) for each in zip(*(part.degrees for part in parts), strict=True))
+    polynomials = [entry for row in grid for entry in row if isinstance(entry, Polynomial)]
+    sizes = polynomials[0].sizes
+    degrees = tuple(max(d) for d in zip(*(X.degrees for X in polynomials), strict=True))
     raised: list[list[dict[Exponent, Matrix]]] = []
     for row in grid:
         raised.append([])

@@ -70,10 +70,10 @@ class GainRounding(LoopClaim):
         steps = tuple(_step(self.absolute, self.relative, K, tau) for K in loop.K)
         # Effect and step are convex in B and K: on a piece of the weights the means of their values
         # at the rules are upper bounds.
-        blends = blends_of(replace(loop, more=(effects, steps)), self.claim, self.where)
+        blends = blends_of(replace(loop, extra_stacks=(effects, steps)), self.claim, self.where)
         bounded(len(blends), (2 if loop.is_discrete else 1) * loop.order)
         for blend in blends:
-            effect, step = (blend.of(blend.loop.more[side], side) for side in (0, 1))
+            effect, step = (blend.of(blend.loop.extra_stacks[side], side) for side in (0, 1))
             PG = P @ blend.A
             if loop.is_discrete:
                 falling = Matrix.blocks([[factor * P - step, PG.T], [PG, P - effect]])

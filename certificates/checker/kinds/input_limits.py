@@ -61,8 +61,8 @@ class InputLimits(InvariantSet):
         if self.rate_limits is None:
             return ""
         move = "|u_k(x+) - u_k(x)|" if self.loop.is_discrete else "|u_k'|"
-        shown = ", ".join(at_least(value, 6) for value in assumed_rates(self))
-        assumed = f" for memberships with |h_j'| <= {shown}" if shown else ""
+        rate_bounds = ", ".join(at_least(value, 6) for value in assumed_rates(self))
+        assumed = f" for memberships with |h_j'| <= {rate_bounds}" if rate_bounds else ""
         return f" and {move} <= {_most(self.rate_limits)}{assumed}"
 
 

@@ -52,8 +52,8 @@ def rate_obligations(claim: InvariantSet, limits: Sequence[Fraction]) -> Obligat
     P, level = claim.P, claim.level
     shares = member(claim.claim, "rate_shares", where)
     motion = numbers(shares, "motion", f"{where}.rate_shares", m)
-    for piece in pieces(claim.claim, loop, where):
-        for matrix in motion_rows(piece, where, later=loop.K):
+    for loop_piece in pieces(claim.claim, loop, where):
+        for matrix in motion_rows(loop_piece, where, later=loop.K):
             for k in range(m):
                 failure = f"input {k + 1} may move faster than its share with the state"
                 yield reaches_at_most(P, level, matrix.row(k), motion[k], failure)
@@ -81,7 +81,7 @@ def assumed_rates(claim: InvariantSet) -> list[Fraction]:
 
 
 def motion_rows(loop: PolytopicLoop, where: str, later: Stack | None = None) -> Iterator[Matrix]:
-    """Yield the matrices of which u', or u(x+) - u(x), is a blend times x, for h' = 0.
+    """Yield matrices; for h' = 0 their blend times x is u', or u(x+) - u(x).
 
     Parameters
     ----------
@@ -93,8 +93,8 @@ def motion_rows(loop: PolytopicLoop, where: str, later: Stack | None = None) -> 
         blends = loop.blends()
         bounded(m * len(blends), n + 1)
         for blend in blends:
-            one = Matrix.identity(loop.order)
-            yield loop.K[0] @ (blend.A - one if loop.is_discrete else blend.A)
+            identity = Matrix.identity(loop.order)
+            yield loop.K[0] @ (blend.A - identity if loop.is_discrete else blend.A)
         return
     if r > MOST_RULES:
         raise CertificateError(f"{where}: rates of more than {MOST_RULES} rules are not claimed")
@@ -122,13 +122,13 @@ def _at(stack: tuple[Matrix, ...], i: int) -> Matrix:
 def _pushed(loop: PolytopicLoop, disturbance: Disturbance, m: int) -> list[Fraction]:
     """Return (m,): max_ji sum_l |K_j E_i|_kl b_l."""
     bounds = disturbance.each_bound
-    most = [Fraction(0)] * m
+    largest = [Fraction(0)] * m
     for gain, entering in product(loop.K, disturbance.E):
         effect = gain @ entering
         for k in range(m):
             size = sum((abs(effect[k, i]) * b for i, b in enumerate(bounds)), Fraction(0))
-            most[k] = max(most[k], size)
-    return most
+            largest[k] = max(largest[k], size)
+    return largest
 
 
 def membership_corners(phi: Sequence[Fraction], where: str) -> Iterator[list[Fraction]]:
@@ -145,16 +145,16 @@ def membership_corners(phi: Sequence[Fraction], where: str) -> Iterator[list[Fra
     if any(rate < 0 for rate in phi):
         raise CertificateError(f"{where}.membership_rates: they are not negative")
     for free in range(len(phi)):
-        others = [rate for j, rate in enumerate(phi) if j != free]
-        for signs in product((1, -1), repeat=len(others)):
-            rest = [sign * rate for sign, rate in zip(signs, others, strict=True)]
-            last = -sum(rest, Fraction(0))
+        other_rates = [rate for j, rate in enumerate(phi) if j != free]
+        for signs in product((1, -1), repeat=len(other_rates)):
+            speeds = [sign * rate for sign, rate in zip(signs, other_rates, strict=True)]
+            last = -sum(speeds, Fraction(0))
             if abs(last) <= phi[free]:
-                yield [*rest[:free], last, *rest[free:]]
+                yield [*speeds[:free], last, *speeds[free:]]
 
 
 def _combined(weights: Sequence[Fraction], stack: Sequence[Matrix]) -> Matrix:
     total = weights[0] * stack[0]
-    for weight, part in zip(weights[1:], stack[1:], strict=True):
-        total = total + weight * part
+    for weight, matrix in zip(weights[1:], stack[1:], strict=True):
+        total = total + weight * matrix
     return total

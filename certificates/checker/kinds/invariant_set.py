@@ -69,11 +69,11 @@ MOST_DISTURBANCES = 10
 class Disturbance(NamedTuple):
     """The bounded disturbance of a claim.
 
-    ``way`` : "disturbances", "inputs", or empty for w = 0; ``E`` : the matrices through which w
+    ``source`` : "disturbances", "inputs", or empty for w = 0; ``E`` : the matrices through which w
     enters.  ``bounds`` : of the |w_k|, or of |w|_2 where ``is_ball``; () for w = 0.
     """
 
-    way: str = ""
+    source: str = ""
     E: Stack = ()
     bounds: tuple[Fraction, ...] = ()
     is_ball: bool = False
@@ -119,7 +119,7 @@ class InvariantSet(LoopClaim):
         claim, where = self.claim, self.where
         if "disturbance" not in claim:
             return Disturbance()
-        way, E = entrance(claim, self.loop, where)
+        source, E = entrance(claim, self.loop, where)
         is_ball = "disturbance_norm" in claim
         if is_ball:
             bounds = [read_number(claim, "disturbance_norm", where)]
@@ -132,7 +132,7 @@ class InvariantSet(LoopClaim):
                 f"{where}.disturbance_bounds: at most {MOST_DISTURBANCES}, whose corners are "
                 "checked"
             )
-        return Disturbance(way, E, tuple(bounds), is_ball)
+        return Disturbance(source, E, tuple(bounds), is_ball)
 
     def obligations(self) -> Obligations:
         """Yield what makes the set invariant, and keeps it inside the box."""
@@ -154,8 +154,10 @@ class InvariantSet(LoopClaim):
                 falling = F - self.multiplier * P
                 yield nonnegative(Matrix.blocks([[falling, -G], [-G.T, corner]]), failure)
         at_rest = (Fraction(0),) * len(loop.disturbances)
-        yield from disturbances_in_range(loop, w.each_bound if w.way == "disturbances" else at_rest)
-        yield from inside_box(loop, P, self.level, w.each_bound if w.way == "inputs" else ())
+        yield from disturbances_in_range(
+            loop, w.each_bound if w.source == "disturbances" else at_rest
+        )
+        yield from inside_box(loop, P, self.level, w.each_bound if w.source == "inputs" else ())
 
     def figures(self) -> Iterator[Figure | WindProfile]:
         """Yield the set's volume, and how far each state may start with the others at rest.
@@ -168,7 +170,7 @@ class InvariantSet(LoopClaim):
         for k, label in enumerate(self.loop.states):
             name, _, unit = label.removesuffix("]").partition(" [")
             start = square_root_below(self.level / self.P[k, k])
-            yield Figure(f"safe start of {name} alone", unit, start)
+            yield Figure(f"safe start of {name}, others at rest", unit, start)
         yield from self._disturbance_figures()
 
     def _disturbance_figures(self) -> Iterator[Figure]:
@@ -178,7 +180,7 @@ class InvariantSet(LoopClaim):
 
     @property
     def set_in_words(self) -> str:
-        """The set; a larger or smaller level need be neither in the box nor invariant."""
+        """The set with its exact level; for another level it may leave the box."""
         return f"{{x'Px <= {exactly(self.level)}}}"
 
     @property
@@ -198,16 +200,16 @@ class InvariantSet(LoopClaim):
             undisturbed = " without disturbance" if loop.E else ""
             return f"from inside V = x'Px falls as {speed}{undisturbed}"
         alone = ", without the model's disturbance," if loop.E else ""
-        what = "the model's disturbance" if w.way == "disturbances" else f"w added to u{alone}"
-        shown = [at_least(b, 6) for b in w.bounds]
-        size = f"|w|_2 <= {shown[0]}" if w.is_ball else f"|w_k| <= {', '.join(shown)}"
+        source = "the model's disturbance" if w.source == "disturbances" else f"w added to u{alone}"
+        bounds = [at_least(b, 6) for b in w.bounds]
+        size = f"|w|_2 <= {bounds[0]}" if w.is_ball else f"|w_k| <= {', '.join(bounds)}"
         outside = "from outside, but within the box," if self._is_boxed else "from outside"
-        return f"for {what} with {size}; {outside} V - level falls as {speed}"
+        return f"for {source} with {size}; {outside} V - level falls as {speed}"
 
     @property
     def own_letter(self) -> str:
-        """``w`` where that is the model's own disturbance; one added to u is no deviation."""
-        return "w" if self.disturbance.way == "disturbances" else ""
+        """``w`` if it is the model's disturbance; a w that is added to u is no deviation."""
+        return "w" if self.disturbance.source == "disturbances" else ""
 
     @property
     def _is_boxed(self) -> bool:

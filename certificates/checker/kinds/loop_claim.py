@@ -48,9 +48,9 @@ class LoopClaim(ClaimKind):
         """
         name = reader.text(claim, "name", where)
         values = {
-            one.name: one.metadata["read"](claim, one.name, where, loop)
-            for one in fields(cls)
-            if "read" in one.metadata
+            field.name: field.metadata["read"](claim, field.name, where, loop)
+            for field in fields(cls)
+            if "read" in field.metadata
         }
         return cls(claim, loop, where, name, **values)
 

@@ -102,9 +102,9 @@ class NoCommonDecay(LoopClaim):
         """Yield S >= 0 with multipliers that are not all zero, and S != 0 where alpha > 0."""
         loop = self.loop
         total, size = Matrix.zeros(loop.order, loop.order), Fraction(0)
-        for place, entry in self._entries():
-            G = _closed(loop, _weights(entry, loop, place))
-            L = read_matrix(entry, "factor", place)
+        for entry_place, entry in self._entries():
+            G = _closed(loop, _weights(entry, loop, entry_place))
+            L = read_matrix(entry, "factor", entry_place)
             Z = L @ L.T
             size += Z.trace
             total = (total + _dual(loop, G, Z, factor)).reduced()
@@ -126,25 +126,25 @@ class NoCommonDecay(LoopClaim):
 
     def sentence(self) -> str:
         loop, rate = self.loop, self.decay_rate
-        blends = [_weights(entry, loop, place) for place, entry in self._entries()]
-        shown = ", ".join(map(_blend_name, blends[:MOST_NAMED]))
-        more = f" and {len(blends) - MOST_NAMED} more" if len(blends) > MOST_NAMED else ""
+        blends = [_weights(entry, loop, entry_place) for entry_place, entry in self._entries()]
+        named_blends = ", ".join(map(_blend_name, blends[:MOST_NAMED]))
+        and_more = f" and {len(blends) - MOST_NAMED} more" if len(blends) > MOST_NAMED else ""
         at_once = "falls in each sample" if loop.is_discrete else "has V' < 0"
         falls_so = f"decays at {at_most(rate, 6)} 1/s" if rate else f"{at_once} wherever x is not 0"
         return (
             f"no common quadratic function {falls_so} along {about(loop)}: "
-            f"none does along {shown}{more}"
+            f"none does along {named_blends}{and_more}"
         )
 
 
 def _blend_name(h: Sequence[Fraction]) -> str:
     """Return a blend by its rules, with their shares where these are few."""
-    used = [i for i, share in enumerate(h) if share]
-    if len(used) == 1:
-        return f"rule {used[0] + 1} alone"
-    if len(used) > MOST_NAMED:
-        return f"a blend of {len(used)} rules"
-    return " + ".join(f"{h[i]} rule {i + 1}" for i in used)
+    active_rules = [i for i, share in enumerate(h) if share]
+    if len(active_rules) == 1:
+        return f"rule {active_rules[0] + 1} alone"
+    if len(active_rules) > MOST_NAMED:
+        return f"a blend of {len(active_rules)} rules"
+    return " + ".join(f"{h[i]} rule {i + 1}" for i in active_rules)
 
 
 def _dual(loop: PolytopicLoop, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
@@ -189,5 +189,5 @@ def _at(stack: Stack, h: Weights) -> Matrix:
     """Return sum_i h_i X_i; a stack of one matrix is the same for all rules."""
     if len(stack) == 1:
         return stack[0]
-    parts = [share * X for share, X in zip(h, stack, strict=True) if share]
-    return sum(parts[1:], parts[0]).reduced()
+    terms = [share * X for share, X in zip(h, stack, strict=True) if share]
+    return sum(terms[1:], terms[0]).reduced()

@@ -83,8 +83,8 @@ class ObservedLoop(LoopClaim):
         for label, G in whole_loops(self.claim, loop, where):
             yield positive(decrease(loop, self.P, G, factor), f"the inequality fails at {label}")
         yield from disturbances_in_range(loop, (Fraction(0),) * len(loop.disturbances))
-        for row, half, what in ranges_kept(self.claim, loop, where):
-            failure = f"{what} may leave its range in the model's box"
+        for row, half, quantity in ranges_kept(self.claim, loop, where):
+            failure = f"{quantity} may leave its range in the model's box"
             yield reaches_at_most(self.P, self.level, row, half, failure)
 
     def sentence(self) -> str:
@@ -96,18 +96,18 @@ class ObservedLoop(LoopClaim):
             first, weights = "xhat", "weights at the estimate"
         boxed = any(side is not None for side in loop.box) or bool(loop.other_box)
         limits = ", ".join(map(exactly, input_limits(self.claim, loop, self.where)))
-        most = f", with |u_k| <= {limits}" if limits else ""
+        limit_clause = f", with |u_k| <= {limits}" if limits else ""
         lies = f", in which x{' and xhat stay' if law.at_estimate else ' stays'} in the model's box"
         lies += granted(loop, disturbances_too=False)
         return (
             f"V = z'Pz with z = ({first}, x - xhat), for u = -K xhat of an observer with "
             f"{weights}, {falls_as(self.decay_rate)}{undisturbed(loop)}; "
-            f"{{V <= {exactly(self.level)}}} is never left{lies if boxed else ''}{most}; exact "
-            f"outputs, no time for computing{self._starts()}{deviations(loop, 'xu')}"
+            f"{{V <= {exactly(self.level)}}} is never left{lies if boxed else ''}{limit_clause}; "
+            f"exact outputs, no time for computing{self._starts()}{deviations(loop, 'xu')}"
         )
 
     def _starts(self) -> str:
-        """Return how far each state alone may start off rest."""
+        """Return the largest initial deviation of each state, if all others start at rest."""
         loop = self.loop
         if loop.order > LARGEST:
             return ""
@@ -123,13 +123,13 @@ class ObservedLoop(LoopClaim):
 
 
 def starts(loop: PolytopicLoop) -> Matrix:
-    """Return N of z = N x for an estimate that starts at the measured states, elsewhere at rest."""
+    """Return N of z = N x at the start: measured states are known, other estimates are at rest."""
     law, n = loop.observer, loop.order
     assert law is not None  # the kind asks for it
-    seen = states_at_start(loop.C, loop.D, n)
-    first = Matrix([[int(seen[i] and i == j) for j in range(n)] for i in range(n)])
-    one = Matrix.identity(n)
-    return Matrix.blocks([[first if law.at_estimate else one], [one - first]])
+    is_measured = states_at_start(loop.C, loop.D, n)
+    first = Matrix([[int(is_measured[i] and i == j) for j in range(n)] for i in range(n)])
+    identity = Matrix.identity(n)
+    return Matrix.blocks([[first if law.at_estimate else identity], [identity - first]])
 
 
 def whole_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
@@ -154,25 +154,25 @@ def whole_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[s
 def ranges_kept(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[Bound]:
     """Yield the quantities with a range, and the inputs with limits in the claim."""
     law, n = _law(loop, where), loop.order
-    one, none = Matrix.identity(n), Matrix.zeros(n, n)
+    identity, none = Matrix.identity(n), Matrix.zeros(n, n)
     if len({*loop.states, *loop.inputs}) < len(loop.states) + len(loop.inputs):
         raise CertificateError(f"{where}: a state and an input have one name, also in the box")
-    plant = Matrix.blocks([[one, one if law.at_estimate else none]])
+    plant = Matrix.blocks([[identity, identity if law.at_estimate else none]])
     for k, side in enumerate(loop.box):
         if side is None:
             continue
         half = half_width(side)
         yield plant.row(k), half, loop.states[k]
         if law.at_estimate:
-            estimate = Matrix.blocks([[one, none]])
+            estimate = Matrix.blocks([[identity, none]])
             yield estimate.row(k), half, f"the estimate of {loop.states[k]}"
     halves = [(k, half_width(side)) for k, side in bounded_inputs(loop).items()]
     halves += enumerate(input_limits(claim, loop, where))
     for j, K in enumerate(loop.K):
-        whole = Matrix.blocks([[K, Matrix.zeros(*K.shape) if law.at_estimate else -K]])
+        gain_row = Matrix.blocks([[K, Matrix.zeros(*K.shape) if law.at_estimate else -K]])
         for k, half in halves:
             name = loop.inputs[k] if loop.inputs else f"input {k + 1}"
-            yield whole.row(k), half, f"{name} by gain {j + 1}"
+            yield gain_row.row(k), half, f"{name} by gain {j + 1}"
 
 
 def input_limits(claim: Any, loop: PolytopicLoop, where: str) -> list[Fraction]:

@@ -85,10 +85,10 @@ class Observer(LoopClaim):
         assumed = secants if "secants" in self.claim else EXACT
         return self._decays("the error x - xhat of the observer", assumed)
 
-    def _decays(self, what: str, assumed: str, letters: str = "") -> str:
+    def _decays(self, argument: str, assumed: str, letters: str = "") -> str:
         loop = self.loop
         return (
-            f"V of {what}, for {assumed}, {falls_as(self.decay_rate)}{undisturbed(loop)} along "
+            f"V of {argument}, for {assumed}, {falls_as(self.decay_rate)}{undisturbed(loop)} along "
             f"every blend of {loop.rules} rules{while_valid(loop)}{deviations(loop, letters)}"
         )
 
@@ -129,9 +129,9 @@ def _shows(loop: PolytopicLoop, i: int, k: int) -> bool:
 
 
 def _only(row: list[int]) -> int | None:
-    """Return the place of the only nonzero entry; None for none or several."""
-    places = [j for j, entry in enumerate(row) if entry]
-    return places[0] if len(places) == 1 else None
+    """Return the index of the only nonzero entry; None for none or several."""
+    nonzero_columns = [j for j, entry in enumerate(row) if entry]
+    return nonzero_columns[0] if len(nonzero_columns) == 1 else None
 
 
 def _gains(claim: Any, loop: PolytopicLoop, where: str) -> Stack:
@@ -181,17 +181,17 @@ def joint_loops(
     L = _gains(claim, loop, where) if L is None else L
     if not loop.K or not loop.shared_weights:
         raise CertificateError(f"{where}: gains with the weights of the model are needed")
-    rest = Matrix.zeros(loop.order, loop.order)
-    error, both = _of_error(loop, L), replace(loop, C=(), D=(), E=())
-    if len(both.groups()) != len(error.groups()):
+    zero = Matrix.zeros(loop.order, loop.order)
+    error, closed_loop = _of_error(loop, L), replace(loop, C=(), D=(), E=())
+    if len(closed_loop.groups()) != len(error.groups()):
         # One of the two loops is affine in h and would be tested rule by rule; both must have the
         # same groups of pairs to form one matrix.
-        error, both = _pair_by_pair(error), _pair_by_pair(both)
-    blends = blends_of(both, claim, where)
+        error, closed_loop = _pair_by_pair(error), _pair_by_pair(closed_loop)
+    blends = blends_of(closed_loop, claim, where)
     bounded(len(blends), 2 * loop.order)
-    for one, other in zip(blends, blends_of(error, claim, where), strict=True):
-        push = one.of(one.loop.A) - one.A
-        yield one.label, Matrix.blocks([[one.A, push], [rest, other.A.T]])
+    for loop_blend, error_blend in zip(blends, blends_of(error, claim, where), strict=True):
+        push = loop_blend.of(loop_blend.loop.A) - loop_blend.A
+        yield loop_blend.label, Matrix.blocks([[loop_blend.A, push], [zero, error_blend.A.T]])
 
 
 def _of_error(loop: PolytopicLoop, L: Stack) -> PolytopicLoop:

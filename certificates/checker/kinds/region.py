@@ -42,13 +42,13 @@ class Region(LoopClaim):
     P: Matrix = matrix("n", "n")
 
     def obligations(self) -> Obligations:
-        P, parts = self.P, list(self.parts())
+        P, subregions = self.P, list(self.parts())
         yield positive(P, NOT_DEFINITE)
         blends = blends_of(self.loop, self.claim, self.where)
-        bounded(len(blends), sum(len(L.rows) for L, _ in parts) * self.loop.order)
+        bounded(len(blends), sum(len(L.rows) for L, _ in subregions) * self.loop.order)
         for blend in blends:
             PG = P @ blend.A
-            for L, M in parts:
+            for L, M in subregions:
                 size = range(len(L.rows))
                 left_side = Matrix.blocks([
                     [L[a, b] * P + M[a, b] * PG + M[b, a] * PG.T for b in size] for a in size
@@ -59,14 +59,14 @@ class Region(LoopClaim):
 
     def parts(self) -> Iterator[tuple[Matrix, Matrix]]:
         """Yield (L, M) of every part."""
-        parts = listed(self.claim, "parts", self.where, 1, MOST_PARTS)
-        for i, part in enumerate(parts):
-            place = f"{self.where}.parts[{i}]"
-            L = read_matrix(part, "L", place)
-            M = read_matrix(part, "M", place, (len(L.rows), len(L.rows)))
+        listed_parts = listed(self.claim, "parts", self.where, 1, MOST_PARTS)
+        for i, subregion in enumerate(listed_parts):
+            subregion_place = f"{self.where}.parts[{i}]"
+            L = read_matrix(subregion, "L", subregion_place)
+            M = read_matrix(subregion, "M", subregion_place, (len(L.rows), len(L.rows)))
             if len(L.rows) > LARGEST_PART or not L.is_symmetric:
                 raise CertificateError(
-                    f"{place}.L: symmetric, at most {LARGEST_PART} rows, is needed"
+                    f"{subregion_place}.L: symmetric, at most {LARGEST_PART} rows, is needed"
                 )
             yield L, M
 

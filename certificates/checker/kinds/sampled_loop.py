@@ -79,8 +79,8 @@ class SampledLoop(LoopClaim):
         # If P_0 is symmetric and semidefinite, the other inequalities imply that P > 0 and that P
         # and all functions are symmetric: these need no test of their own.
         yield nonnegative(Q[0], "the first function is not symmetric positive semidefinite")
-        right, below = Matrix.zeros(n, m), Matrix.zeros(m, n + m)
-        corner = Matrix.blocks([[Matrix.blocks([[P, right]])], [below]])
+        zero, below = Matrix.zeros(n, m), Matrix.zeros(m, n + m)
+        corner = Matrix.blocks([[Matrix.blocks([[P, zero]])], [below]])
         yield nonnegative(Q[-1] - corner, "the last function may be below V")
         factor = exp_below(2 * self.decay_rate * self.sample_time)
         for j, K in enumerate(loop.K):
@@ -92,9 +92,9 @@ class SampledLoop(LoopClaim):
             A, B = (stack[i if len(stack) > 1 else 0] for stack in (loop.A, loop.B))
             M = self.sample_time * Matrix.blocks([[Matrix.blocks([[A, B]])], [below]])
             for function, change in zip(Q, changes, strict=True):
-                moved = function @ M
+                flow_term = function @ M
                 failure = f"the function may grow between samples at rule {i + 1}"
-                yield nonnegative(-(change + moved + moved.T), failure)
+                yield nonnegative(-(change + flow_term + flow_term.T), failure)
         yield from self._inside_box(Q)
 
     def _inside_box(self, Q: Sequence[Matrix]) -> Obligations:
@@ -139,5 +139,5 @@ def _changes(Q: Sequence[Matrix]) -> Iterator[Matrix]:
     """Yield the Bernstein coefficients, of Q's own degree, of dQ/ds."""
     d = len(Q) - 1
     for k in range(d + 1):
-        after, before = Q[min(k + 1, d)] - Q[k], Q[k] - Q[max(k - 1, 0)]
-        yield (d - k) * after + k * before
+        next_step, previous_step = Q[min(k + 1, d)] - Q[k], Q[k] - Q[max(k - 1, 0)]
+        yield (d - k) * next_step + k * previous_step

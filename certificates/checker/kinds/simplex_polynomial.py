@@ -28,12 +28,12 @@ MOST_TERMS, MOST_PRODUCTS, MOST_WORK = 20_000, 1_000_000, 10**8
 def exponents(sizes: Sequence[int], degrees: Sequence[int]) -> list[Exponent]:
     """Return every exponent a of these degrees."""
     _bounded(sizes, degrees)
-    parts = [
+    powers_by_simplex = [
         [tuple(chosen.count(c) for c in range(size))
          for chosen in combinations_with_replacement(range(size), degree)]
         for size, degree in zip(sizes, degrees, strict=True)
     ]  # fmt: skip
-    return list(product(*parts))
+    return list(product(*powers_by_simplex))
 
 
 def _bounded(sizes: Sequence[int], degrees: Sequence[int]) -> None:
@@ -66,14 +66,14 @@ class Polynomial:
         size = max(max(X.shape) for terms in (self.terms, other.terms) for X in terms.values())
         if products > MOST_PRODUCTS or products * size**3 > MOST_WORK:
             raise Refused(f"a product of {len(self.terms)} by {len(other.terms)} terms")
-        found: dict[Exponent, Matrix] = {}
+        total: dict[Exponent, Matrix] = {}
         degrees = tuple(d + e for d, e in zip(self.degrees, other.degrees, strict=True))
         _bounded(self.sizes, degrees)
         for (a, X), (b, Y) in product(self.terms.items(), other.terms.items()):
-            place = _sum(a, b)
+            exponent = _sum(a, b)
             Z = X @ Y
-            found[place] = (found[place] + Z).reduced() if place in found else Z.reduced()
-        return Polynomial(self.sizes, degrees, found)
+            total[exponent] = (total[exponent] + Z).reduced() if exponent in total else Z.reduced()
+        return Polynomial(self.sizes, degrees, total)
 
     @property
     def T(self) -> Polynomial:
@@ -85,22 +85,22 @@ class Polynomial:
 
     def raised(self, by: Sequence[int]) -> Polynomial:
         """Return the same polynomial, multiplied by (sum_c w_kc)^by_k = 1."""
-        found: dict[Exponent, Matrix] = dict(self.terms)
+        terms: dict[Exponent, Matrix] = dict(self.terms)
         degrees = tuple(d + e for d, e in zip(self.degrees, by, strict=True))
         _bounded(self.sizes, degrees)
         for k, times in enumerate(by):
             for _ in range(times):
-                found = self._raised_once(found, k)
-        return Polynomial(self.sizes, degrees, found)
+                terms = self._raised_once(terms, k)
+        return Polynomial(self.sizes, degrees, terms)
 
     def _raised_once(self, terms: dict[Exponent, Matrix], k: int) -> dict[Exponent, Matrix]:
-        found: dict[Exponent, Matrix] = {}
+        raised: dict[Exponent, Matrix] = {}
         for a, X in terms.items():
             for c in range(self.sizes[k]):
                 row = (*a[k][:c], a[k][c] + 1, *a[k][c + 1 :])
-                place = (*a[:k], row, *a[k + 1 :])
-                found[place] = (found[place] + X).reduced() if place in found else X
-        return found
+                exponent = (*a[:k], row, *a[k + 1 :])
+                raised[exponent] = (raised[exponent] + X).reduced() if exponent in raised else X
+        return raised
 
     def to(self, degrees: Sequence[int]) -> Polynomial:
         """Return the same polynomial in no smaller degrees."""
@@ -120,27 +120,27 @@ class Polynomial:
                 for c, power in enumerate(a[k]):
                     if power:
                         row = (*a[k][:c], power - 1, *a[k][c + 1 :])
-                        place = (*a[:k], row, *a[k + 1 :])
-                        part = power * speeds[k][c] * X
-                        slopes[place] = slopes[place] + part if place in slopes else part
+                        exponent = (*a[:k], row, *a[k + 1 :])
+                        term = power * speeds[k][c] * X
+                        slopes[exponent] = slopes[exponent] + term if exponent in slopes else term
             total = total + Polynomial(self.sizes, lower, slopes)
         return total
 
-    def halved(self, k: int, kept: int, moved: int) -> Polynomial:
-        """Return X on half of simplex k, where ``moved`` is the middle of the two corners.
+    def halved(self, k: int, fixed_corner: int, moving_corner: int) -> Polynomial:
+        """Return X on half of simplex k, where ``moving_corner`` is the middle of the two corners.
 
-        w_kept = t_kept + t_moved / 2 and w_moved = t_moved / 2, multiplied out.
+        w_fixed = t_fixed + t_moving / 2 and w_moving = t_moving / 2, multiplied out.
         """
-        found: dict[Exponent, Matrix] = {}
+        terms: dict[Exponent, Matrix] = {}
         for a, X in self.terms.items():
-            p, q = a[k][kept], a[k][moved]
+            p, q = a[k][fixed_corner], a[k][moving_corner]
             for j in range(p + 1):
                 row = list(a[k])
-                row[kept], row[moved] = p - j, q + j
-                place = (*a[:k], tuple(row), *a[k + 1 :])
-                part = Fraction(comb(p, j), 2 ** (q + j)) * X
-                found[place] = (found[place] + part).reduced() if place in found else part
-        return Polynomial(self.sizes, self.degrees, found)
+                row[fixed_corner], row[moving_corner] = p - j, q + j
+                exponent = (*a[:k], tuple(row), *a[k + 1 :])
+                term = Fraction(comb(p, j), 2 ** (q + j)) * X
+                terms[exponent] = (terms[exponent] + term).reduced() if exponent in terms else term
+        return Polynomial(self.sizes, self.degrees, terms)
 
     def coefficients(self) -> Iterator[tuple[str, Matrix]]:
         """Yield the powers of every term, in words, and its X_a; 0 for a term that is missing."""

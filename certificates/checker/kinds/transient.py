@@ -78,8 +78,8 @@ class Transient(LoopClaim):
             falling = decrease(loop, P, blend.A, factor)
             yield positive(falling, f"the inequality fails at {blend.label}")
         # e^(-alpha t_s) is rounded up, which makes the test stronger.
-        rest = self.overshoot * exp_above(self.decay_rate * self.settling_time)
-        yield nonnegative(self.settled_share - rest, "the state may not have settled by then")
+        settled = self.overshoot * exp_above(self.decay_rate * self.settling_time)
+        yield nonnegative(self.settled_share - settled, "the state may not have settled by then")
 
     def sentence(self) -> str:
         loop = self.loop

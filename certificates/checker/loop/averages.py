@@ -27,25 +27,25 @@ ADVICE = {
 }
 
 
-def why_averages_fail(loop: PolytopicLoop, what: str) -> str:
+def why_averages_fail(loop: PolytopicLoop, quantity: str) -> str:
     """Return why a claim is impossible for this model, and what to do; empty if it is possible.
 
     Parameters
     ----------
-    what : "observer", "function" or "output".
+    quantity : "observer", "function" or "output".
     """
     if not loop.averaged:
         return ""
-    if what == "observer" and all(len(M) <= 1 for M in (loop.A, loop.B, loop.C, loop.D)):
+    if quantity == "observer" and all(len(M) <= 1 for M in (loop.A, loop.B, loop.C, loop.D)):
         return ""
-    need, advice = ADVICE[what]
+    need, advice = ADVICE[quantity]
     return (
         f"{need}, but the model is a secant embedding, whose weights are averages of slopes "
         f"between rest and the state: they cannot be evaluated; {advice}"
     )
 
 
-def refuse_averages(loop: PolytopicLoop, what: str, where: str) -> None:
+def refuse_averages(loop: PolytopicLoop, quantity: str, where: str) -> None:
     """Raise CertificateError where ``why_averages_fail`` has a reason."""
-    if why := why_averages_fail(loop, what):
+    if why := why_averages_fail(loop, quantity):
         raise CertificateError(f"{where}: {why}")

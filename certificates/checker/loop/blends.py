@@ -18,5 +18,5 @@ def blends_of(loop: PolytopicLoop, claim: Any, where: str) -> list[Blend]:
         # Imported here: few claims cut their weights into pieces.
         from takagi.certificates.checker.loop.halvings import pieces
 
-        return [blend for piece in pieces(claim, loop, where) for blend in piece.blends()]
+        return [blend for loop_piece in pieces(claim, loop, where) for blend in loop_piece.blends()]
     return loop.blends()

@@ -83,9 +83,9 @@ def disturbances_in_range(loop: PolytopicLoop, bounds: Sequence[Fraction]) -> Ob
 
     A signal that only schedules (its column of E is zero) is left to ``words.loop_words``.
     """
-    moved = pushing(loop)
+    pushing_names = pushing(loop)
     for name, side in (loop.other_box or {}).items():
-        if name in moved:
+        if name in pushing_names:
             room = half_width(side) - bounds[loop.disturbances.index(name)]
             yield nonnegative(room, f"{name} is bounded less tightly than in the model's box")
 

@@ -29,7 +29,7 @@ from takagi.certificates.checker.kernel.reader import numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
 
-Piece = TypeVar("Piece")
+WeightPiece = TypeVar("WeightPiece")
 
 
 def pieces(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[PolytopicLoop]:
@@ -43,16 +43,20 @@ def pieces(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[PolytopicLoo
 
 
 def leaves(
-    claim: Any, loop: PolytopicLoop, where: str, whole: Piece, halve: Callable[..., Piece]
-) -> Iterator[Piece]:
-    """Yield ``whole`` on every piece; ``halve(piece, premise, kept, moved)`` is half of a piece.
+    claim: Any,
+    loop: PolytopicLoop,
+    where: str,
+    undivided: WeightPiece,
+    halve: Callable[..., WeightPiece],
+) -> Iterator[WeightPiece]:
+    """Yield ``undivided`` on every piece; ``halve(piece, premise, fixed, moving)`` halves a piece.
 
     Raises
     ------
     CertificateError : as ``pieces``.
     """
     if "halvings" not in claim:
-        yield whole
+        yield undivided
         return
     listed, corners = claim["halvings"], loop.corners
     if not loop.shared_weights and len(loop.K) > 1:
@@ -63,35 +67,37 @@ def leaves(
     if not isinstance(listed, list):
         raise CertificateError(f"{where}.halvings: a list is needed")
     bounded(len(listed) * len(loop.groups()), loop.order)
-    left = [whole]
+    remaining = [undivided]
     for entry in listed:
-        if not left:
+        if not remaining:
             raise CertificateError(f"{where}.halvings: more entries than pieces")
-        piece = left.pop()
+        current = remaining.pop()
         if entry == []:
-            yield piece
+            yield current
             continue
         premise, i, j = (int(v) if v.denominator == 1 else -1 for v in
                          numbers({"halvings": entry}, "halvings", where, 3))  # fmt: skip
         if not 0 <= premise < premises or not 0 <= min(i, j) < max(i, j) < sides:
             raise CertificateError(f"{where}.halvings: a premise and two corners are needed")
-        left += [halve(piece, premise, j, i), halve(piece, premise, i, j)]
-    if left:
-        raise CertificateError(f"{where}.halvings: {len(left)} pieces are left out")
+        remaining += [halve(current, premise, j, i), halve(current, premise, i, j)]
+    if remaining:
+        raise CertificateError(f"{where}.halvings: {len(remaining)} pieces are left out")
 
 
-def halved(loop: PolytopicLoop, premise: int, kept: int, moved: int) -> PolytopicLoop:
-    """Return the loop on half of its weights: corner ``moved`` goes to the middle of the two."""
+def halved(loop: PolytopicLoop, premise: int, fixed: int, moving: int) -> PolytopicLoop:
+    """Return the loop on half of its weights: corner ``moving`` goes to the middle of the two."""
     corners = loop.corners or tuple((i,) for i in range(loop.rules))
-    place = {corner: i for i, corner in enumerate(corners)}
-    other = [place[(*c[:premise], kept, *c[premise + 1 :])] if c[premise] == moved else i
-             for i, c in enumerate(corners)]  # fmt: skip
+    index = {corner: i for i, corner in enumerate(corners)}
+    partner = [index[(*c[:premise], fixed, *c[premise + 1 :])] if c[premise] == moving else i
+               for i, c in enumerate(corners)]  # fmt: skip
 
     def half(stack: Stack) -> Stack:
         if len(stack) <= 1:
             return stack
         return tuple(stack[i] if i == j else mean([stack[i], stack[j]]).reduced()
-                     for i, j in enumerate(other))  # fmt: skip
+                     for i, j in enumerate(partner))  # fmt: skip
 
     A, B, C, D, E, K = map(half, (loop.A, loop.B, loop.C, loop.D, loop.E, loop.K))
-    return replace(loop, A=A, B=B, C=C, D=D, E=E, K=K, more=tuple(map(half, loop.more)))
+    return replace(
+        loop, A=A, B=B, C=C, D=D, E=E, K=K, extra_stacks=tuple(map(half, loop.extra_stacks))
+    )

@@ -32,12 +32,12 @@ def states_at_start(C: Sequence[Matrix], D: Sequence[Matrix], order: int) -> lis
     The others start at rest.  C and D have the measured outputs.  An output measures a state
     directly if its factor is 1 and no input is added.
     """
-    found = [False] * order
+    is_measured = [False] * order
     for k in range(C[0].shape[0] if C else 0):
         same = {tuple(M[k, j] for j in range(order)) for M in C}
         row = same.pop()
         fed = any(any(M.rows[k]) for M in D)
-        places = [j for j, entry in enumerate(row) if entry]
-        if not same and not fed and len(places) == 1 and row[places[0]] == 1:
-            found[places[0]] = True
-    return found
+        nonzero_columns = [j for j, entry in enumerate(row) if entry]
+        if not same and not fed and len(nonzero_columns) == 1 and row[nonzero_columns[0]] == 1:
+            is_measured[nonzero_columns[0]] = True
+    return is_measured

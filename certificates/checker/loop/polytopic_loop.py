@@ -55,7 +55,7 @@ class PolytopicLoop:
     box variables that are not states.  ``corners`` : c_ik per rule, where weights are products;
     ``weights`` : see ``weights_of``.  ``scheduled_by`` : the variables that the premises depend
     on, or None where the model does not say.  ``stated_rules`` : the number of rules of the model,
-    also when a claim leaves some stacks out. ``more`` : stacks of a claim, by rule.
+    also when a claim leaves some stacks out. ``extra_stacks`` : stacks of a claim, by rule.
     ``resting_elsewhere`` : which of x, u, y, w are deviations from an equilibrium value other than
     0.  ``observer`` : of a law that has outputs alone; C and D then have the measured rows.
     ``at_other_ends`` : the same loop where numbers that are no fractions, which are constant, are
@@ -80,7 +80,7 @@ class PolytopicLoop:
     scheduled_by: tuple[str, ...] | None = None
     shared_weights: bool = True
     stated_rules: int = 1
-    more: tuple[Stack, ...] = ()
+    extra_stacks: tuple[Stack, ...] = ()
     resting_elsewhere: str = field(default="", repr=False)
     observer: ObserverLaw | None = field(default=None, repr=False)
     at_other_ends: tuple[PolytopicLoop, ...] = field(default=(), repr=False)
@@ -110,16 +110,16 @@ class PolytopicLoop:
         if r * max(s, 1) > MOST_PAIRS:
             raise CertificateError(f"{r} vertices and {s} gains: at most {MOST_PAIRS} pairs")
         affine = s <= 1 or (len(self.B) <= 1 and len(self.D) <= 1 and self.shared_weights)
-        found: dict[object, list[tuple[int, int]]] = {}
+        groups: dict[object, list[tuple[int, int]]] = {}
         for i, j in zip(range(r), range(r), strict=True) if affine else product(range(r), range(s)):
             key: object = (i, j)
             if self.shared_weights and not affine:
                 first, second = (c[i], c[j]) if c else ((i,), (j,))
-                key = tuple(tuple(sorted(both)) for both in zip(first, second, strict=True))
-            found.setdefault(key, []).append((i, j))
-        bounded(len(found), self.order)
+                key = tuple(tuple(sorted(ends)) for ends in zip(first, second, strict=True))
+            groups.setdefault(key, []).append((i, j))
+        bounded(len(groups), self.order)
         return [(f"rules {i + 1} and {j + 1}" if i != j else f"rule {i + 1}", tuple(pairs))
-                for pairs in found.values() for i, j in pairs[:1]]  # fmt: skip
+                for pairs in groups.values() for i, j in pairs[:1]]  # fmt: skip
 
     def blends(self) -> list[Blend]:
         """Return the groups of ``groups``; their matrices are made when they are asked for."""
@@ -185,20 +185,20 @@ def vertices(model: Any, where: str) -> PolytopicLoop:
     if any(sizes[axis] != size for axis, size in axes) or len(counts) > 2:
         raise CertificateError(f"{where}: {', '.join(stacks)} do not fit together")
     states = _different(model, "state_names", where, sizes["n"])
-    box, other = _box(model, states, where)
+    box, other_box = _box(model, states, where)
     corners, premises = _corners(model, where, max(counts)), model.get("premises")
     weights = weights_of(premises, corners)
     if corners is not None:
         _require_every_corner(premises, corners, where)
-    found: dict[str, Any] = {x: _single(M) if x in "BD" else M for x, M in stacks.items()}
+    matrices: dict[str, Any] = {x: _single(M) if x in "BD" else M for x, M in stacks.items()}
     return PolytopicLoop(
-        **found,
+        **matrices,
         sample_time=_sample_time(model, where),
         states=states,
         inputs=_names(model, "input_names", sizes.get("m", 0), where),
         disturbances=_names(model, "disturbance_names", sizes.get("q", 0), where),
         box=box,
-        other_box=other,
+        other_box=other_box,
         corners=corners,
         weights=weights,
         stated_rules=max(counts),
@@ -213,15 +213,15 @@ def _different(owner: Any, key: str, where: str, count: int) -> tuple[str, ...]:
     """Return this number of different names, each one line of text."""
     values = reader.member(owner, key, where)
     listed = values if isinstance(values, list) else []
-    found = tuple(reader.text({key: value}, key, where) for value in listed)
-    if len(found) != count or len(set(found)) != count:
+    names = tuple(reader.text({key: value}, key, where) for value in listed)
+    if len(names) != count or len(set(names)) != count:
         raise CertificateError(f"{where}.{key}: {count} different names are needed")
-    return found
+    return names
 
 
 def _single(stack: Stack) -> Stack:
     """Return one matrix in the place of equal ones."""
-    return stack[:1] if all(one == stack[0] for one in stack) else stack
+    return stack[:1] if all(matrix == stack[0] for matrix in stack) else stack
 
 
 def _sample_time(owner: Any, where: str) -> Fraction | None:
@@ -236,15 +236,15 @@ def _box(model: Any, states: tuple[str, ...], where: str) -> tuple[Box, dict[str
     sides = model.get("box", {})
     if not isinstance(sides, dict):
         raise CertificateError(f"{where}.box: an object of ranges is needed")
-    found = {}
+    ranges = {}
     for name in sides:
         # Sentences and messages print a name unchanged.
         if not name or not name.isprintable():
             raise CertificateError(f"{where}.box: {name[:60]!a} is no name of printable text")
         ends = reader.numbers(sides, name, f"{where}.box", 2)
         reader.increasing(ends, f"{where}.box.{name!a}")
-        found[name] = (ends[0], ends[1])
-    return tuple(found.pop(name, None) for name in states), found
+        ranges[name] = (ends[0], ends[1])
+    return tuple(ranges.pop(name, None) for name in states), ranges
 
 
 def _corners(model: Any, where: str, rules: int) -> tuple[tuple[int, ...], ...] | None:
@@ -252,11 +252,11 @@ def _corners(model: Any, where: str, rules: int) -> tuple[tuple[int, ...], ...] 
     if "rules" not in model:
         return None
     rows = reader.matrix(model, "rules", where)
-    found = tuple(tuple(map(int, row)) for row in rows)
-    whole = all(corner in (0, 1) for row in rows for corner in row)
-    if not whole or not len(set(found)) == len(found) == rules:
+    corners = tuple(tuple(map(int, row)) for row in rows)
+    is_binary = all(corner in (0, 1) for row in rows for corner in row)
+    if not is_binary or not len(set(corners)) == len(corners) == rules:
         raise CertificateError(f"{where}.rules: {rules} different rows of 0 and 1 are needed")
-    return found
+    return corners
 
 
 def weights_of(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> str:
@@ -270,9 +270,9 @@ def weights_of(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> st
     if not isinstance(premises or [], list):
         raise CertificateError("premises: a list is needed")
     needed, rows = ("name", "lower", "upper"), [list(map(str, row)) for row in corners or ()]
-    said = [[*(reader.member(p, key, "premises") for key in needed), p.get("expression")]
+    definitions = [[*(reader.member(p, key, "premises") for key in needed), p.get("expression")]
             for p in premises or []]  # fmt: skip
-    return reader.canonical([said, rows])
+    return reader.canonical([definitions, rows])
 
 
 def closed_by(plain: PolytopicLoop, gains: Any, where: str) -> PolytopicLoop:
@@ -295,17 +295,17 @@ def closed_by(plain: PolytopicLoop, gains: Any, where: str) -> PolytopicLoop:
     # A gain that is written once applies to all rules of the law, however many these are.
     rows = gains.get("rules")
     count = len(rows if isinstance(rows, list) and len(gains["K"]) == 1 else gains["K"])
-    own = _corners(gains, where, count)
-    corners = own or plain.corners
+    law_corners = _corners(gains, where, count)
+    corners = law_corners or plain.corners
     shared = weights_of(gains.get("premises"), corners) == plain.weights
     # A law cannot evaluate weights that depend on its own command.
     circular = len(K) > 1 and not set(plain.inputs).isdisjoint(plain.scheduled_by or ())
-    known = shared and not circular and len(K) in (1, plain.rules)
+    has_model_weights = shared and not circular and len(K) in (1, plain.rules)
     # Equal gains too are one gain only where the law's weights have the sum 1. Without stated
     # premises nothing else is known about them.
-    if corners and (own or (gains.get("premises") and len(K) > 1 and not shared)):
+    if corners and (law_corners or (gains.get("premises") and len(K) > 1 and not shared)):
         _require_every_corner(gains.get("premises"), corners, where)
-    return replace(plain, K=K, inputs=inputs, shared_weights=known)
+    return replace(plain, K=K, inputs=inputs, shared_weights=has_model_weights)
 
 
 def _require_every_corner(premises: Any, corners: tuple[tuple[int, ...], ...], where: str) -> None:

@@ -50,18 +50,18 @@ class Atoms:
         self, function: object, arguments: tuple[Quotient, ...], rule: Rule | None = None
     ) -> int:
         """Return the atom of a function of these arguments; equal arguments have the same atom."""
-        found = self.known(function, arguments)
-        if found is not None:
-            return found
-        known = self._calls.setdefault(function, [])
-        number = self.named((function, len(known)), rule)
-        known.append((arguments, number))
+        existing = self.known(function, arguments)
+        if existing is not None:
+            return existing
+        calls = self._calls.setdefault(function, [])
+        number = self.named((function, len(calls)), rule)
+        calls.append((arguments, number))
         return number
 
     def known(self, function: object, arguments: tuple[Quotient, ...]) -> int | None:
         """Return the atom of a function of these arguments; None if there is none so far."""
-        for others, number in self._calls.get(function, []):
-            if all(self.ring.equal(a, b) for a, b in zip(arguments, others, strict=True)):
+        for call_arguments, number in self._calls.get(function, []):
+            if all(self.ring.equal(a, b) for a, b in zip(arguments, call_arguments, strict=True)):
                 return number
         return None
 
@@ -80,27 +80,29 @@ class Atoms:
                 return ring.power(ring.constant(root), exponent.numerator)
         number = abs(base.top[max(base.top)])
         base = Quotient(ring.scaled(base.top, 1 / number), base.bottom)
-        found = self._number_power(number, exponent)
+        number_power = self._number_power(number, exponent)
         if base == ring.constant(1):
-            return found
+            return number_power
         rule = None if base.bottom else (q, base.top)
         atom = ring.atom(self.opaque(("root", q), (base,), rule))
         # r^q is the base even if the ring has no rule for it.
-        whole, rest = divmod(exponent.numerator, q)
-        return ring.multiply(found, ring.multiply(ring.power(base, whole), ring.power(atom, rest)))
+        quotient, remainder = divmod(exponent.numerator, q)
+        return ring.multiply(
+            number_power, ring.multiply(ring.power(base, quotient), ring.power(atom, remainder))
+        )
 
     def _number_power(self, value: Fraction, exponent: Fraction) -> Quotient:
         """Return value^(p/q) of a rational > 0 as a product of roots of whole numbers."""
-        ring, q, found = self.ring, exponent.denominator, self.ring.constant(1)
+        ring, q, product = self.ring, exponent.denominator, self.ring.constant(1)
         if value not in self._factors:
             self._factors[value] = _factors(value)
             ring.work += WORK_OF_FACTORS
         for factor, power in self._factors[value]:
             atom = ring.atom(self.named(("root of", q, factor), (q, {(): Fraction(factor)})))
-            whole, rest = divmod(power * exponent.numerator, q)
-            number = ring.constant(Fraction(factor) ** whole)
-            found = ring.multiply(found, ring.multiply(number, ring.power(atom, rest)))
-        return found
+            quotient, remainder = divmod(power * exponent.numerator, q)
+            number = ring.constant(Fraction(factor) ** quotient)
+            product = ring.multiply(product, ring.multiply(number, ring.power(atom, remainder)))
+        return product
 
 
 def _factors(value: Fraction) -> list[tuple[int, int]]:
@@ -109,17 +111,17 @@ def _factors(value: Fraction) -> list[tuple[int, int]]:
     They are primes, except for a cofactor without small prime factors, and for a number that is too
     large to be factored.  The product is exact in every case.
     """
-    found = Counter[int]()
+    powers = Counter[int]()
     for number, sign in ((value.numerator, 1), (value.denominator, -1)):
-        left, factor = number, 2
-        while number.bit_length() <= MOST_BITS and factor <= MOST_FACTOR and factor**2 <= left:
-            while left % factor == 0:
-                found[factor] += sign
-                left //= factor
+        cofactor, factor = number, 2
+        while number.bit_length() <= MOST_BITS and factor <= MOST_FACTOR and factor**2 <= cofactor:
+            while cofactor % factor == 0:
+                powers[factor] += sign
+                cofactor //= factor
             factor += 1
-        if left > 1:
-            found[left] += sign
-    return sorted((factor, power) for factor, power in found.items() if power)
+        if cofactor > 1:
+            powers[cofactor] += sign
+    return sorted((factor, power) for factor, power in powers.items() if power)
 
 
 def _exact_root(value: Fraction, q: int) -> Fraction | None:

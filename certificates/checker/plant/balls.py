@@ -39,18 +39,18 @@ Ends = tuple[Fraction, Fraction]
 def residuals(plant: PlantNodes) -> list[int]:
     """Return the rows of f at rest (in discrete time f - M x*), which are 0 at the plant's rest."""
     g = plant.graph
-    left = [g.constant(0)] * len(plant.states)
+    left_sides = [g.constant(0)] * len(plant.states)
     if plant.sample_time is not None:
-        left = [v.rest for v in plant.states]
+        left_sides = [v.rest for v in plant.states]
     if plant.mass is not None:
-        left = [
-            g.total(g.multiply(m, part) for m, part in zip(row, left, strict=True))
+        left_sides = [
+            g.total(g.multiply(m, left_side) for m, left_side in zip(row, left_sides, strict=True))
             for row in plant.mass
         ]
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
     origin = {v.symbol: g.constant(0) for v in variables}
-    rows = zip(plant.f, left, strict=True)
-    return [substituted(g, g.subtract(node, part), origin) for node, part in rows]
+    rows = zip(plant.f, left_sides, strict=True)
+    return [substituted(g, g.subtract(node, left_side), origin) for node, left_side in rows]
 
 
 def prove_balls(plant: PlantNodes, algebra: Algebra, ranges: Ranges) -> None:
@@ -65,8 +65,8 @@ def prove_balls(plant: PlantNodes, algebra: Algebra, ranges: Ranges) -> None:
     for ball in plant.balls.values():
         if ball.equals is not None:
             ranges.prove_defined(ball.equals, ball.name)
-            found = ranges.evaluator.value(ball.equals, {})
-            if found is None or not found.within(*ball.side):
+            enclosure = ranges.evaluator.value(ball.equals, {})
+            if enclosure is None or not enclosure.within(*ball.side):
                 raise Refused(f"{ball.name} is not shown to lie in its ball")
             closed[ball.name] = ball.equals
     rows = []
@@ -87,11 +87,11 @@ def prove_balls(plant: PlantNodes, algebra: Algebra, ranges: Ranges) -> None:
 
 
 def relations(plant: PlantNodes, algebra: Algebra) -> dict[str, int]:
-    """Return rests that were solved for -> their nodes, from equations at rest linear in them."""
+    """Return solved rest -> its node, from the equations at rest that are linear in it."""
     g = plant.graph
-    found: dict[str, int] = {}
+    solved_rests: dict[str, int] = {}
     for row in residuals(plant):
-        node = substituted(g, row, found)
+        node = substituted(g, row, solved_rests)
         try:
             linear = algebra.polynomial(node)
         except Refused:
@@ -100,15 +100,17 @@ def relations(plant: PlantNodes, algebra: Algebra) -> dict[str, int]:
         solved = [n for n in names if n in plant.balls and plant.balls[n].equals is None]
         if not solved or any(len(m) > 1 or m[0][1] > 1 for m in linear if m):
             continue
-        own = ((solved[-1], 1),)
+        leading = ((solved[-1], 1),)
         value = g.total(
-            g.multiply(g.constant(-c / linear[own]), g.variable(m[0][0]) if m else g.constant(1))
+            g.multiply(
+                g.constant(-c / linear[leading]), g.variable(m[0][0]) if m else g.constant(1)
+            )
             for m, c in linear.items()
-            if m != own
+            if m != leading
         )
-        found = {n: substituted(g, e, {solved[-1]: value}) for n, e in found.items()}
-        found[solved[-1]] = value
-    return found
+        solved_rests = {n: substituted(g, e, {solved[-1]: value}) for n, e in solved_rests.items()}
+        solved_rests[solved[-1]] = value
+    return solved_rests
 
 
 def _prove_zero(ranges: Ranges, rows: list[int], solved: list[Ball]) -> None:
@@ -116,7 +118,7 @@ def _prove_zero(ranges: Ranges, rows: list[int], solved: list[Ball]) -> None:
     g, size = ranges.graph, range(len(rows))
     slopes = [[derivative(g, row, ball.name) for ball in solved] for row in rows]
     for node in (node for line in slopes for node in line):
-        if any(g[part].op == "sign" for part in g.below([node])):
+        if any(g[operand].op == "sign" for operand in g.below([node])):
             raise Refused("an absolute value has a kink at rest")
         ranges.prove_defined(node, "a slope at rest")
     box = {ball.name: enclose(*ball.side) for ball in solved}
@@ -136,15 +138,15 @@ def _prove_zero(ranges: Ranges, rows: list[int], solved: list[Ball]) -> None:
 
 
 def _value(ranges: Ranges, node: int, box: Box) -> Ends:
-    found = ranges.evaluator.value(node, box)
-    if found is None:
+    enclosure = ranges.evaluator.value(node, box)
+    if enclosure is None:
         raise Refused("an equation at rest has no value in the balls")
-    return Fraction(found[0], ONE), Fraction(found[1], ONE)
+    return Fraction(enclosure[0], ONE), Fraction(enclosure[1], ONE)
 
 
-def _combined(factors: list[Fraction], parts: list[Ends]) -> Ends:
-    """Return the range of sum_j factors_j parts_j."""
-    terms = [product((c, c), part) for c, part in zip(factors, parts, strict=True)]
+def _combined(factors: list[Fraction], intervals: list[Ends]) -> Ends:
+    """Return the range of sum_j factors_j intervals_j."""
+    terms = [product((c, c), interval) for c, interval in zip(factors, intervals, strict=True)]
     return sum((t[0] for t in terms), Fraction(0)), sum((t[1] for t in terms), Fraction(0))
 
 

@@ -67,35 +67,35 @@ def read_blend(model: Any, plant: PlantNodes, where: str) -> Blend:
     CertificateError : a part is missing or has a wrong form, a variable does not exist, the overlap
         is not positive, the effort has no range, or an actuator's name is already in use.
     """
-    given = member(model, "blending", where)
+    stated = member(model, "blending", where)
     where = f"{where}.blending"
     names = names_of(model, plant)
-    effort = _variable(given, "effort", plant.states, where)
+    effort = _variable(stated, "effort", plant.states, where)
     rest = plant.graph.value(effort.rest)
     if rest is None or effort.side is None:
         raise CertificateError(f"{where}.effort: a rest that is a fraction and a range are needed")
-    overlap = _rational(plant, member(given, "overlap", where), f"{where}.overlap")
+    overlap = _rational(plant, member(stated, "overlap", where), f"{where}.overlap")
     if overlap <= 0:
         raise CertificateError(f"{where}.overlap: a positive number is needed")
-    equations = member(given, "equations", where)
+    equations = member(stated, "equations", where)
     if not isinstance(equations, list) or len(equations) != len(plant.states) - 1:
         raise CertificateError(f"{where}.equations: one for each state but the effort is needed")
     tables = {name: table.arguments for name, table in plant.tables.items()}
-    rate = _variable(given, "rate", plant.inputs, where)
-    share = _variable(given, "share", plant.disturbances, where)
+    rate = _variable(stated, "rate", plant.inputs, where)
+    share = _variable(stated, "share", plant.disturbances, where)
     added = {effort.name, rate.name, share.name}
     for key in ("low", "high"):
-        named = member(member(given, key, where), "error", f"{where}.{key}")
+        named = member(member(stated, key, where), "error", f"{where}.{key}")
         added |= {named} if isinstance(named, str) else set()
     # The blend adds these variables; the equations with two actuators must not use them.
-    own = {name: node for name, node in names.items() if name not in added}
-    scope = Scope(own, tables)
+    plant_names = {name: node for name, node in names.items() if name not in added}
+    scope = Scope(plant_names, tables)
     low, high = (
-        _acting(member(given, key, where), plant, scope, sign, f"{where}.{key}")
+        _acting(member(stated, key, where), plant, scope, sign, f"{where}.{key}")
         for key, sign in (("low", -1), ("high", 1))
     )
-    taken = {*names, *tables, *FUNCTIONS, "pi"}
-    if low.name == high.name or {low.name, high.name} & taken:
+    used_names = {*names, *tables, *FUNCTIONS, "pi"}
+    if low.name == high.name or {low.name, high.name} & used_names:
         raise CertificateError(f"{where}: the actuators need names of their own")
     return Blend(
         effort=effort,
@@ -107,7 +107,7 @@ def read_blend(model: Any, plant: PlantNodes, where: str) -> Blend:
         low=low,
         high=high,
         equations=equations,
-        names=own,
+        names=plant_names,
         tables=tables,
     )
 
@@ -115,32 +115,32 @@ def read_blend(model: Any, plant: PlantNodes, where: str) -> Blend:
 def names_of(model: Any, plant: PlantNodes) -> dict[str, int]:
     """Return the names that equations may use: parameters and variables, each with its node."""
     g = plant.graph
-    found = {
+    names = {
         name: read_expression(str(value), g, Scope({}), f"model.parameters.{name[:60]!a}")
         for name, value in model.get("parameters", {}).items()
     }
     for variable in (*plant.states, *plant.inputs, *plant.disturbances):
-        found[variable.name] = g.add(variable.rest, g.variable(variable.symbol))
-    return found
+        names[variable.name] = g.add(variable.rest, g.variable(variable.symbol))
+    return names
 
 
-def _variable(given: Any, key: str, variables: list[Variable], where: str) -> Variable:
-    name = text(given, key, where)
+def _variable(owner: Any, key: str, variables: list[Variable], where: str) -> Variable:
+    name = text(owner, key, where)
     for variable in variables:
         if variable.name == name:
             return variable
     raise CertificateError(f"{where}.{key}: {name[:60]!a} is none of the model's")
 
 
-def _acting(given: Any, plant: PlantNodes, scope: Scope, sign: int, where: str) -> Acting:
-    name = text(given, "input", where)
+def _acting(actuator: Any, plant: PlantNodes, scope: Scope, sign: int, where: str) -> Acting:
+    name = text(actuator, "input", where)
     if not NAME.fullmatch(name):
         raise CertificateError(f"{where}.input: {name[:60]!a} is no name")
-    direction = integer(given, "direction", where)
+    direction = integer(actuator, "direction", where)
     if direction not in (-1, 1):
         raise CertificateError(f"{where}.direction: 1 or -1 is needed")
-    written = member(given, "effectiveness", where)
-    ends = member(given, "range", where)
+    written = member(actuator, "effectiveness", where)
+    ends = member(actuator, "range", where)
     side = None
     if ends is not None:
         if not isinstance(ends, list) or len(ends) != 2:
@@ -148,15 +148,15 @@ def _acting(given: Any, plant: PlantNodes, scope: Scope, sign: int, where: str) 
         low, high = (_rational(plant, end, f"{where}.range") for end in ends)
         side = low, high
     error = None
-    if member(given, "error", where) is not None:
-        error = _variable(given, "error", plant.disturbances, where)
+    if member(actuator, "error", where) is not None:
+        error = _variable(actuator, "error", plant.disturbances, where)
     return Acting(
         name,
-        text(given, "unit", where),
+        text(actuator, "unit", where),
         sign,
         direction,
         read_expression(written, plant.graph, scope, f"{where}.effectiveness"),
-        _rational(plant, member(given, "idle", where), f"{where}.idle"),
+        _rational(plant, member(actuator, "idle", where), f"{where}.idle"),
         side,
         error,
     )
@@ -165,7 +165,7 @@ def _acting(given: Any, plant: PlantNodes, scope: Scope, sign: int, where: str) 
 def _rational(plant: PlantNodes, value: Any, where: str) -> Fraction:
     if isinstance(value, Number):
         return Fraction(value)
-    found = plant.graph.value(read_expression(value, plant.graph, Scope({}), where))
-    if found is None:
+    exact_value = plant.graph.value(read_expression(value, plant.graph, Scope({}), where))
+    if exact_value is None:
         raise CertificateError(f"{where}: a rational number is needed")
-    return found
+    return exact_value

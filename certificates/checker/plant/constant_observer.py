@@ -48,9 +48,9 @@ class ConstantObserver:
             raise Refused("a measured output depends on an input")
         n, k = loop.order, len(self.states)
         none, inner = _zeros(n, k), self.A - self.L @ self.C
-        seen = [Matrix([C.rows[row] for row in self.rows], C.below) for C in loop.C]
+        measured = [Matrix([C.rows[row] for row in self.rows], C.below) for C in loop.C]
         A = tuple(
-            Matrix.blocks([[_at(loop.A, i), none], [self.L @ _at(tuple(seen), i), inner]])
+            Matrix.blocks([[_at(loop.A, i), none], [self.L @ _at(tuple(measured), i), inner]])
             for i in range(loop.rules)
         )
         B = tuple(Matrix.blocks([[B], [self.B]]) for B in loop.B)
@@ -64,19 +64,21 @@ class ConstantObserver:
         return Matrix([a + b for a, b in zip(here, there, strict=True)], K.below)
 
     def rates(
-        self, plant: PlantNodes, places: dict[str, int], estimate: list[int], push: list[int]
+        self, plant: PlantNodes, state_nodes: dict[str, int], estimate: list[int], push: list[int]
     ) -> list[int]:
         """Return the nodes of s' at s = ``estimate``, u - u* = ``push`` and x of ``places``."""
         g = plant.graph
-        still = {v.symbol: g.constant(0) for v in (*plant.states, *plant.inputs)}
-        still |= {v.symbol: g.constant(0) for v in plant.disturbances}
-        seen = [plant.outputs[row] for row in self.rows]
-        gaps = [g.subtract(substituted(g, y, places), substituted(g, y, still)) for y in seen]
-        parts = ((self.A - self.L @ self.C, estimate), (self.B, push), (self.L, gaps))
+        at_rest = {v.symbol: g.constant(0) for v in (*plant.states, *plant.inputs)}
+        at_rest |= {v.symbol: g.constant(0) for v in plant.disturbances}
+        measured = [plant.outputs[row] for row in self.rows]
+        gaps = [
+            g.subtract(substituted(g, y, state_nodes), substituted(g, y, at_rest)) for y in measured
+        ]
+        products = ((self.A - self.L @ self.C, estimate), (self.B, push), (self.L, gaps))
         return [
             g.total(
                 g.multiply(g.constant(M[i, j]), node)
-                for M, nodes in parts
+                for M, nodes in products
                 for j, node in enumerate(nodes)
             )
             for i in range(len(self.states))
@@ -93,31 +95,31 @@ def read_constant_observer(
     CertificateError : another kind of observer, matrices of another shape, an unknown output.
     Refused : what follows a reference is not measured.
     """
-    own = member(gains, "observer", "gains")
-    if text(own, "weights", where) != CONSTANT:
+    observer = member(gains, "observer", "gains")
+    if text(observer, "weights", where) != CONSTANT:
         raise CertificateError(f"{where}.weights: a law with references has {CONSTANT!r} ones")
-    rows = measured_outputs(own, model, where)
-    integrals = {one.row for one in follow}
+    rows = measured_outputs(observer, model, where)
+    integrals = {following.row for following in follow}
     states = [k for k in range(len(plant.states)) if k not in integrals]
     n, m, p = len(states), len(plant.inputs), len(rows)
     shapes = {"A": (n, n), "B": (n, m), "C": (p, n), "L": (n, p)}
-    found = {key: read_matrix(own, key, where, shape) for key, shape in shapes.items()}
+    matrices = {key: read_matrix(observer, key, where, shape) for key, shape in shapes.items()}
     _check_known(plant, follow, [plant.outputs[row] for row in rows])
-    return ConstantObserver(**found, rows=rows, states=states)
+    return ConstantObserver(**matrices, rows=rows, states=states)
 
 
-def _check_known(plant: PlantNodes, follow: list[Following], seen: list[int]) -> None:
+def _check_known(plant: PlantNodes, follow: list[Following], measured: list[int]) -> None:
     """Refuse an h(x) that is no measured output, and no function of states that are measured."""
     algebra, g = Algebra(plant.graph, plant.tables), plant.graph
-    shown = {
+    measured_states = {
         v.symbol
         for v in plant.states
-        if any(algebra.equal(y, g.add(v.rest, g.variable(v.symbol))) for y in seen)
+        if any(algebra.equal(y, g.add(v.rest, g.variable(v.symbol))) for y in measured)
     }
-    for one in follow:
-        known = g.variables(one.follow) <= shown
-        if not known and not any(algebra.equal(one.follow, y) for y in seen):
-            raise Refused(f"what follows {one.signal.name} is not measured")
+    for following in follow:
+        is_measured = g.variables(following.follow) <= measured_states
+        if not is_measured and not any(algebra.equal(following.follow, y) for y in measured):
+            raise Refused(f"what follows {following.signal.name} is not measured")
 
 
 def _zeros(rows: int, columns: int) -> Matrix:

@@ -24,7 +24,7 @@ def derivative(graph: Graph, root: int, name: str) -> int:
         node = graph[number]
         if node.op == "variable":
             slopes[number] = graph.constant(int(node.name == name))
-        elif all(slopes[part] == zero for part in node.parts):
+        elif all(slopes[operand] == zero for operand in node.operands):
             slopes[number] = zero
         else:
             slopes[number] = _slope(graph, number, node, slopes)
@@ -32,28 +32,28 @@ def derivative(graph: Graph, root: int, name: str) -> int:
 
 
 def _slope(graph: Graph, number: int, node: Node, slopes: Mapping[int, int]) -> int:
-    g, parts = graph, node.parts
-    first = slopes[parts[0]]
+    g, operands = graph, node.operands
+    first = slopes[operands[0]]
     if node.op == "add":
-        return g.add(first, slopes[parts[1]])
+        return g.add(first, slopes[operands[1]])
     if node.op == "multiply":
-        a, b = parts
+        a, b = operands
         return g.add(_scaled(g, b, first), _scaled(g, a, slopes[b]))
     if node.op == "divide":
         # (a / b)' = (a' - (a / b) b') / b, so that a / b is computed only once.
-        b = parts[1]
+        b = operands[1]
         above = g.subtract(first, _scaled(g, number, slopes[b]))
         return above if g.value(above) == 0 else g.divide(above, b)
     if node.op == "power":
-        lower = g.power(parts[0], node.value - 1)
+        lower = g.power(operands[0], node.value - 1)
         return g.multiply(g.multiply(g.constant(node.value), lower), first)
     if node.op == "call":
-        return g.multiply(_outer(g, node.name, parts[0], number), first)
+        return g.multiply(_outer(g, node.name, operands[0], number), first)
     if node.op == "table":
         return g.total(
-            g.multiply(_partial(g, node, place), slopes[part])
-            for place, part in enumerate(parts)
-            if g.value(slopes[part]) != 0
+            g.multiply(_partial(g, node, argument), slopes[operand])
+            for argument, operand in enumerate(operands)
+            if g.value(slopes[operand]) != 0
         )
     raise Refused("an absolute value cannot be differentiated twice")
 
@@ -66,39 +66,39 @@ def _scaled(g: Graph, a: int, slope: int) -> int:
     return slope if g.value(slope) == 0 else g.multiply(a, slope)
 
 
-def _partial(graph: Graph, node: Node, place: int) -> int:
+def _partial(graph: Graph, node: Node, argument: int) -> int:
     orders = list(node.orders)
-    orders[place] += 1
-    if orders[place] > MOST_ORDER:
-        raise Refused(f"a derivative of order {orders[place]} of the table {node.name}")
-    return graph.table(node.name, node.parts, tuple(orders))
+    orders[argument] += 1
+    if orders[argument] > MOST_ORDER:
+        raise Refused(f"a derivative of order {orders[argument]} of the table {node.name}")
+    return graph.table(node.name, node.operands, tuple(orders))
 
 
 def _outer(g: Graph, name: str, a: int, value: int) -> int:
     """Return f'(a); ``value`` is the node of f(a)."""
-    one, square = g.constant(1), g.power(a, 2)
+    unit, square = g.constant(1), g.power(a, 2)
     half = Fraction(1, 2)
     if name in ("exp", "sin", "sinh", "cosh"):
-        other = {"exp": "exp", "sin": "cos", "sinh": "cosh", "cosh": "sinh"}[name]
-        return g.call(other, a)
+        companion = {"exp": "exp", "sin": "cos", "sinh": "cosh", "cosh": "sinh"}[name]
+        return g.call(companion, a)
     if name == "cos":
         return g.negative(g.call("sin", a))
     if name in ("tan", "tanh"):
-        own = g.power(value, 2)
-        return g.add(one, own) if name == "tan" else g.subtract(one, own)
+        squared_value = g.power(value, 2)
+        return g.add(unit, squared_value) if name == "tan" else g.subtract(unit, squared_value)
     if name == "log":
-        return g.divide(one, a)
+        return g.divide(unit, a)
     if name in ("asin", "acos"):
-        found = g.power(g.subtract(one, square), -half)
-        return found if name == "asin" else g.negative(found)
+        slope = g.power(g.subtract(unit, square), -half)
+        return slope if name == "asin" else g.negative(slope)
     if name == "asinh":
-        return g.power(g.add(one, square), -half)
+        return g.power(g.add(unit, square), -half)
     if name == "acosh":
-        return g.power(g.subtract(square, one), -half)
+        return g.power(g.subtract(square, unit), -half)
     if name == "atan":
-        return g.divide(one, g.add(one, square))
+        return g.divide(unit, g.add(unit, square))
     if name == "atanh":
-        return g.divide(one, g.subtract(one, square))
+        return g.divide(unit, g.subtract(unit, square))
     if name == "erf":
         front = g.multiply(g.constant(2), g.power(g.pi(), -half))
         return g.multiply(front, g.call("exp", g.negative(square)))
@@ -107,34 +107,34 @@ def _outer(g: Graph, name: str, a: int, value: int) -> int:
     raise Refused(f"the derivative of {name} is not known")
 
 
-def substituted(graph: Graph, root: int, places: Mapping[str, int]) -> int:
+def substituted(graph: Graph, root: int, replacements: Mapping[str, int]) -> int:
     """Return the node with variables replaced by nodes."""
-    found: dict[int, int] = {}
+    replaced: dict[int, int] = {}
     for number in graph.below([root]):
         node = graph[number]
-        parts = tuple(found[part] for part in node.parts)
+        operands = tuple(replaced[operand] for operand in node.operands)
         if node.op == "variable":
-            found[number] = places.get(node.name, number)
+            replaced[number] = replacements.get(node.name, number)
         else:
-            found[number] = rebuilt(graph, number, parts)
-    return found[root]
+            replaced[number] = rebuilt(graph, number, operands)
+    return replaced[root]
 
 
-def rebuilt(graph: Graph, number: int, parts: tuple[int, ...]) -> int:
-    """Return the node with other parts."""
+def rebuilt(graph: Graph, number: int, operands: tuple[int, ...]) -> int:
+    """Return the same operation with other operands."""
     node = graph[number]
-    if parts == node.parts:
+    if operands == node.operands:
         return number
     if node.op == "add":
-        return graph.add(*parts)
+        return graph.add(*operands)
     if node.op == "multiply":
-        return graph.multiply(*parts)
+        return graph.multiply(*operands)
     if node.op == "divide":
-        return graph.divide(*parts)
+        return graph.divide(*operands)
     if node.op == "power":
-        return graph.power(parts[0], node.value)
+        return graph.power(operands[0], node.value)
     if node.op == "call":
-        return graph.call(node.name, parts[0])
+        return graph.call(node.name, operands[0])
     if node.op == "table":
-        return graph.table(node.name, parts, node.orders)
-    return graph.sign(parts[0])
+        return graph.table(node.name, operands, node.orders)
+    return graph.sign(operands[0])

@@ -48,7 +48,7 @@ from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 # Bounds that mean "positive" and "finite" for an effectiveness.
-LEAST, LARGEST = Fraction(1, 10**40), Fraction(10**60)
+SMALLEST_EFFECTIVENESS, LARGEST_EFFECTIVENESS = Fraction(1, 10**40), Fraction(10**60)
 
 
 @dataclass(frozen=True)
@@ -91,8 +91,8 @@ class EffortBlend(PlantClaim):
         _check_equations(plant, blend, algebra, ranges)
         if self.gains is not None:
             errors = {acting.error.symbol for acting in blend.actuators if acting.error is not None}
-            what = "an error of an actuator"
-            check_known(plant, plant_loop(self.model), errors, self.gains, what)
+            unknown_signal = "an error of an actuator"
+            check_known(plant, plant_loop(self.model), errors, self.gains, unknown_signal)
 
     def sentence(self) -> str:
         blend, (low, high) = self.blend, self.share
@@ -111,18 +111,18 @@ class EffortBlend(PlantClaim):
 
 def _actuator_in_words(acting: Acting) -> str:
     """Return the range that an actuator keeps and the error that it may have; empty for neither."""
-    kept = wrong = ""
+    limits = error = ""
     if acting.side is not None:
-        kept = f" keeps [{at_least(acting.side[0], 9)}, {at_most(acting.side[1], 9)}]"
-        kept += "" if acting.unit == "-" else f" {acting.unit}"
+        limits = f" keeps [{at_least(acting.side[0], 9)}, {at_most(acting.side[1], 9)}]"
+        limits += "" if acting.unit == "-" else f" {acting.unit}"
     if acting.error is not None and acting.error.side is not None:
         down, up = acting.error.side
         # An assumption, as the box is: rounded inward, so that the sentence claims no more.
-        wrong = f" moves the plant {at_most(1 + down, 6)} to {at_least(1 + up, 6)} times as "
-        wrong += "much as told from its position at rest"
-    if not kept and not wrong:
+        error = f" moves the plant {at_most(1 + down, 6)} to {at_least(1 + up, 6)} times as "
+        error += "much as told from its position at rest"
+    if not limits and not error:
         return ""
-    return f"{acting.name}{kept}{' and' * bool(kept and wrong)}{wrong}"
+    return f"{acting.name}{limits}{' and' * bool(limits and error)}{error}"
 
 
 def _check_share(plant: PlantNodes, blend: Blend, low: Fraction, high: Fraction) -> None:
@@ -158,20 +158,22 @@ def _check_schedules(plant: PlantNodes, blend: Blend) -> None:
 
 
 def _acts(plant: PlantNodes, ranges: Ranges, blend: Blend, acting: Acting) -> Enclosure:
-    """Return the bound b > 0 on the box; b >= psi_max / room where the actuator has limits."""
+    """Return the obligation b > 0 on the box; b >= psi_max / room if the actuator has limits."""
     hidden = {v.symbol for v in plant.disturbances if v.unknown}
     if hidden & plant.graph.variables(acting.effectiveness):
         raise Refused(f"the law commands {acting.name} by what it does not know")
-    least = LEAST
+    smallest = SMALLEST_EFFECTIVENESS
     if acting.side is not None:
         upward = acting.sign * acting.direction > 0
         room = acting.side[1] - acting.idle if upward else acting.idle - acting.side[0]
         if not acting.side[0] <= acting.idle <= acting.side[1] or room <= 0:
             raise Refused(f"{acting.name} has no room to act from where it idles")
         largest = max(psi(acting.sign * end, blend.overlap) for end in blend.ends)
-        least = max(LEAST, largest / room)
-    what = f"the effectiveness of {acting.name}, which has to be at least {at_most(least, 6)},"
-    return Enclosure(ranges, acting.effectiveness, least, LARGEST, what)
+        smallest = max(SMALLEST_EFFECTIVENESS, largest / room)
+    subject = (
+        f"the effectiveness of {acting.name}, which has to be at least {at_most(smallest, 6)},"
+    )
+    return Enclosure(ranges, acting.effectiveness, smallest, LARGEST_EFFECTIVENESS, subject)
 
 
 def _check_equations(plant: PlantNodes, blend: Blend, algebra: Algebra, ranges: Ranges) -> None:
@@ -179,12 +181,12 @@ def _check_equations(plant: PlantNodes, blend: Blend, algebra: Algebra, ranges: 
     names = dict(blend.names)
     origin = {v.symbol: g.constant(0) for v in (*plant.states, *plant.inputs, *plant.disturbances)}
     for acting in blend.actuators:
-        told = _command(plant, blend, acting)
+        commanded = _command(plant, blend, acting)
         if acting.error is not None:
-            rest = substituted(g, told, origin)
+            rest = substituted(g, commanded, origin)
             wrong = g.add(g.constant(1), g.variable(acting.error.symbol))
-            told = g.add(rest, g.multiply(wrong, g.subtract(told, rest)))
-        names[acting.name] = told
+            commanded = g.add(rest, g.multiply(wrong, g.subtract(commanded, rest)))
+        names[acting.name] = commanded
     scope, written = Scope(names, blend.tables), iter(blend.equations)
     for i, (state, row) in enumerate(zip(plant.states, plant.f, strict=True)):
         if state is blend.effort:
@@ -193,11 +195,11 @@ def _check_equations(plant: PlantNodes, blend: Blend, algebra: Algebra, ranges: 
                 raise Refused("the effort does not move by its rate")
             _check_own_row(plant, i)
             continue
-        what = f"the equation of {state.name} with both actuators"
-        node = read_expression(next(written), g, scope, what)
-        ranges.prove_continuous(node, what)
+        subject = f"the equation of {state.name} with both actuators"
+        node = read_expression(next(written), g, scope, subject)
+        ranges.prove_continuous(node, subject)
         if not algebra.equal(node, row):
-            raise Refused(f"{what} is not shown to be the model's")
+            raise Refused(f"{subject} is not shown to be the model's")
 
 
 def _command(plant: PlantNodes, blend: Blend, acting: Acting) -> int:
@@ -214,11 +216,11 @@ def _command(plant: PlantNodes, blend: Blend, acting: Acting) -> int:
     )
 
 
-def _check_own_row(plant: PlantNodes, own: int) -> None:
+def _check_own_row(plant: PlantNodes, effort_row: int) -> None:
     """Refuse discrete time, and a mass matrix that couples the effort with other states."""
     if plant.sample_time is not None:
         raise Refused("an effort with a rate is of continuous time")
     for i, row in enumerate(plant.mass or []):
         for j, node in enumerate(row):
-            if own in (i, j) and plant.graph.value(node) != int(i == j):
+            if effort_row in (i, j) and plant.graph.value(node) != int(i == j):
                 raise Refused("the mass matrix has a part in the effort")

@@ -63,7 +63,7 @@ class Evaluator:
         """Return the range of a variable, rounded outward; the exact ends are stored."""
         rounded = enclose(*side)
         self.sides[name] = side
-        self._ends |= {(name, place, rounded[place]): side[place] for place in (0, 1)}
+        self._ends |= {(name, end, rounded[end]): side[end] for end in (0, 1)}
         return rounded
 
     def values(self, roots: tuple[int, ...], box: Box) -> list[Interval | None]:
@@ -76,15 +76,15 @@ class Evaluator:
         self.work += self._costs[roots]
         if self.work > MOST_WORK:
             raise TooLong("bounds that take too long to prove")
-        found: dict[int, Interval | None] = {}
+        brackets: dict[int, Interval | None] = {}
         for number in order:
             node = self.graph[number]
-            parts = [found[part] for part in node.parts]
+            operands = [brackets[operand] for operand in node.operands]
             try:
-                found[number] = self._one(number, node, parts, box)
+                brackets[number] = self._one(number, node, operands, box)
             except Refused:
-                found[number] = None
-        return [found[root] for root in roots]
+                brackets[number] = None
+        return [brackets[root] for root in roots]
 
     def value(self, root: int, box: Box) -> Interval | None:
         return self.values((root,), box)[0]
@@ -95,30 +95,30 @@ class Evaluator:
         It serves a bound that the node attains and that is not a decimal, such as
         1/(2 + cos(x)) >= 1/3: rounding alone would put the range beyond the bound.
         """
-        found: dict[int, Ends | None] = {}
+        intervals: dict[int, Ends | None] = {}
         for number in self.graph.below([root]):
             node = self.graph[number]
-            parts = [found[part] for part in node.parts]
-            known = [part for part in parts if part is not None]
-            found[number] = None
-            if len(known) < len(parts):
+            operands = [intervals[operand] for operand in node.operands]
+            defined = [operand for operand in operands if operand is not None]
+            intervals[number] = None
+            if len(defined) < len(operands):
                 continue
             if node.op == "variable":
-                found[number] = self._side(node.name, box)
-            elif node.op == "table" and all(low == high for low, high in known):
+                intervals[number] = self._side(node.name, box)
+            elif node.op == "table" and all(low == high for low, high in defined):
                 # At a point a spline of decimals has an exact value.
-                value = self.tables[node.name].exact([low for low, _ in known], node.orders)
-                found[number] = None if value is None else (value, value)
+                value = self.tables[node.name].exact([low for low, _ in defined], node.orders)
+                intervals[number] = None if value is None else (value, value)
             elif node.op in ("call", "pi", "sign", "table") or (
                 node.op == "power" and node.value.denominator > 1
             ):
-                rounded = [enclose(*part) for part in known]
+                rounded = [enclose(*operand) for operand in defined]
                 pair = self._guarded(number, node, rounded, box)
-                found[number] = None if pair is None else _ends(pair)
+                intervals[number] = None if pair is None else _ends(pair)
             else:
-                found[number] = _unrounded(node, known)
-        self.work += SLOW * len(found)
-        return found[root]
+                intervals[number] = _unrounded(node, defined)
+        self.work += SLOW * len(intervals)
+        return intervals[root]
 
     def _side(self, name: str, box: Box) -> Ends | None:
         """Return the side of a box; an end of the whole box is not rounded."""
@@ -133,14 +133,16 @@ class Evaluator:
         end = low if (name, 0, first) in self._ends else high
         return end, end
 
-    def _guarded(self, number: int, node: Node, parts: list[Interval], box: Box) -> Interval | None:
+    def _guarded(
+        self, number: int, node: Node, operands: list[Interval], box: Box
+    ) -> Interval | None:
         try:
-            return self._one(number, node, parts, box)
+            return self._one(number, node, operands, box)
         except Refused:
             return None
 
     def _one(
-        self, number: int, node: Node, parts: Iterable[Interval | None], box: Box
+        self, number: int, node: Node, operands: Iterable[Interval | None], box: Box
     ) -> Interval | None:
         op = node.op
         if op == "const":
@@ -151,31 +153,31 @@ class Evaluator:
             return box.get(node.name)
         if op == "pi":
             return pi_interval()
-        known = [part for part in parts if part is not None]
-        if len(known) < len(node.parts):
+        defined = [operand for operand in operands if operand is not None]
+        if len(defined) < len(node.operands):
             return None
         if op == "add":
-            return known[0] + known[1]
+            return defined[0] + defined[1]
         if op == "multiply":
-            return self._product(node, known)
+            return self._product(node, defined)
         if op == "divide":
-            return known[0] / known[1]
+            return defined[0] / defined[1]
         if op == "power":
-            return _power(node, known[0])
+            return _power(node, defined[0])
         if op == "call":
-            return function_of(node.name)(known[0])
+            return function_of(node.name)(defined[0])
         if op == "table":
-            return self.tables[node.name].bounds(known, node.orders)
-        low, high = known[0]
+            return self.tables[node.name].bounds(defined, node.orders)
+        low, high = defined[0]
         # At 0 alone the sign is its limit from the side on which the rest of the box lies.
         return Interval(ONE if low >= 0 < high else -ONE, -ONE if low < 0 >= high else ONE)
 
-    def _product(self, node: Node, parts: list[Interval]) -> Interval:
+    def _product(self, node: Node, operands: list[Interval]) -> Interval:
         """Return a product; a constant is multiplied exactly and rounded once."""
-        factor = self.graph.value(node.parts[0])
+        factor = self.graph.value(node.operands[0])
         if factor is None:
-            return parts[0] * parts[1]
-        ends = [end * factor.numerator for end in parts[1]]
+            return operands[0] * operands[1]
+        ends = [end * factor.numerator for end in operands[1]]
         low, high = min(ends), max(ends)
         return Interval(low // factor.denominator, -(-high // factor.denominator))
 
@@ -186,11 +188,11 @@ def _ends(pair: Interval) -> Ends:
 
 def _power(node: Node, a: Interval) -> Interval:
     top, bottom = abs(node.value.numerator), node.value.denominator
-    found = power(a if bottom == 1 else root(a, bottom), top)
-    return found if node.value > 0 else UNIT / found
+    raised = power(a if bottom == 1 else root(a, bottom), top)
+    return raised if node.value > 0 else UNIT / raised
 
 
-def _unrounded(node: Node, parts: list[Ends]) -> Ends | None:
+def _unrounded(node: Node, operands: list[Ends]) -> Ends | None:
     """Return the interval of a node from those of its parts.
 
     None for a division by 0, and where a number would have more than 20 000 bits.
@@ -198,18 +200,18 @@ def _unrounded(node: Node, parts: list[Ends]) -> Ends | None:
     if node.op == "const":
         return node.value, node.value
     growth = abs(int(node.value)) if node.op == "power" else 1
-    if any(largest_bits(end) * growth > MOST_BITS for part in parts for end in part):
+    if any(largest_bits(end) * growth > MOST_BITS for operand in operands for end in operand):
         return None
     if node.op == "add":
-        (a, b), (c, d) = parts
+        (a, b), (c, d) = operands
         return a + c, b + d
     if node.op == "multiply":
-        return product(parts[0], parts[1])
+        return product(operands[0], operands[1])
     if node.op == "divide":
-        below = _inverse(parts[1])
-        return None if below is None else product(parts[0], below)
-    found = whole_power(parts[0], growth)
-    return found if node.value > 0 else _inverse(found)
+        below = _inverse(operands[1])
+        return None if below is None else product(operands[0], below)
+    raised = whole_power(operands[0], growth)
+    return raised if node.value > 0 else _inverse(raised)
 
 
 def _inverse(a: Ends) -> Ends | None:

@@ -56,15 +56,15 @@ def read_expression(written: object, graph: Graph, scope: Scope, where: str) -> 
 
 
 def _tokens(written: str) -> list[tuple[str, str]]:
-    found, position, end = [], 0, len(written.rstrip(" \t\n"))
+    tokens, position, end = [], 0, len(written.rstrip(" \t\n"))
     while position < end:
         match = TOKEN.match(written, position)
         if match is None:
             raise Refused(f"{written[position : position + 10]!a} stands in no expression")
         kind = ("number", "name", "sign")[(match.lastindex or 0) - 1]
-        found.append((kind, match.group(match.lastindex or 0)))
+        tokens.append((kind, match.group(match.lastindex or 0)))
         position = match.end()
-    return [*found, ("end", "")]
+    return [*tokens, ("end", "")]
 
 
 def _decimal(written: str) -> Fraction:
@@ -92,44 +92,44 @@ class _Reader:
         return token
 
     def expect(self, sign: str) -> None:
-        found = self.next()
-        if found != ("sign", sign):
-            raise Refused(f"{found[1] or 'the end'!a} stands where {sign!a} is needed")
+        token = self.next()
+        if token != ("sign", sign):
+            raise Refused(f"{token[1] or 'the end'!a} stands where {sign!a} is needed")
 
     def whole(self) -> int:
-        found, _ = self.sum()
+        node, _ = self.sum()
         if self.tokens[self.position][0] != "end":
             raise Refused(f"{self.tokens[self.position][1]!a} is not expected")
-        return found
+        return node
 
     def sum(self) -> tuple[int, int]:
         self.depth += 1
         if self.depth > DEEPEST:
             raise Refused(f"more than {DEEPEST} brackets or signs inside one another")
-        found, degree = self.product()
+        node, degree = self.product()
         while self.sign in ("+", "-"):
             sign = self.next()[1]
-            right, other = self.product()
+            term, term_degree = self.product()
             work = self.graph.add if sign == "+" else self.graph.subtract
-            found, degree = work(found, right), max(degree, other)
+            node, degree = work(node, term), max(degree, term_degree)
         self.depth -= 1
-        return found, degree
+        return node, degree
 
     def product(self) -> tuple[int, int]:
-        found, degree = self.signed()
+        node, degree = self.signed()
         while self.sign in ("*", "/"):
             sign = self.next()[1]
-            right, other = self.signed()
+            factor, factor_degree = self.signed()
             work = self.graph.multiply if sign == "*" else self.graph.divide
-            found, degree = work(found, right), _bounded(degree + other)
-        return found, degree
+            node, degree = work(node, factor), _bounded(degree + factor_degree)
+        return node, degree
 
     def signed(self) -> tuple[int, int]:
         minus = False
         while self.sign in ("+", "-"):
             minus ^= self.next()[1] == "-"
-        found, degree = self.power()
-        return (self.graph.negative(found) if minus else found), degree
+        node, degree = self.power()
+        return (self.graph.negative(node) if minus else node), degree
 
     def power(self) -> tuple[int, int]:
         base, degree = self.atom()
@@ -143,8 +143,8 @@ class _Reader:
         self.depth -= 1
         if exponent is None:
             raise Refused("an exponent that is not a number")
-        found = self.graph.power(base, exponent)
-        return found, _bounded(degree * max(1, -int(-abs(exponent) // 1)))
+        node = self.graph.power(base, exponent)
+        return node, _bounded(degree * max(1, -int(-abs(exponent) // 1)))
 
     def atom(self) -> tuple[int, int]:
         kind, written = self.next()
@@ -159,26 +159,26 @@ class _Reader:
                 return self.graph.pi(), 1
             raise Refused(f"the name {written[:40]!a} is not known")
         if (kind, written) == ("sign", "("):
-            found = self.sum()
+            node_and_degree = self.sum()
             self.expect(")")
-            return found
+            return node_and_degree
         raise Refused(f"{written or 'the end'!a} stands where a number or name is needed")
 
     def called(self, name: str) -> int:
         self.expect("(")
-        parts = [self.sum()[0]]
+        arguments = [self.sum()[0]]
         while self.sign == ",":
             self.next()
-            parts.append(self.sum()[0])
+            arguments.append(self.sum()[0])
         self.expect(")")
-        wanted = self.scope.tables.get(name, 1 if name in FUNCTIONS else 0)
-        if not wanted:
+        argument_count = self.scope.tables.get(name, 1 if name in FUNCTIONS else 0)
+        if not argument_count:
             raise Refused(f"the function {name[:40]!a} is not known")
-        if len(parts) != wanted:
-            raise Refused(f"{name} takes {wanted} argument(s), not {len(parts)}")
+        if len(arguments) != argument_count:
+            raise Refused(f"{name} takes {argument_count} argument(s), not {len(arguments)}")
         if name in self.scope.tables:
-            return self.graph.table(name, tuple(parts), (0,) * wanted)
-        return self.graph.call(name, parts[0])
+            return self.graph.table(name, tuple(arguments), (0,) * argument_count)
+        return self.graph.call(name, arguments[0])
 
 
 def _bounded(degree: int) -> int:

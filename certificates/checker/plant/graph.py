@@ -38,7 +38,7 @@ class Node(NamedTuple):
     """
 
     op: str
-    parts: tuple[int, ...] = ()
+    operands: tuple[int, ...] = ()
     name: str = ""
     value: Fraction = Fraction(0)
     orders: tuple[int, ...] = ()
@@ -66,15 +66,15 @@ class Graph:
         return self.nodes[number]
 
     def _number(self, node: Node) -> int:
-        found = self._numbers.get(node)
-        if found is None:
+        number = self._numbers.get(node)
+        if number is None:
             if len(self.nodes) >= MOST_NODES:
                 raise Refused(f"expressions of more than {MOST_NODES} parts")
-            found = self._numbers[node] = len(self.nodes)
+            number = self._numbers[node] = len(self.nodes)
             self.nodes.append(node)
-            if _is_partial(node) or not self._partial.isdisjoint(node.parts):
-                self._partial.add(found)
-        return found
+            if _is_partial(node) or not self._partial.isdisjoint(node.operands):
+                self._partial.add(number)
+        return number
 
     def constant(self, value: Fraction | int) -> int:
         exact = Fraction(value)
@@ -109,11 +109,11 @@ class Graph:
     def negative(self, a: int) -> int:
         return self.multiply(self.constant(-1), a)
 
-    def total(self, parts: Iterable[int]) -> int:
-        found = self.constant(0)
-        for part in parts:
-            found = self.add(found, part)
-        return found
+    def total(self, terms: Iterable[int]) -> int:
+        sum_node = self.constant(0)
+        for term in terms:
+            sum_node = self.add(sum_node, term)
+        return sum_node
 
     def multiply(self, a: int, b: int) -> int:
         x, y = self.value(a), self.value(b)
@@ -140,8 +140,10 @@ class Graph:
         p, x = Fraction(exponent), self.value(a)
         if largest_bits(p) > MOST_BITS or max(abs(p.numerator), p.denominator) > MOST_POWER:
             # Python refuses to print a number of more than 4,300 digits.
-            shown = str(p)[:40] if largest_bits(p) <= MOST_SHOWN else "has too many digits to print"
-            raise Refused(f"the exponent {shown}; at most {MOST_POWER}, above and below")
+            digits = (
+                str(p)[:40] if largest_bits(p) <= MOST_SHOWN else "has too many digits to print"
+            )
+            raise Refused(f"the exponent {digits}; at most {MOST_POWER}, above and below")
         if x == 0 and p <= 0:
             raise Refused("zero to a power that is not positive")
         if p == 0:
@@ -159,8 +161,8 @@ class Graph:
     def has_zero_factor(self, number: int) -> bool:
         """Return whether a node is 0/b, or a product with 0 whose other part may be undefined."""
         node = self.nodes[number]
-        above = node.parts[:1] if node.op == "divide" else node.parts
-        return node.op in ("divide", "multiply") and any(self.value(part) == 0 for part in above)
+        above = node.operands[:1] if node.op == "divide" else node.operands
+        return node.op in ("divide", "multiply") and any(self.value(n) == 0 for n in above)
 
     def call(self, name: str, a: int) -> int:
         """Return an elementary function; sqrt is the power 1/2."""
@@ -171,24 +173,24 @@ class Graph:
     def sign(self, a: int) -> int:
         return self._number(Node("sign", (a,)))
 
-    def table(self, name: str, parts: tuple[int, ...], orders: tuple[int, ...]) -> int:
-        return self._number(Node("table", parts, name=name, orders=orders))
+    def table(self, name: str, arguments: tuple[int, ...], orders: tuple[int, ...]) -> int:
+        return self._number(Node("table", arguments, name=name, orders=orders))
 
     def below(self, roots: Iterable[int]) -> list[int]:
         """Return all nodes below the given roots, operands before results."""
-        seen: set[int] = set()
-        left = list(roots)
-        while left:
-            number = left.pop()
-            if number not in seen:
-                seen.add(number)
-                left.extend(self.nodes[number].parts)
-        return sorted(seen)
+        visited: set[int] = set()
+        stack = list(roots)
+        while stack:
+            number = stack.pop()
+            if number not in visited:
+                visited.add(number)
+                stack.extend(self.nodes[number].operands)
+        return sorted(visited)
 
     def variables(self, root: int) -> set[str]:
         """Return the names of the variables in a node."""
-        found = (self.nodes[number] for number in self.below([root]))
-        return {node.name for node in found if node.op == "variable"}
+        nodes = (self.nodes[number] for number in self.below([root]))
+        return {node.name for node in nodes if node.op == "variable"}
 
 
 def _is_partial(node: Node) -> bool:

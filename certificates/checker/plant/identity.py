@@ -99,7 +99,7 @@ class Algebra:
         """
         while True:
             try:
-                found = self.quotient(root)
+                fraction = self.quotient(root)
                 break
             except _Finer:
                 self._restart()
@@ -108,10 +108,11 @@ class Algebra:
             for key, number in self.atoms.keys.items()
             if isinstance(key, tuple) and key[0] == "variable"
         }
-        if found.bottom or any(a not in names for monomial in found.top for a, _ in monomial):
+        if fraction.bottom or any(a not in names for monomial in fraction.top for a, _ in monomial):
             raise Refused("no polynomial with rational coefficients")
         return {
-            tuple((str(names[a]), k) for a, k in monomial): c for monomial, c in found.top.items()
+            tuple((str(names[a]), k) for a, k in monomial): c
+            for monomial, c in fraction.top.items()
         }
 
     def collected(self, root: int) -> int:
@@ -141,31 +142,31 @@ class Algebra:
 
     def _of(self, node: Node) -> Quotient:
         ring = self.ring
-        parts = [self._found[part] for part in node.parts]
+        operands = [self._found[operand] for operand in node.operands]
         if node.op == "const":
             return ring.constant(node.value)
         if node.op in ("pi", "variable"):
             return ring.atom(self.atoms.named((node.op, node.name)))
         if node.op == "add":
-            return ring.add(*parts)
+            return ring.add(*operands)
         if node.op == "multiply":
-            return ring.multiply(*parts)
+            return ring.multiply(*operands)
         if node.op == "divide":
-            return ring.multiply(parts[0], ring.inverse(parts[1]))
+            return ring.multiply(operands[0], ring.inverse(operands[1]))
         if node.op == "power":
-            return self.atoms.power(parts[0], node.value)
+            return self.atoms.power(operands[0], node.value)
         if node.op == "call":
-            return self._call(node.name, parts[0])
-        value = self._at_numbers(node, parts) if node.op == "table" else None
+            return self._call(node.name, operands[0])
+        value = self._at_numbers(node, operands) if node.op == "table" else None
         if value is not None:
             return ring.constant(value)
-        return ring.atom(self.atoms.opaque((node.op, node.name, node.orders), tuple(parts)))
+        return ring.atom(self.atoms.opaque((node.op, node.name, node.orders), tuple(operands)))
 
-    def _at_numbers(self, node: Node, parts: list[Quotient]) -> Fraction | None:
+    def _at_numbers(self, node: Node, arguments: list[Quotient]) -> Fraction | None:
         """Return a table's exact value where its arguments are numbers; None elsewhere."""
-        if node.name not in self.tables or any(a.bottom or set(a.top) - {()} for a in parts):
+        if node.name not in self.tables or any(a.bottom or set(a.top) - {()} for a in arguments):
             return None
-        point = [a.top.get((), Fraction(0)) for a in parts]
+        point = [a.top.get((), Fraction(0)) for a in arguments]
         return self.tables[node.name].exact(point, node.orders)
 
     # ------------------------------------------------------------------ functions
@@ -204,9 +205,9 @@ class Algebra:
         """Return f(a) of an odd function, as -f(-a) where f(-a) occurred before."""
         ring, minus = self.ring, self.ring.constant(-1)
         opposite = ring.multiply(minus, a)
-        known = self.atoms.known(name, (opposite,))
-        if known is not None:
-            return ring.multiply(minus, ring.atom(known))
+        opposite_atom = self.atoms.known(name, (opposite,))
+        if opposite_atom is not None:
+            return ring.multiply(minus, ring.atom(opposite_atom))
         atom = self.atoms.opaque(name, (a,))
         if name == "atan":
             self._tangents[self._named(((atom, 1),))] = a
@@ -214,16 +215,16 @@ class Algebra:
 
     # ------------------------------------------------------------------ sums as arguments
 
-    def _whole(self, kind: str, part: object, c: Fraction) -> int:
+    def _whole(self, kind: str, term: object, c: Fraction) -> int:
         """Return c divided by the unit of this part.
 
         If it is no integer, the unit becomes the common divisor of both, and ``_Finer`` is raised.
         """
-        unit = self.units.setdefault((kind, part), abs(c))
+        unit = self.units.setdefault((kind, term), abs(c))
         count = c / unit
         if count.denominator != 1:
             common = lcm(unit.denominator, c.denominator)
-            self.units[kind, part] = Fraction(gcd(int(unit * common), int(abs(c) * common)), common)
+            self.units[kind, term] = Fraction(gcd(int(unit * common), int(abs(c) * common)), common)
             raise _Finer
         return int(count)
 
@@ -234,11 +235,11 @@ class Algebra:
         """
         named = self._terms(a)
         if len(named) <= MOST_PARTS:
-            found = [(key, c, self._whole(kind, key, c)) for key, c in named]
-            if all(abs(n) <= MOST_MULTIPLE[kind] for _, _, n in found):
-                return found
-        whole = ("argument", self.atoms.opaque("argument", (a,)))
-        return [(whole, Fraction(1), self._whole(kind, whole, Fraction(1)))]
+            multiples = [(key, c, self._whole(kind, key, c)) for key, c in named]
+            if all(abs(n) <= MOST_MULTIPLE[kind] for _, _, n in multiples):
+                return multiples
+        argument_key = ("argument", self.atoms.opaque("argument", (a,)))
+        return [(argument_key, Fraction(1), self._whole(kind, argument_key, Fraction(1)))]
 
     def _terms(self, a: Quotient) -> list[tuple[object, Fraction]]:
         """Return (key, coefficient) of the terms that an argument is the sum of.
@@ -249,20 +250,20 @@ class Algebra:
         """
         if not a.bottom:
             return [(self._named(m), c) for m, c in sorted(a.top.items())]
-        found: list[tuple[object, Fraction]] = []
+        terms: list[tuple[object, Fraction]] = []
         top = a.top
         if len(a.bottom) == 1 and a.bottom[0][1] == 1:
             below = self.ring.factors[a.bottom[0][0]]
             leading = max(below)
             constant = top.get(leading, Fraction(0)) / below[leading]
             if constant:
-                found.append((self._named(()), constant))
+                terms.append((self._named(()), constant))
                 top = self.ring.plus(top, self.ring.scaled(below, -constant))
         if top:
             size = top[max(top)]
-            rest = Quotient(self.ring.scaled(top, 1 / size), a.bottom)
-            found.append((("argument", self.atoms.opaque("argument", (rest,))), size))
-        return found
+            remainder = Quotient(self.ring.scaled(top, 1 / size), a.bottom)
+            terms.append((("argument", self.atoms.opaque("argument", (remainder,))), size))
+        return terms
 
     def _named(self, monomial: Monomial) -> object:
         """Return the monomial with names instead of atoms, whose numbers a restart changes."""
@@ -317,20 +318,22 @@ class Algebra:
         # Not the power -1/2, which is r/r^2: r/r cancels also where r^2 is no polynomial.
         cosine = ring.inverse(self.atoms.power(square, Fraction(1, 2)))
         sine = ring.multiply(ring.constant(-1 if n < 0 else 1), ring.multiply(q, cosine))
-        found = ring.constant(0), ring.constant(1)
+        sine_cosine = ring.constant(0), ring.constant(1)
         for _ in range(abs(n)):
-            minus = ring.multiply(ring.constant(-1), ring.multiply(found[0], sine))
-            found = (
-                ring.add(ring.multiply(found[0], cosine), ring.multiply(found[1], sine)),
-                ring.add(ring.multiply(found[1], cosine), minus),
+            minus = ring.multiply(ring.constant(-1), ring.multiply(sine_cosine[0], sine))
+            sine_cosine = (
+                ring.add(
+                    ring.multiply(sine_cosine[0], cosine), ring.multiply(sine_cosine[1], sine)
+                ),
+                ring.add(ring.multiply(sine_cosine[1], cosine), minus),
             )
-        return found
+        return sine_cosine
 
     def _exponential(self, a: Quotient) -> Quotient:
         ring = self.ring
-        found = ring.constant(1)
+        product = ring.constant(1)
         for key, _, n in self._parts("exp", a):
             atom = self.atoms.named(("exp", key, self.units["exp", key]))
             power = Quotient({((atom, abs(n)),): Fraction(1)}) if n else ring.constant(1)
-            found = ring.multiply(found, ring.inverse(power) if n < 0 else power)
-        return found
+            product = ring.multiply(product, ring.inverse(power) if n < 0 else power)
+        return product

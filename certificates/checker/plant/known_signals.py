@@ -18,7 +18,7 @@ from takagi.certificates.checker.plant.vertices import corners_of
 
 
 def check_known(
-    plant: PlantNodes, loop: PolytopicLoop, unknown: Collection[str], gains: Any, what: str
+    plant: PlantNodes, loop: PolytopicLoop, unknown: Collection[str], gains: Any, subject: str
 ) -> None:
     """Refuse gains that depend on signals which the law does not know.
 
@@ -26,7 +26,7 @@ def check_known(
     ----------
     loop : the vertices of the plant's model, without gains.
     unknown : symbols of these signals.
-    what : in words, what they are, such as ``"an error of an actuator"``.
+    subject : what these signals are, in words, such as ``"an error of an actuator"``.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def check_known(
     K = read_stack(gains, "K", "gains")
     if len(K) == 1:
         return
-    known = [
+    known_premises = [
         k for k, p in enumerate(plant.premises) if not set(unknown) & plant.graph.variables(p.node)
     ]
     corners = list(corners_of(plant.premises))
@@ -46,12 +46,12 @@ def check_known(
     first: dict[tuple[int, ...], int] = {}
     for i, corner in enumerate(corners):
         picks = [pick for pick, _ in corner.values()]
-        j = first.setdefault(tuple(picks[k] for k in known), i)
+        j = first.setdefault(tuple(picks[k] for k in known_premises), i)
         # Equal gains are read as equal rows over one denominator.
         if K[i] != K[j]:
             raise Refused(
-                f"gains {j + 1} and {i + 1} differ, and the rules differ only in {what}, which the "
-                "law does not know"
+                f"gains {j + 1} and {i + 1} differ, and the rules differ only in {subject}, which "
+                "the law does not know"
             )
     if not closed_by(loop, gains, "gains").shared_weights:
         raise Refused("the law's gains go by other weights than the model's rules")

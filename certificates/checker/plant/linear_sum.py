@@ -33,9 +33,9 @@ class LinearSum(NamedTuple):
         """Return a unique name for the sum that is not the name of a variable."""
         if len(self.factors) > 4 or any(largest_bits(c) > MOST_SHOWN for _, c in self.factors):
             return f"sum {number} of variables"
-        parts = (v if abs(c) == 1 else f"{abs(c)}*{v}" for v, c in self.factors)
+        terms = (v if abs(c) == 1 else f"{abs(c)}*{v}" for v, c in self.factors)
         signs = (" - " if c < 0 else " + " for _, c in self.factors)
-        return "".join(map(add, signs, parts)).removeprefix(" + ")
+        return "".join(map(add, signs, terms)).removeprefix(" + ")
 
 
 def _scaled(a: LinearSum, c: Fraction) -> LinearSum:
@@ -43,32 +43,34 @@ def _scaled(a: LinearSum, c: Fraction) -> LinearSum:
 
 
 def _sum(a: LinearSum, b: LinearSum) -> LinearSum:
-    found = dict(a.factors)
+    factors = dict(a.factors)
     for v, c in b.factors:
-        found[v] = found.get(v, Fraction(0)) + c
-    return LinearSum(tuple((v, c) for v, c in sorted(found.items()) if c), a.constant + b.constant)
+        factors[v] = factors.get(v, Fraction(0)) + c
+    return LinearSum(
+        tuple((v, c) for v, c in sorted(factors.items()) if c), a.constant + b.constant
+    )
 
 
 def _linear(graph: Graph, root: int) -> dict[int, LinearSum]:
     """Return part -> sum for the parts of a node that are linear sums with rational factors."""
-    found: dict[int, LinearSum] = {}
+    sums: dict[int, LinearSum] = {}
     for number in graph.below([root]):
         node = graph[number]
-        parts = [found[part] for part in node.parts if part in found]
-        made = None
+        operands = [sums[operand] for operand in node.operands if operand in sums]
+        linear_sum = None
         if node.op == "const":
-            made = LinearSum((), node.value)
+            linear_sum = LinearSum((), node.value)
         elif node.op == "variable":
-            made = LinearSum(((node.name, Fraction(1)),), Fraction(0))
-        elif node.op == "add" and len(parts) == 2:
-            made = _sum(*parts)
-        elif node.op == "multiply" and len(parts) == 2 and not all(p.factors for p in parts):
-            factor, other = parts if not parts[0].factors else parts[::-1]
-            made = _scaled(other, factor.constant)
-        if made is not None and largest_bits(made.constant) <= MOST_BITS:
-            if all(largest_bits(c) <= MOST_BITS for _, c in made.factors):
-                found[number] = made
-    return found
+            linear_sum = LinearSum(((node.name, Fraction(1)),), Fraction(0))
+        elif node.op == "add" and len(operands) == 2:
+            linear_sum = _sum(*operands)
+        elif node.op == "multiply" and len(operands) == 2 and not all(p.factors for p in operands):
+            factor, variable_sum = operands if not operands[0].factors else operands[::-1]
+            linear_sum = _scaled(variable_sum, factor.constant)
+        if linear_sum is not None and largest_bits(linear_sum.constant) <= MOST_BITS:
+            if all(largest_bits(c) <= MOST_BITS for _, c in linear_sum.factors):
+                sums[number] = linear_sum
+    return sums
 
 
 def vanishing_sums(graph: Graph, root: int, sides: Mapping[str, Ends]) -> dict[LinearSum, Ends]:
@@ -78,30 +80,30 @@ def vanishing_sums(graph: Graph, root: int, sides: Mapping[str, Ends]) -> dict[L
     that has no range, are left out.
     """
     linear = _linear(graph, root)
-    found: dict[LinearSum, Ends] = {}
+    ranges: dict[LinearSum, Ends] = {}
     for number in graph.below([root]):
         node = graph[number]
-        below = node.parts[1:] if node.op == "divide" else ()
+        below = node.operands[1:] if node.op == "divide" else ()
         if node.op == "power" and node.value < 0:
-            below = node.parts
-        for factor in (f for part in below for f in _factors(graph, part)):
+            below = node.operands
+        for factor in (f for divisor in below for f in _factors(graph, divisor)):
             a = linear.get(factor)
             if a is None or not a.factors or a.constant or graph[factor].op == "variable":
                 continue
             unit = _scaled(a, 1 / a.factors[0][1])
             side = _range(unit, sides)
             if side is not None and side[0] <= 0 <= side[1]:
-                found[unit] = side
-    return found
+                ranges[unit] = side
+    return ranges
 
 
 def _factors(graph: Graph, root: int) -> Iterator[int]:
-    left = [root]
-    while left:
-        number = left.pop()
+    stack = [root]
+    while stack:
+        number = stack.pop()
         node = graph[number]
         if node.op == "multiply" or (node.op == "power" and node.value.denominator == 1):
-            left += node.parts
+            stack += node.operands
         else:
             yield number
 
@@ -120,14 +122,16 @@ def _range(a: LinearSum, sides: Mapping[str, Ends]) -> Ends | None:
 def with_variable(graph: Graph, root: int, a: LinearSum, variable: int) -> int:
     """Return the node with c a + b written as c t + b, where t is the variable's node."""
     linear = _linear(graph, root)
-    found: dict[int, int] = {}
+    replaced: dict[int, int] = {}
     for number in graph.below([root]):
-        own = linear.get(number)
-        if own is not None and own.factors:
-            c = own.factors[0][1] / a.factors[0][1]
-            if _scaled(a, c).factors == own.factors:
+        linear_sum = linear.get(number)
+        if linear_sum is not None and linear_sum.factors:
+            c = linear_sum.factors[0][1] / a.factors[0][1]
+            if _scaled(a, c).factors == linear_sum.factors:
                 multiple = graph.multiply(graph.constant(c), variable)
-                found[number] = graph.add(multiple, graph.constant(own.constant))
+                replaced[number] = graph.add(multiple, graph.constant(linear_sum.constant))
                 continue
-        found[number] = rebuilt(graph, number, tuple(found[part] for part in graph[number].parts))
-    return found[root]
+        replaced[number] = rebuilt(
+            graph, number, tuple(replaced[operand] for operand in graph[number].operands)
+        )
+    return replaced[root]

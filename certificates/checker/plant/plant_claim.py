@@ -76,18 +76,18 @@ class PlantClaim(ClaimKind):
 class Enclosure:
     """lower <= node <= upper on the box of ``ranges``, an obligation about an expression.
 
-    ``what`` : the expression in words, for the reason.
+    ``subject`` : the expression in words, for the reason.
     """
 
     ranges: Ranges
     node: int
     lower: Fraction
     upper: Fraction
-    what: str
+    subject: str
 
     @property
     def failure(self) -> str:
-        return f"{self.what} is not shown to stay in its bounds"
+        return f"{self.subject} is not shown to stay in its bounds"
 
     @property
     def holds(self) -> bool:
@@ -97,5 +97,5 @@ class Enclosure:
         ------
         Refused : it does not hold, or is not decided; the message says where.
         """
-        self.ranges.prove_within(self.node, self.lower, self.upper, self.what)
+        self.ranges.prove_within(self.node, self.lower, self.upper, self.subject)
         return True

@@ -44,14 +44,14 @@ class Ring:
     # ------------------------------------------------------------------ polynomials
 
     def plus(self, a: Polynomial, b: Polynomial) -> Polynomial:
-        found = dict(a)
+        terms = dict(a)
         for monomial, c in b.items():
-            total = found.get(monomial, Fraction(0)) + c
+            total = terms.get(monomial, Fraction(0)) + c
             if total:
-                found[monomial] = total
+                terms[monomial] = total
             else:
-                del found[monomial]
-        return found
+                del terms[monomial]
+        return terms
 
     def scaled(self, a: Polynomial, factor: Fraction) -> Polynomial:
         return {monomial: c * factor for monomial, c in a.items()} if factor else {}
@@ -61,24 +61,24 @@ class Ring:
         self.work += len(a) * len(b)
         if self.work > MOST_PRODUCTS:
             raise Refused("an identity that takes too long to multiply out")
-        found: Polynomial = {}
+        terms: Polynomial = {}
         for p, c in a.items():
             for q, d in b.items():
                 monomial = _joined(p, q)
-                found[monomial] = found.get(monomial, Fraction(0)) + c * d
-        found = {monomial: c for monomial, c in found.items() if c}
-        if len(found) > MOST_TERMS or any(largest_bits(c) > MOST_BITS for c in found.values()):
+                terms[monomial] = terms.get(monomial, Fraction(0)) + c * d
+        terms = {monomial: c for monomial, c in terms.items() if c}
+        if len(terms) > MOST_TERMS or any(largest_bits(c) > MOST_BITS for c in terms.values()):
             raise Refused("an identity with too many or too large terms")
-        return self.reduced(found)
+        return self.reduced(terms)
 
     def reduced(self, a: Polynomial) -> Polynomial:
         """Return the polynomial after applying the rules as long as one applies."""
-        found: Polynomial = {}
-        left = a
-        while left:
-            again: Polynomial = {}
-            for monomial, c in left.items():
-                place = next(
+        terms: Polynomial = {}
+        unreduced = a
+        while unreduced:
+            next_round: Polynomial = {}
+            for monomial, c in unreduced.items():
+                position = next(
                     (
                         k
                         for k, (atom, power) in enumerate(monomial)
@@ -86,31 +86,31 @@ class Ring:
                     ),
                     None,
                 )
-                if place is None:
-                    found[monomial] = found.get(monomial, Fraction(0)) + c
+                if position is None:
+                    terms[monomial] = terms.get(monomial, Fraction(0)) + c
                 else:
-                    again = self.plus(again, self._once(monomial, place, c))
-            left = again
-        return {monomial: c for monomial, c in found.items() if c}
+                    next_round = self.plus(next_round, self._once(monomial, position, c))
+            unreduced = next_round
+        return {monomial: c for monomial, c in terms.items() if c}
 
-    def _once(self, monomial: Monomial, place: int, c: Fraction) -> Polynomial:
-        """Return c times the monomial with its factor at ``place`` replaced by the rule."""
-        atom, power = monomial[place]
+    def _once(self, monomial: Monomial, k: int, c: Fraction) -> Polynomial:
+        """Return c times the monomial with its k-th factor replaced by the rule."""
+        atom, power = monomial[k]
         period, replacement = self.rules[atom]
-        times, rest = divmod(power, period)
-        kept = monomial[:place] + (((atom, rest),) if rest else ()) + monomial[place + 1 :]
-        found: Polynomial = {kept: c}
+        times, remainder = divmod(power, period)
+        reduced = monomial[:k] + (((atom, remainder),) if remainder else ()) + monomial[k + 1 :]
+        terms: Polynomial = {reduced: c}
         for _ in range(times):
-            self.work += len(found) * len(replacement)
+            self.work += len(terms) * len(replacement)
             if self.work > MOST_PRODUCTS:
                 raise Refused("an identity that takes too long to multiply out")
             product: Polynomial = {}
-            for p, x in found.items():
+            for p, x in terms.items():
                 for q, y in replacement.items():
                     joined = _joined(p, q)
                     product[joined] = product.get(joined, Fraction(0)) + x * y
-            found = {m: x for m, x in product.items() if x}
-        return found
+            terms = {m: x for m, x in product.items() if x}
+        return terms
 
     # ------------------------------------------------------------------ quotients
 
@@ -125,8 +125,8 @@ class Ring:
         first, second = dict(a.bottom), dict(b.bottom)
         common = {f: max(first.get(f, 0), second.get(f, 0)) for f in first | second}
         tops = [
-            self._raised(part.top, {f: k - own.get(f, 0) for f, k in common.items()})
-            for part, own in ((a, first), (b, second))
+            self._raised(summand.top, {f: k - denominator.get(f, 0) for f, k in common.items()})
+            for summand, denominator in ((a, first), (b, second))
         ]
         return self._cancelled(self.plus(*tops), common)
 
@@ -152,11 +152,11 @@ class Ring:
         if not a.top:
             raise Refused("a division by what is zero everywhere")
         content = _content(a.top)
-        rest = {_without(monomial, content): c for monomial, c in a.top.items()}
-        leading = rest[max(rest)]
+        cofactor = {_without(monomial, content): c for monomial, c in a.top.items()}
+        leading = cofactor[max(cofactor)]
         bottom = {self._factor({((atom, 1),): Fraction(1)}): power for atom, power in content}
-        if len(rest) > 1:
-            bottom[self._factor(self.scaled(rest, 1 / leading))] = 1
+        if len(cofactor) > 1:
+            bottom[self._factor(self.scaled(cofactor, 1 / leading))] = 1
         top = self._raised({(): 1 / leading}, dict(a.bottom))
         return self._cancelled(top, bottom)
 
@@ -165,10 +165,10 @@ class Ring:
         if abs(exponent) > MOST_POWER:
             raise Refused(f"a power above {MOST_POWER}")
         base = self.inverse(a) if exponent < 0 else a
-        found = self.constant(1)
+        result = self.constant(1)
         for _ in range(abs(exponent)):
-            found = self.multiply(found, base)
-        return found
+            result = self.multiply(result, base)
+        return result
 
     def equal(self, a: Quotient, b: Quotient) -> bool:
         """Return whether the numerator of a - b is 0; False only means that it is not shown."""
@@ -185,17 +185,17 @@ class Ring:
         """Return the quotient after cancelling atoms common to all terms of the numerator."""
         if not top:
             return Quotient({})
-        left = dict(bottom)
-        content = dict(_content(top)) if left else {}
-        for factor in list(left):
+        denominator = dict(bottom)
+        content = dict(_content(top)) if denominator else {}
+        for factor in list(denominator):
             monomials = list(self.factors[factor])
             if len(monomials) == 1 and len(monomials[0]) == 1:
                 atom = monomials[0][0][0]
-                common = min(content.get(atom, 0), left[factor])
+                common = min(content.get(atom, 0), denominator[factor])
                 if common:
                     top = {_without(m, ((atom, common),)): c for m, c in top.items()}
-                    left[factor] -= common
-        return Quotient(top, tuple(sorted((f, k) for f, k in left.items() if k)))
+                    denominator[factor] -= common
+        return Quotient(top, tuple(sorted((f, k) for f, k in denominator.items() if k)))
 
 
 def _joined(p: Monomial, q: Monomial) -> Monomial:

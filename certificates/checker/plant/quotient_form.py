@@ -32,39 +32,44 @@ def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Pol
 
     If no such variable is in an outer denominator, N is the node itself and there are no powers.
     """
-    found: dict[int, tuple[int, Poles]] = {}
+    quotients: dict[int, tuple[int, Poles]] = {}
     for number in graph.below([root]):
-        node, tops = graph[number], [found[part] for part in graph[number].parts]
-        whole = node.op == "power" and node.value.denominator == 1
+        node, tops = graph[number], [quotients[operand] for operand in graph[number].operands]
+        is_integer_power = node.op == "power" and node.value.denominator == 1
         if graph.has_zero_factor(number):
             # 0/x and 0 (1/x) are not treated as quotients with a limit, since no plant needs them.
-            found[number] = number, {}
+            quotients[number] = number, {}
         elif node.op == "add":
             first, second = tops[0][1], tops[1][1]
             common = {v: max(first.get(v, 0), second.get(v, 0)) for v in first | second}
-            parts = [
+            numerators = [
                 _times(graph, top, {v: k - poles.get(v, 0) for v, k in common.items()})
                 for top, poles in tops
             ]
-            found[number] = graph.add(*parts), common
+            quotients[number] = graph.add(*numerators), common
         elif node.op == "multiply":
-            found[number] = graph.multiply(tops[0][0], tops[1][0]), _joined(tops[0][1], tops[1][1])
-        elif node.op == "divide" or (whole and node.value < 0):
+            quotients[number] = (
+                graph.multiply(tops[0][0], tops[1][0]),
+                _joined(tops[0][1], tops[1][1]),
+            )
+        elif node.op == "divide" or (is_integer_power and node.value < 0):
             below = tops[-1]
             if node.op == "power":
                 below = _raised(graph, below, int(-node.value))
                 above: tuple[int, Poles] = (graph.constant(1), {})
             else:
                 above = tops[0]
-            rest, powers = _factored(graph, below[0], vanishing)
-            above_rest = above[0] if rest == graph.constant(1) else graph.divide(above[0], rest)
-            top = _times(graph, above_rest, below[1])
-            found[number] = top, _joined(above[1], powers)
-        elif whole:
-            found[number] = _raised(graph, tops[0], int(node.value))
+            cofactor, powers = _factored(graph, below[0], vanishing)
+            above_cofactor = (
+                above[0] if cofactor == graph.constant(1) else graph.divide(above[0], cofactor)
+            )
+            top = _times(graph, above_cofactor, below[1])
+            quotients[number] = top, _joined(above[1], powers)
+        elif is_integer_power:
+            quotients[number] = _raised(graph, tops[0], int(node.value))
         else:
-            found[number] = number, {}
-    top, poles = found[root]
+            quotients[number] = number, {}
+    top, poles = quotients[root]
     return (top, poles) if poles else (root, {})
 
 
@@ -72,8 +77,8 @@ def _joined(a: Poles, b: Poles) -> Poles:
     return {v: a.get(v, 0) + b.get(v, 0) for v in a | b}
 
 
-def _raised(graph: Graph, part: tuple[int, Poles], power: int) -> tuple[int, Poles]:
-    return graph.power(part[0], power), {v: k * power for v, k in part[1].items()}
+def _raised(graph: Graph, quotient: tuple[int, Poles], power: int) -> tuple[int, Poles]:
+    return graph.power(quotient[0], power), {v: k * power for v, k in quotient[1].items()}
 
 
 def _times(graph: Graph, top: int, powers: Poles) -> int:
@@ -84,21 +89,21 @@ def _times(graph: Graph, top: int, powers: Poles) -> int:
 
 
 def _factored(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Poles]:
-    """Return (rest, powers) with node = rest times powers of variables that may vanish."""
-    rest, powers = graph.constant(1), Poles()
-    left = [(root, 1)]
-    while left:
-        number, times = left.pop()
+    """Return (cofactor, powers) with node = cofactor times powers of variables that may vanish."""
+    cofactor, powers = graph.constant(1), Poles()
+    stack = [(root, 1)]
+    while stack:
+        number, times = stack.pop()
         node = graph[number]
         if node.op == "variable" and node.name in vanishing:
             powers[node.name] = powers.get(node.name, 0) + times
         elif node.op == "multiply":
-            left += [(part, times) for part in node.parts]
+            stack += [(operand, times) for operand in node.operands]
         elif node.op == "power" and node.value.denominator == 1 and node.value > 0:
-            left.append((node.parts[0], times * int(node.value)))
+            stack.append((node.operands[0], times * int(node.value)))
         else:
-            rest = graph.multiply(rest, graph.power(number, times))
-    return (rest, powers) if powers else (root, {})
+            cofactor = graph.multiply(cofactor, graph.power(number, times))
+    return (cofactor, powers) if powers else (root, {})
 
 
 class Form:
@@ -129,7 +134,7 @@ class Form:
     @cached_property
     def has_table(self) -> bool:
         """Whether a table is a part of the node."""
-        return any(self.graph[part].op == "table" for part in self.graph.below([self.direct]))
+        return any(self.graph[number].op == "table" for number in self.graph.below([self.direct]))
 
     def exact_ends(self, box: Box) -> tuple[Fraction, Fraction] | None:
         """Return a bracket over the box with ends that are not rounded, as ``Evaluator`` does."""
@@ -149,10 +154,10 @@ class Form:
             form = self.continued(pole)
             if form is None:
                 continue
-            found = form.slope(_towards_zero(box, pole), name)
-            if found is not None and pole == name:
-                found = Interval(found.low // (power + 1), -(-found.high // (power + 1)))
-            direct = _common(direct, found)
+            slope = form.slope(_towards_zero(box, pole), name)
+            if slope is not None and pole == name:
+                slope = Interval(slope.low // (power + 1), -(-slope.high // (power + 1)))
+            direct = _common(direct, slope)
         return direct
 
     def _slope(self, name: str) -> int | None:
@@ -184,8 +189,8 @@ class Form:
         if any(graph[number].op == "sign" for number in graph.below([numerator])):
             return None
         taylor = graph.multiply(graph.constant(Fraction(1, factorial(power))), numerator)
-        rest = {other: k for other, k in self.poles.items() if other != name}
-        return Form(self.evaluator, self.algebra, taylor, rest)
+        other_poles = {pole: k for pole, k in self.poles.items() if pole != name}
+        return Form(self.evaluator, self.algebra, taylor, other_poles)
 
 
 def _has_zero(side: Interval) -> bool:
@@ -203,7 +208,7 @@ def _common(a: Interval | None, b: Interval | None) -> Interval | None:
 
 
 def with_signs(graph: Graph, root: int) -> int:
-    """Return the node where |v|/v and v/|v| are sign(v), for variables v.
+    """Return the node with sign(v) in the place of |v|/v and v/|v|, for variables v.
 
     Both are equal where v is not 0.
 
@@ -216,63 +221,63 @@ def with_signs(graph: Graph, root: int) -> int:
         return root
     if sum(graph[number].op == "divide" for number in listed) > MOST_QUOTIENTS:
         raise Refused("absolute values and too many quotients")
-    found: dict[int, int] = {}
+    replaced: dict[int, int] = {}
     for number in listed:
         node = graph[number]
-        made = rebuilt(graph, number, tuple(found[part] for part in node.parts))
+        new_node = rebuilt(graph, number, tuple(replaced[operand] for operand in node.operands))
         if node.op == "divide":
-            made = _signed(graph, *(found[part] for part in node.parts)) or made
-        found[number] = made
-    return found[root]
+            new_node = _signed(graph, *(replaced[operand] for operand in node.operands)) or new_node
+        replaced[number] = new_node
+    return replaced[root]
 
 
 def jumps(graph: Graph, root: int) -> frozenset[str]:
     """Return the variables at whose zero a node with signs may jump; "" for another argument."""
-    signs = [graph[graph[n].parts[0]] for n in graph.below([root]) if graph[n].op == "sign"]
+    signs = [graph[graph[n].operands[0]] for n in graph.below([root]) if graph[n].op == "sign"]
     return frozenset(a.name if a.op == "variable" else "" for a in signs)
 
 
 def _signed(graph: Graph, above: int, below: int) -> int | None:
     """Return above/below after its factors v or |v| were divided out; None if there are none."""
-    rest, changed = graph.constant(1), False
+    cofactor, changed = graph.constant(1), False
     for factor in _products(graph, below):
         a = graph[factor]
         size = a.op == "call" and a.name == "abs"
-        v = graph[a.parts[0]] if size else a
-        found = None
+        v = graph[a.operands[0]] if size else a
+        divided = None
         if v.op == "variable":
             here = graph.variable(v.name)
-            found = _without(graph, above, here, graph.call("abs", here), size=size)
+            divided = _without(graph, above, here, graph.call("abs", here), size=size)
         # Plain quotients such as x sin(x)/x stay as they are written.
-        if found is None or v.name not in jumps(graph, found) | ({v.name} if size else set()):
-            rest = graph.multiply(rest, factor)
+        if divided is None or v.name not in jumps(graph, divided) | ({v.name} if size else set()):
+            cofactor = graph.multiply(cofactor, factor)
         else:
-            above, changed = found, True
-    return graph.divide(above, rest) if changed else None
+            above, changed = divided, True
+    return graph.divide(above, cofactor) if changed else None
 
 
 def _products(graph: Graph, root: int) -> list[int]:
     node = graph[root]
     if node.op == "multiply":
-        return [factor for part in node.parts for factor in _products(graph, part)]
+        return [factor for operand in node.operands for factor in _products(graph, operand)]
     return [root]
 
 
 def _without(graph: Graph, root: int, v: int, absolute: int, *, size: bool) -> int | None:
     """Return the node over v, or |v| for ``size``; None if not every term has such a factor."""
-    found: dict[int, int | None] = {}
+    divided: dict[int, int | None] = {}
     for number in graph.below([root]):
-        node, made = graph[number], None
-        parts = [found[part] for part in node.parts]
+        node, new_node = graph[number], None
+        operands = [divided[operand] for operand in node.operands]
         if number in (v, absolute):
-            made = graph.constant(1) if (number == absolute) == size else graph.sign(v)
-        elif node.op == "add" and parts[0] is not None and parts[1] is not None:
-            made = graph.add(parts[0], parts[1])
-        elif node.op == "divide" and parts[0] is not None:
-            made = graph.divide(parts[0], node.parts[1])
-        elif node.op == "multiply" and parts[0] is not None:
-            made = graph.multiply(parts[0], node.parts[1])
-        elif node.op == "multiply" and parts[1] is not None:
-            made = graph.multiply(node.parts[0], parts[1])
-        found[number] = made
-    return found[root]
+            new_node = graph.constant(1) if (number == absolute) == size else graph.sign(v)
+        elif node.op == "add" and operands[0] is not None and operands[1] is not None:
+            new_node = graph.add(operands[0], operands[1])
+        elif node.op == "divide" and operands[0] is not None:
+            new_node = graph.divide(operands[0], node.operands[1])
+        elif node.op == "multiply" and operands[0] is not None:
+            new_node = graph.multiply(operands[0], node.operands[1])
+        elif node.op == "multiply" and operands[1] is not None:
+            new_node = graph.multiply(node.operands[0], operands[1])
+        divided[number] = new_node
+    return divided[root]

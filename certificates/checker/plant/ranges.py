@@ -62,50 +62,50 @@ class Ranges:
 
     # ------------------------------------------------------------------ claims
 
-    def prove_within(self, root: int, lower: Fraction, upper: Fraction, what: str) -> None:
+    def prove_within(self, root: int, lower: Fraction, upper: Fraction, subject: str) -> None:
         """Prove that the node is defined on the box and lower <= node <= upper, limits included.
 
         Raises
         ------
         Refused : a value lies outside, a part has a singularity, or the search does not decide.
         """
-        form = self.form(root, what)
+        form = self.form(root, subject)
         for name in form.poles:
             if form.continued(name) is None:
-                raise Refused(f"{what} has no limit at {name} = 0 that this checker can show")
+                raise Refused(f"{subject} has no limit at {name} = 0 that this checker can show")
         # On the grid the bounds are rounded inward: rounding cannot make a proof of what is false.
         low = -(-lower.numerator * ONE // lower.denominator)
         high = upper.numerator * ONE // upper.denominator
-        self._prove(form, (low, high), what, (lower, upper))
+        self._prove(form, (low, high), subject, (lower, upper))
 
-    def prove_continuous(self, root: int, what: str) -> None:
+    def prove_continuous(self, root: int, subject: str) -> None:
         """Prove that the node is defined and continuous on the box, except at removable zeros."""
-        self.form(root, what)
+        self.form(root, subject)
 
-    def prove_nonzero(self, root: int, what: str) -> None:
+    def prove_nonzero(self, root: int, subject: str) -> None:
         """Prove that the node has no zero on the box."""
-        self.prove_defined(root, what)
-        self._nonzero(root, what)
+        self.prove_defined(root, subject)
+        self._nonzero(root, subject)
 
-    def form(self, root: int, what: str) -> Form:
+    def form(self, root: int, subject: str) -> Form:
         """Return N / x^k for a node, after proving that every part of N is defined on the box."""
-        root = self._with_sums(with_signs(self.graph, root) if self.signs else root, what)
+        root = self._with_sums(with_signs(self.graph, root) if self.signs else root, subject)
         vanishing = frozenset(v for v, side in self.box.items() if side[0] <= 0 <= side[1])
         top, poles = parted(self.graph, root, vanishing)
         if len(poles) > MOST_POLES or sum(poles.values()) > MOST_POWERS:
-            raise Refused(f"{what} {MANY}")
-        self.prove_defined(top, what)
+            raise Refused(f"{subject} {MANY}")
+        self.prove_defined(top, subject)
         self.removable |= set(poles)
         return Form(self.evaluator, self.algebra, top, poles)
 
-    def _with_sums(self, root: int, what: str) -> int:
+    def _with_sums(self, root: int, subject: str) -> int:
         """Return the node with a variable for each sum in a denominator that may vanish."""
-        found = vanishing_sums(self.graph, root, self.evaluator.sides)
-        if len(found) > MOST_POLES:
-            raise Refused(f"{what} {MANY}")
-        for a, side in found.items():
-            (name, _), *others = a.factors
-            if others:
+        sums = vanishing_sums(self.graph, root, self.evaluator.sides)
+        if len(sums) > MOST_POLES:
+            raise Refused(f"{subject} {MANY}")
+        for a, side in sums.items():
+            (name, _), *further_factors = a.factors
+            if further_factors:
                 name = self._sums.setdefault(a, a.name(len(self._sums) + 1))
                 self.box[name] = self.evaluator.add_side(name, side)
             root = with_variable(self.graph, root, a, self.graph.variable(name))
@@ -113,37 +113,37 @@ class Ranges:
 
     # ------------------------------------------------------------------ where parts are defined
 
-    def prove_defined(self, root: int, what: str) -> None:
+    def prove_defined(self, root: int, subject: str) -> None:
         """Prove that every part of the node is defined on the whole box."""
-        parts = self.graph.below([root])
-        idle = any(self.graph.has_zero_factor(number) for number in parts)
-        for number in parts:
+        numbers = self.graph.below([root])
+        idle = any(self.graph.has_zero_factor(number) for number in numbers)
+        for number in numbers:
             if number not in self._defined:
                 try:
-                    self._define_one(self.graph[number], what)
+                    self._define_one(self.graph[number], subject)
                 except Refused as error:
                     if not idle:
                         raise
                     raise Refused(f"{error}; leave out what is multiplied by 0") from error
                 self._defined.add(number)
 
-    def _define_one(self, node: Node, what: str) -> None:
+    def _define_one(self, node: Node, subject: str) -> None:
         if node.op == "divide":
-            self._nonzero(node.parts[1], f"{what}: a denominator")
+            self._nonzero(node.operands[1], f"{subject}: a denominator")
         elif node.op == "power":
-            base, whole = node.parts[0], node.value.denominator == 1
-            if node.value < 0 and whole:
-                self._nonzero(base, f"{what}: a denominator")
-            elif not whole:
-                self._bound(base, int(node.value < 0), ENDLESS, f"{what}: a root's argument")
+            base, is_integer_power = node.operands[0], node.value.denominator == 1
+            if node.value < 0 and is_integer_power:
+                self._nonzero(base, f"{subject}: a denominator")
+            elif not is_integer_power:
+                self._bound(base, int(node.value < 0), ENDLESS, f"{subject}: a root's argument")
         elif node.op == "table":
             sides = self.evaluator.tables[node.name].sides
-            for part, (low, high) in zip(node.parts, sides, strict=True):
+            for argument, (low, high) in zip(node.operands, sides, strict=True):
                 ends = (-(-low.numerator * ONE // low.denominator),
                         high.numerator * ONE // high.denominator)  # fmt: skip
-                self._bound(part, *ends, f"{what}: an argument of the table {node.name}")
+                self._bound(argument, *ends, f"{subject}: an argument of the table {node.name}")
         elif node.op == "call":
-            inside: dict[str, Bounds] = {
+            domains: dict[str, Bounds] = {
                 "log": (1, ENDLESS),
                 "asin": (-ONE, ONE),
                 "acos": (-ONE, ONE),
@@ -153,28 +153,30 @@ class Ranges:
                 "sinh": (-700 * ONE, 700 * ONE),
                 "cosh": (-700 * ONE, 700 * ONE),
             }
-            if node.name in inside:
+            if node.name in domains:
                 self._bound(
-                    node.parts[0], *inside[node.name], f"{what}: an argument of {node.name}"
+                    node.operands[0],
+                    *domains[node.name],
+                    f"{subject}: an argument of {node.name}",
                 )
             elif node.name == "tan":
-                self._nonzero(self.graph.call("cos", node.parts[0]), f"{what}: cos under tan")
+                self._nonzero(self.graph.call("cos", node.operands[0]), f"{subject}: cos under tan")
 
-    def _nonzero(self, root: int, what: str) -> None:
+    def _nonzero(self, root: int, subject: str) -> None:
         form = Form(self.evaluator, self.algebra, root, {})
         # A continuous function without a zero has one sign, so its sign in the middle is to be
         # proved.
-        at = form.value({name: _middle(self._side(name, what)) for name in form.variables})
+        at = form.value({name: _middle(self._side(name, subject)) for name in form.variables})
         if at is None or at[0] <= 0 <= at[1]:
-            raise Refused(f"{what} vanishes, or may vanish, in the middle of the box")
-        self._prove(form, (1, ENDLESS) if at[0] > 0 else (-ENDLESS, -1), what)
+            raise Refused(f"{subject} vanishes, or may vanish, in the middle of the box")
+        self._prove(form, (1, ENDLESS) if at[0] > 0 else (-ENDLESS, -1), subject)
 
-    def _bound(self, root: int, low: int, high: int, what: str) -> None:
-        self._prove(Form(self.evaluator, self.algebra, root, {}), (low, high), what)
+    def _bound(self, root: int, low: int, high: int, subject: str) -> None:
+        self._prove(Form(self.evaluator, self.algebra, root, {}), (low, high), subject)
 
-    def _side(self, name: str, what: str) -> Interval:
+    def _side(self, name: str, subject: str) -> Interval:
         if name not in self.box:
-            raise Refused(f"{what} depends on {name}, which has no range")
+            raise Refused(f"{subject} depends on {name}, which has no range")
         return self.box[name]
 
     # ------------------------------------------------------------------ bisection
@@ -183,36 +185,36 @@ class Ranges:
         self,
         form: Form,
         bounds: Bounds,
-        what: str,
+        subject: str,
         limits: tuple[Fraction, Fraction] | None = None,
     ) -> None:
         """Prove the bounds, which are on the grid; ``limits`` are the exact bounds, if others."""
         limits = limits or (Fraction(bounds[0], ONE), Fraction(bounds[1], ONE))
-        whole = {n: self._side(n, what) for n in form.variables}
-        left: list[dict[str, Interval]] = [whole]
-        done = 0
-        while left:
-            box = left.pop()
-            done += 1
+        full_box = {n: self._side(n, subject) for n in form.variables}
+        remaining_boxes: list[dict[str, Interval]] = [full_box]
+        box_count = 0
+        while remaining_boxes:
+            box = remaining_boxes.pop()
+            box_count += 1
             self.boxes += 1
             # Work is counted for each bound and for all together, so that no file can block the
             # checker.
-            if done > MOST_BOXES or self.boxes > MOST_IN_ALL:
-                raise Refused(f"{what} is not shown to stay in its bounds {_near(box)}")
+            if box_count > MOST_BOXES or self.boxes > MOST_IN_ALL:
+                raise Refused(f"{subject} is not shown to stay in its bounds {_near(box)}")
             plain = form.value(box)
             if _inside(plain, bounds) or _attained(form, plain, box, box, limits):
                 continue
             slopes = {n: form.slope(box, n) for n in form.variables}
             low, high = _monotone_ends(box, slopes)
-            found, attained = _tightened(form, box, plain, slopes, low, high)
-            if _inside(found, bounds) or _attained(form, found, low, high, limits):
+            bracket, attained = _tightened(form, box, plain, slopes, low, high)
+            if _inside(bracket, bounds) or _attained(form, bracket, low, high, limits):
                 continue
             for value in attained:
                 if value[1] < bounds[0] or value[0] > bounds[1]:
                     # With a sum as an extra variable this point may not belong to the box.
                     word = "may leave" if {*self._sums.values()} & box.keys() else "leaves"
-                    raise Refused(f"{what} {word} its bounds {_near(box)}")
-            left += _halves(form, box, slopes, whole, what)
+                    raise Refused(f"{subject} {word} its bounds {_near(box)}")
+            remaining_boxes += _halves(form, box, slopes, full_box, subject)
 
 
 def _monotone_ends(
@@ -233,20 +235,25 @@ def _monotone_ends(
 
 def _attained(
     form: Form,
-    found: Interval | None,
+    bracket: Interval | None,
     low: dict[str, Interval],
     high: dict[str, Interval],
     limits: tuple[Fraction, Fraction],
 ) -> bool:
-    """Return whether the exact ends keep the limits; asked if rounding may explain the excess."""
-    if found is None:
+    """Return whether the exact ends keep the limits, if rounding may explain the excess."""
+    if bracket is None:
         return False
     rounding = SPLINES if form.has_table else ROUNDING
-    slack = Fraction(rounding, ONE) * max(1, abs(found[0]) // ONE, abs(found[1]) // ONE)
-    if found[0] < (limits[0] - slack) * ONE or found[1] > (limits[1] + slack) * ONE:
+    slack = Fraction(rounding, ONE) * max(1, abs(bracket[0]) // ONE, abs(bracket[1]) // ONE)
+    if bracket[0] < (limits[0] - slack) * ONE or bracket[1] > (limits[1] + slack) * ONE:
         return False
-    least, most = form.exact_ends(low), form.exact_ends(high)
-    return least is not None and most is not None and limits[0] <= least[0] and most[1] <= limits[1]
+    lowest, highest = form.exact_ends(low), form.exact_ends(high)
+    return (
+        lowest is not None
+        and highest is not None
+        and limits[0] <= lowest[0]
+        and highest[1] <= limits[1]
+    )
 
 
 def _tightened(
@@ -262,23 +269,23 @@ def _tightened(
     free = [name for name in free if box[name][0] < box[name][1]]
     sides: list[Interval | None] = []
     attained = []
-    for place in (low, high):
-        found = form.value(place) if len(free) < len(box) else plain
-        middle = {**place, **{name: _middle(place[name]) for name in free}}
-        at = form.value(middle) if free else found
+    for corner in (low, high):
+        bracket = form.value(corner) if len(free) < len(box) else plain
+        middle = {**corner, **{name: _middle(corner[name]) for name in free}}
+        at = form.value(middle) if free else bracket
         if at is not None:
             attained.append(at)
-            total, known = at, True
+            total, has_slopes = at, True
             for name in free:
                 slope = slopes[name]
                 if slope is None:
-                    known = False
+                    has_slopes = False
                     break
                 m = middle[name][0]
                 total = total + slope * Interval(box[name].low - m, box[name].high - m)
-            if known:
-                found = total if found is None else _common(found, total)
-        sides.append(found)
+            if has_slopes:
+                bracket = total if bracket is None else _common(bracket, total)
+        sides.append(bracket)
     if sides[0] is None or sides[1] is None:
         return None, attained
     return Interval(sides[0].low, sides[1].high), attained
@@ -292,26 +299,26 @@ def _halves(
     form: Form,
     box: dict[str, Interval],
     slopes: dict[str, Interval | None],
-    whole: dict[str, Interval],
-    what: str,
+    full: dict[str, Interval],
+    subject: str,
 ) -> list[dict[str, Interval]]:
     """Return both halves of the box, cut across the side along which the node changes most.
 
-    Without a slope it is the side that is the largest part of the ``whole`` one.
+    Without a slope it is the side with the largest share of its side of ``full``.
     """
 
     def change(name: str) -> tuple[int, Fraction]:
         width, slope = box[name][1] - box[name][0], slopes[name]
         if slope is None:
-            return (1 if width > 1 else 0), Fraction(width, max(1, whole[name][1] - whole[name][0]))
+            return (1 if width > 1 else 0), Fraction(width, max(1, full[name][1] - full[name][0]))
         return 0, Fraction(max(-slope[0], slope[1]) * width if width > 1 else 0)
 
     if not box:
-        raise Refused(f"{what} is not shown to stay in its bounds")
+        raise Refused(f"{subject} is not shown to stay in its bounds")
     name = max(box, key=change)
     low, high = box[name]
     if high - low < 2:
-        raise Refused(f"{what} is not shown to stay in its bounds {_near(box)}")
+        raise Refused(f"{subject} is not shown to stay in its bounds {_near(box)}")
     # Where x^k is divided out the box is cut at 0, so that neither half has the zero inside; and
     # where |x| or sign(x) has no slope.
     at_zero = name in form.poles or slopes[name] is None
@@ -329,5 +336,5 @@ def _inside(value: Interval | None, bounds: Bounds) -> bool:
 
 
 def _near(box: dict[str, Interval]) -> str:
-    places = ", ".join(f"{n} = {(low + high) / 2 / ONE:.6g}" for n, (low, high) in box.items())
-    return f"near {places}" if places else ""
+    values = ", ".join(f"{n} = {(low + high) / 2 / ONE:.6g}" for n, (low, high) in box.items())
+    return f"near {values}" if values else ""

@@ -106,8 +106,8 @@ class PlantNodes:
     def sides(self) -> dict[str, tuple[Fraction, Fraction]]:
         """Range of the deviation of each variable that has one, and of each ball."""
         variables = (*self.states, *self.inputs, *self.disturbances)
-        known = {v.symbol: v.side for v in variables if v.side is not None}
-        return known | {name: ball.side for name, ball in self.balls.items()}
+        ranges = {v.symbol: v.side for v in variables if v.side is not None}
+        return ranges | {name: ball.side for name, ball in self.balls.items()}
 
     @property
     def box(self) -> dict[str, Interval]:
@@ -130,10 +130,10 @@ def constant_bracket(written: object, where: str = "constant") -> tuple[Fraction
     """Return a bracket of a text without variables, such as ``"sqrt(2)/3"``."""
     graph = Graph()
     node = read_expression(written, graph, Scope({}), where)
-    found = Evaluator(graph, {}).value(node, {})
-    if found is None:
+    bracket = Evaluator(graph, {}).value(node, {})
+    if bracket is None:
         raise CertificateError(f"{where}: {written!a} has no value")
-    return Fraction(found[0], ONE), Fraction(found[1], ONE)
+    return Fraction(bracket[0], ONE), Fraction(bracket[1], ONE)
 
 
 class _Reading:
@@ -161,26 +161,26 @@ class _Reading:
         )
         if not states or len(states) + len(inputs) + len(disturbances) > MOST_VARIABLES:
             raise CertificateError(f"{self.where}: 1 to {MOST_VARIABLES} variables are needed")
-        found = PlantNodes(self.graph, tables, states, inputs, disturbances, self.sample_time())
-        found.balls = self.balls
-        if found.balls and "blending" in self.model:
+        plant = PlantNodes(self.graph, tables, states, inputs, disturbances, self.sample_time())
+        plant.balls = self.balls
+        if plant.balls and "blending" in self.model:
             raise CertificateError(f"{self.where}: a blend has decimals at rest and as parameters")
-        own = Scope(self.names, {name: table.arguments for name, table in tables.items()})
-        found.f = self.row("equations", member(self.model, "equations", self.where), own)
-        if len(found.f) != len(states):
+        scope = Scope(self.names, {name: table.arguments for name, table in tables.items()})
+        plant.f = self.row("equations", member(self.model, "equations", self.where), scope)
+        if len(plant.f) != len(states):
             raise CertificateError(f"{self.where}.equations: one for each state is needed")
         if self.model.get("mass") is not None:
-            found.mass = self.rows("mass", self.model["mass"], own, (len(states), len(states)))
-        given = self.model.get("outputs", [])
-        found.outputs = self.row("outputs", given, own, "expression")
-        self.embedding(found, own)
-        return found
+            plant.mass = self.rows("mass", self.model["mass"], scope, (len(states), len(states)))
+        outputs = self.model.get("outputs", [])
+        plant.outputs = self.row("outputs", outputs, scope, "expression")
+        self.embedding(plant, scope)
+        return plant
 
     def object(self, key: str) -> dict[str, Any]:
-        found = self.model.get(key, {})
-        if not isinstance(found, dict):
+        entries = self.model.get(key, {})
+        if not isinstance(entries, dict):
             raise CertificateError(f"{self.where}.{key}: an object is needed")
-        return found
+        return entries
 
     def take(self, name: str, key: str) -> None:
         """Refuse an invalid name, and a name that is already in use."""
@@ -194,10 +194,10 @@ class _Reading:
 
     def rational(self, value: Any, where: str) -> Fraction:
         """Return a number, or the value of a text such as ``"250/9"``."""
-        found = self.graph.value(self.constant(value, where))
-        if found is None:
+        exact_value = self.graph.value(self.constant(value, where))
+        if exact_value is None:
             raise CertificateError(f"{where}: a rational number is needed")
-        return found
+        return exact_value
 
     def constant(self, value: Any, where: str) -> int:
         """Return a number, or the value of a text without variables."""
@@ -205,45 +205,47 @@ class _Reading:
             return self.graph.constant(Fraction(value))
         return read_expression(value, self.graph, Scope({}), where)
 
-    def ball(self, name: str, given: dict[str, Any], where: str) -> int:
+    def ball(self, name: str, stated: dict[str, Any], where: str) -> int:
         """Return the variable of a number that is not a decimal, and store its ball."""
         middle, radius = (
-            self.rational(member(given, key, where), f"{where}.{key}")
+            self.rational(member(stated, key, where), f"{where}.{key}")
             for key in ("value", "within")
         )
         if not 0 < radius < abs(middle) or abs(middle) > LARGEST_SIDE:
             raise CertificateError(f"{where}.within: a radius is needed that leaves 0 outside")
-        equals = given.get("equals")
+        equals = stated.get("equals")
         if equals is not None:
             equals = read_expression(equals, self.graph, Scope({}), f"{where}.equals")
         self.balls[name] = Ball(name, middle, radius, equals)
         return self.graph.variable(name)
 
     def tables(self) -> dict[str, Table]:
-        given = self.object("tables")
-        for name in given:
+        stated = self.object("tables")
+        for name in stated:
             self.take(name, "tables")
-        return {name: read_table(given, name, f"{self.where}.tables") for name in given}
+        return {name: read_table(stated, name, f"{self.where}.tables") for name in stated}
 
     def sample_time(self) -> Fraction | None:
         if member(self.model, "sample_time", self.where) is None:
             return None
-        found = number(self.model, "sample_time", self.where)
-        if found <= 0:
+        seconds = number(self.model, "sample_time", self.where)
+        if seconds <= 0:
             raise CertificateError(f"{self.where}.sample_time: a positive number is needed")
-        return found
+        return seconds
 
     def variables(self, key: str) -> list[Variable]:
-        given = self.model.get(key, [])
-        if not isinstance(given, list):
+        listed = self.model.get(key, [])
+        if not isinstance(listed, list):
             raise CertificateError(f"{self.where}.{key}: a row of variables is needed")
-        return [self.variable(v, key, f"{self.where}.{key}[{k}]") for k, v in enumerate(given)]
+        return [self.variable(v, key, f"{self.where}.{key}[{k}]") for k, v in enumerate(listed)]
 
-    def variable(self, given: Any, key: str, where: str) -> Variable:
-        name = text(given, "name", where)
-        rest, own, ball = self.rest(name, member(given, "rest", where), key, f"{where}.rest")
+    def variable(self, stated: Any, key: str, where: str) -> Variable:
+        name = text(stated, "name", where)
+        rest, rest_range, ball = self.rest(
+            name, member(stated, "rest", where), key, f"{where}.rest"
+        )
         resting = self.graph.value(rest)
-        symbol = name if resting == 0 else text(given, "symbol", where)
+        symbol = name if resting == 0 else text(stated, "symbol", where)
         if resting != 0 and symbol == name:
             raise CertificateError(f"{where}.symbol: the deviation needs a name of its own")
         node = self.graph.variable(symbol)
@@ -251,21 +253,25 @@ class _Reading:
         if symbol != name:
             self.add(symbol, node, self.symbols, key)
         side = None
-        if given.get("range") is not None:
-            ends = given["range"]
+        if stated.get("range") is not None:
+            ends = stated["range"]
             if not isinstance(ends, list) or len(ends) != 2:
                 raise CertificateError(f"{where}.range: two numbers are needed")
             low, high = [self.rational(end, f"{where}.range") for end in ends]
-            if own is None:
+            if rest_range is None:
                 raise CertificateError(f"{where}.range: its rest must be a rational number")
-            if not low <= own[0] <= own[1] <= high or low == high or max(-low, high) > LARGEST_SIDE:
+            if (
+                not low <= rest_range[0] <= rest_range[1] <= high
+                or low == high
+                or max(-low, high) > LARGEST_SIDE
+            ):
                 raise CertificateError(f"{where}.range: it must increase and contain the rest")
             # With these deviations the variable keeps its range for every rest in the ball.
-            side = (low - own[0], high - own[1])
-        unknown = given.get("unknown", False)
+            side = (low - rest_range[0], high - rest_range[1])
+        unknown = stated.get("unknown", False)
         if unknown not in (True, False) or (unknown and (key != "disturbances" or side is None)):
             raise CertificateError(f"{where}.unknown: true for a signal with a range, or left out")
-        unit = text(given, "unit", where)
+        unit = text(stated, "unit", where)
         return Variable(name, symbol, unit, rest, side, ball, unknown is True)
 
     def rest(
@@ -278,70 +284,70 @@ class _Reading:
             return node, None if exact is None else (exact, exact), None
         if key == "disturbances":
             raise CertificateError(f"{where}: a number is needed")
-        own = f"{name[:60]}_rest"
-        self.add(own, self.ball(own, value, where), self.symbols, key)
-        return self.symbols[own], self.balls[own].side, self.balls[own]
+        rest_symbol = f"{name[:60]}_rest"
+        self.add(rest_symbol, self.ball(rest_symbol, value, where), self.symbols, key)
+        return self.symbols[rest_symbol], self.balls[rest_symbol].side, self.balls[rest_symbol]
 
-    def row(self, key: str, given: Any, scope: Scope, inner: str = "") -> list[int]:
-        if not isinstance(given, list) or len(given) > MOST_VARIABLES:
+    def row(self, key: str, listed: Any, scope: Scope, inner: str = "") -> list[int]:
+        if not isinstance(listed, list) or len(listed) > MOST_VARIABLES:
             raise CertificateError(f"{self.where}.{key}: a row of expressions is needed")
-        found = []
-        for k, written in enumerate(given):
+        nodes = []
+        for k, written in enumerate(listed):
             where = f"{self.where}.{key}[{k}]"
-            own = member(written, inner, where) if inner else written
-            found.append(read_expression(own, self.graph, scope, where))
-        return found
+            expression = member(written, inner, where) if inner else written
+            nodes.append(read_expression(expression, self.graph, scope, where))
+        return nodes
 
-    def rows(self, key: str, given: Any, scope: Scope, shape: tuple[int, int]) -> Rows:
-        if not isinstance(given, list) or len(given) != shape[0]:
+    def rows(self, key: str, listed: Any, scope: Scope, shape: tuple[int, int]) -> Rows:
+        if not isinstance(listed, list) or len(listed) != shape[0]:
             raise CertificateError(f"{self.where}.{key}: {shape[0]} rows are needed")
-        found = [self.row(f"{key}[{k}]", row, scope) for k, row in enumerate(given)]
-        if any(len(row) != shape[1] for row in found):
+        rows = [self.row(f"{key}[{k}]", row, scope) for k, row in enumerate(listed)]
+        if any(len(row) != shape[1] for row in rows):
             raise CertificateError(f"{self.where}.{key}: rows of {shape[1]} are needed")
-        return found
+        return rows
 
-    def embedding(self, found: PlantNodes, own: Scope) -> None:
-        given, where = member(self.model, "embedding", self.where), f"{self.where}.embedding"
-        scope = Scope({**self.names, **self.symbols}, own.tables)
-        listed = member(given, "premises", where)
-        found.form = text(given, "form", where) if "form" in given else "sector"
-        found.premises = self.premises(listed, f"{where}.premises", scope, MOST_PREMISES)
-        own_numbers = given.get("numbers", [])
-        found.numbers = self.premises(own_numbers, f"{where}.numbers", scope, MOST_NUMBERS)
-        if found.numbers and found.form != "sector":
+    def embedding(self, plant: PlantNodes, equation_scope: Scope) -> None:
+        stated, where = member(self.model, "embedding", self.where), f"{self.where}.embedding"
+        scope = Scope({**self.names, **self.symbols}, equation_scope.tables)
+        listed = member(stated, "premises", where)
+        plant.form = text(stated, "form", where) if "form" in stated else "sector"
+        plant.premises = self.premises(listed, f"{where}.premises", scope, MOST_PREMISES)
+        listed_numbers = stated.get("numbers", [])
+        plant.numbers = self.premises(listed_numbers, f"{where}.numbers", scope, MOST_NUMBERS)
+        if plant.numbers and plant.form != "sector":
             raise CertificateError(f"{where}.numbers: only of the form 'sector'")
-        for constant in found.numbers:
+        for constant in plant.numbers:
             # One value, though it is not known exactly: nothing that moves may stand in it.
             if not self.graph.variables(constant.node) <= self.balls.keys():
                 raise CertificateError(f"{where}.numbers: {constant.name} depends on a variable")
         names: dict[str, int] = {}
-        for p in (*found.premises, *found.numbers):
+        for p in (*plant.premises, *plant.numbers):
             self.add(p.name, self.graph.variable(p.name), self.symbols, "embedding.premises")
             names[p.name] = self.graph.variable(p.name)
-        sizes = {"n": len(found.states), "m": len(found.inputs)}
-        sizes |= {"p": len(found.outputs), "q": len(found.disturbances)}
+        sizes = {"n": len(plant.states), "m": len(plant.inputs)}
+        sizes |= {"p": len(plant.outputs), "q": len(plant.disturbances)}
         for letter, (rows, columns) in LETTERS.items():
             shape = sizes[rows], sizes[columns]
             if 0 not in shape:
-                entries = member(given, letter, where)
-                found.entries[letter] = self.rows(
+                entries = member(stated, letter, where)
+                plant.entries[letter] = self.rows(
                     f"embedding.{letter}", entries, Scope(names), shape
                 )
 
-    def premises(self, listed: Any, where: str, scope: Scope, most: int) -> list[Premise]:
+    def premises(self, listed: Any, where: str, scope: Scope, largest_count: int) -> list[Premise]:
         """Return expressions with their names and stated bounds."""
-        if not isinstance(listed, list) or len(listed) > most:
-            raise CertificateError(f"{where}: a row of up to {most} is needed")
-        found = []
+        if not isinstance(listed, list) or len(listed) > largest_count:
+            raise CertificateError(f"{where}: a row of up to {largest_count} is needed")
+        premises = []
         for k, premise in enumerate(listed):
-            place = f"{where}[{k}]"
-            written = member(premise, "expression", place)
-            node = read_expression(written, self.graph, scope, f"{place}.expression")
+            premise_place = f"{where}[{k}]"
+            written = member(premise, "expression", premise_place)
+            node = read_expression(written, self.graph, scope, f"{premise_place}.expression")
             low, high = (
-                self.rational(member(premise, end, place), f"{place}.{end}")
+                self.rational(member(premise, end, premise_place), f"{premise_place}.{end}")
                 for end in ("lower", "upper")
             )
             if low > high:
-                raise CertificateError(f"{place}: its lower bound exceeds its upper one")
-            found.append(Premise(text(premise, "name", place), node, low, high))
-        return found
+                raise CertificateError(f"{premise_place}: its lower bound exceeds its upper one")
+            premises.append(Premise(text(premise, "name", premise_place), node, low, high))
+        return premises

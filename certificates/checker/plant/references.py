@@ -46,22 +46,26 @@ def read_references(model: Any, plant: PlantNodes, where: str) -> list[Following
     states = [v.name for v in plant.states]
     names = names_of(model, plant)
     tables = {name: table.arguments for name, table in plant.tables.items()}
-    found = []
+    following = []
     for k, entry in enumerate(listed):
-        place = f"{where}.references[{k}]"
-        name, integral = text(entry, "reference", place), text(entry, "integral", place)
+        entry_place = f"{where}.references[{k}]"
+        name, integral = text(entry, "reference", entry_place), text(entry, "integral", entry_place)
         if name not in signals or integral not in states:
-            raise CertificateError(f"{place}: a signal and a state of the model are needed")
+            raise CertificateError(f"{entry_place}: a signal and a state of the model are needed")
         column, row = signals.index(name), states.index(integral)
         signal = plant.disturbances[column]
         if signal.side is None or signal.unknown:
-            raise CertificateError(f"{place}: the reference needs a range, and the law knows it")
-        written = member(entry, "follow", place)
-        node = read_expression(written, plant.graph, Scope(names, tables), f"{place}.follow")
-        found.append(Following(signal, column, row, node))
-    if len({f.column for f in found}) < len(found) or len({f.row for f in found}) < len(found):
+            raise CertificateError(
+                f"{entry_place}: the reference needs a range, and the law knows it"
+            )
+        written = member(entry, "follow", entry_place)
+        node = read_expression(written, plant.graph, Scope(names, tables), f"{entry_place}.follow")
+        following.append(Following(signal, column, row, node))
+    if len({f.column for f in following}) < len(following) or len({f.row for f in following}) < len(
+        following
+    ):
         raise CertificateError(f"{where}.references: each has a signal and an integral of its own")
-    return found
+    return following
 
 
 def check_following(plant: PlantNodes, follow: list[Following], algebra: Algebra) -> None:
@@ -70,17 +74,17 @@ def check_following(plant: PlantNodes, follow: list[Following], algebra: Algebra
     if plant.sample_time is not None or plant.mass is not None:
         raise Refused("an integral xi' = h - r is of x' = f, without a mass matrix")
     g = plant.graph
-    integrals = {one.row for one in follow}
+    integrals = {f.row for f in follow}
     measured = {v.symbol for i, v in enumerate(plant.states) if i not in integrals}
-    for one in follow:
-        if not g.variables(one.follow) <= measured:
-            raise Refused(f"what follows {one.signal.name} depends on more than the plant's states")
-        reference = g.add(one.signal.rest, g.variable(one.signal.symbol))
-        if not algebra.equal(plant.f[one.row], g.subtract(one.follow, reference)):
-            raise Refused(f"the integral of {one.signal.name} is not that of h - r")
+    for f in follow:
+        if not g.variables(f.follow) <= measured:
+            raise Refused(f"what follows {f.signal.name} depends on more than the plant's states")
+        reference = g.add(f.signal.rest, g.variable(f.signal.symbol))
+        if not algebra.equal(plant.f[f.row], g.subtract(f.follow, reference)):
+            raise Refused(f"the integral of {f.signal.name} is not that of h - r")
         for i, row in enumerate(plant.entries["E"]):
-            if g.value(row[one.column]) != (-1 if i == one.row else 0):
-                raise Refused(f"{one.signal.name} is in other equations than that of its integral")
+            if g.value(row[f.column]) != (-1 if i == f.row else 0):
+                raise Refused(f"{f.signal.name} is in other equations than that of its integral")
     inner = {plant.states[k].symbol for k in integrals}
     for i, node in enumerate(plant.f):
         if i not in integrals and inner & g.variables(node):

@@ -71,7 +71,7 @@ class SecantEmbedding(PlantClaim):
 
 def _check_one_gain(gains: Any) -> None:
     K = read_stack(gains, "K", "gains")
-    if any(one != K[0] for one in K):
+    if any(matrix != K[0] for matrix in K):
         raise Refused("gains differ, and the law does not know an uncertain parameter")
 
 
@@ -82,7 +82,7 @@ def secants(
     *,
     resting: bool = True,
 ) -> Obligations:
-    """Yield what makes differences from the equilibrium blends of the vertices.
+    """Yield the obligations: differences from the equilibrium are blends of the vertices.
 
     Parameters
     ----------
@@ -117,17 +117,17 @@ def secants(
         ("C", plant.outputs, plant.states),
         ("D", plant.outputs, plant.inputs),
     ]
-    places = {p.name: p.node for p in plant.premises}
-    still = _still(plant, entries)
-    if still:
-        _check_still(plant, algebra, still)
+    premise_nodes = {p.name: p.node for p in plant.premises}
+    fixed_signals = _still(plant, entries)
+    if fixed_signals:
+        _check_still(plant, algebra, fixed_signals)
     for letter, rows, columns in groups:
         for i, row in enumerate(rows):
             for j, variable in enumerate(columns):
-                if letter == "E" and j in still:
+                if letter == "E" and j in fixed_signals:
                     continue
                 slope = _slope(plant, ranges, row, variable)
-                if not algebra.equal(slope, entry_node(g, entries[letter][i][j], places)):
+                if not algebra.equal(slope, entry_node(g, entries[letter][i][j], premise_nodes)):
                     raise Refused(f"{letter}[{i}][{j}] is not the slope in {variable.name}")
     for row in plant.outputs:
         for variable in plant.disturbances:
@@ -144,32 +144,32 @@ def _still(plant: PlantNodes, entries: Mapping[str, Entries]) -> list[int]:
     return [k for k in unknown if not any(row[k] for row in rows)]
 
 
-def _check_still(plant: PlantNodes, algebra: Algebra, still: list[int]) -> None:
+def _check_still(plant: PlantNodes, algebra: Algebra, fixed_signals: list[int]) -> None:
     """Refuse a row whose value at rest moves with these signals, all of them together.
 
     Where it does not move, f(x, u, p) - f(x*, u*, p) is f(x, u, p) - f* for all p in the ranges,
     and slopes in states and inputs alone give it.
     """
     g = plant.graph
-    moving = {plant.disturbances[k].symbol for k in still}
-    others = (*plant.states, *plant.inputs, *plant.disturbances)
-    held = {v.symbol: g.constant(0) for v in others if v.symbol not in moving}
+    moving = {plant.disturbances[k].symbol for k in fixed_signals}
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    at_rest = {v.symbol: g.constant(0) for v in variables if v.symbol not in moving}
     zero = {symbol: g.constant(0) for symbol in moving}
     for state, row in zip(plant.states, plant.f, strict=True):
-        moved = substituted(g, row, held)
-        if not algebra.equal(moved, substituted(g, moved, zero)):
+        moving_row = substituted(g, row, at_rest)
+        if not algebra.equal(moving_row, substituted(g, moving_row, zero)):
             raise Refused(f"{state.name} rests elsewhere with a signal whose column of E is 0")
 
 
 def _slope(plant: PlantNodes, ranges: Ranges, row: int, variable: Variable) -> int:
     """Return a partial derivative after proving that it is defined on the whole box."""
     g = plant.graph
-    found = derivative(g, row, variable.symbol)
-    for node in (row, found):
-        if any(_has_kink(plant, part) for part in g.below([node])):
+    slope = derivative(g, row, variable.symbol)
+    for node in (row, slope):
+        if any(_has_kink(plant, number) for number in g.below([node])):
             raise Refused("an absolute value has a kink; slopes are of smooth functions")
         ranges.prove_defined(node, f"the slope in {variable.name}")
-    return found
+    return slope
 
 
 def _has_kink(plant: PlantNodes, number: int) -> bool:

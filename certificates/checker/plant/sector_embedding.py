@@ -95,24 +95,24 @@ def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
         }
         for ends in corners_of(plant.numbers)
     ]
-    for other in stacks[1:]:
-        _require_same_signs(stacks[0], other, where)
+    for stack in stacks[1:]:
+        _require_same_signs(stacks[0], stack, where)
     loop = _loop(plant, model, corners, stacks[0])
-    return replace(loop, at_other_ends=tuple(replace(loop, **some) for some in stacks[1:]))
+    return replace(loop, at_other_ends=tuple(replace(loop, **matrices) for matrices in stacks[1:]))
 
 
-def _require_same_signs(first: dict[str, Any], other: dict[str, Any], where: str) -> None:
-    """Refuse numbers that change at an end of their bounds what a matrix's entries say.
+def _require_same_signs(first: dict[str, Any], at_other_end: dict[str, Any], where: str) -> None:
+    """Refuse numbers whose bounds give an entry different signs, or 0 at one end only.
 
-    What a disturbance reaches and which states an output shows is read from entries that are 0, or
-    1, and has to hold for all values between the ends.  An entry is of degree one in each number:
-    what has one sign at all ends has it between them.
+    Entries that are 0 or 1 say what a disturbance reaches and which states an output shows.  This
+    has to hold for all values between the ends.  An entry is of degree one in each number: if it
+    has one sign at all ends, it has this sign between them.
     """
     for letter, matrices in first.items():
         shows = letter in "CD"
-        for here, there in zip(matrices, other[letter], strict=True):
-            for place in product(*map(range, here.shape)):
-                a, b = here[place], there[place]
+        for here, there in zip(matrices, at_other_end[letter], strict=True):
+            for index in product(*map(range, here.shape)):
+                a, b = here[index], there[index]
                 if (a == 0) != (b == 0) or (shows and (a * b < 0 or (a == 1) != (b == 1))):
                     raise CertificateError(
                         f"{where}.embedding.numbers: an entry of {letter} is {a} at one end of "
@@ -127,7 +127,7 @@ def _loop(
     stacks: dict[str, Any],
 ) -> PolytopicLoop:
     numbers = tuple(tuple(pick for pick, _ in corner.values()) for corner in corners)
-    others = (*plant.inputs, *plant.disturbances)
+    outer_variables = (*plant.inputs, *plant.disturbances)
     return PolytopicLoop(
         **stacks,
         sample_time=plant.sample_time,
@@ -135,7 +135,7 @@ def _loop(
         inputs=tuple(v.label for v in plant.inputs),
         disturbances=tuple(v.label for v in plant.disturbances),
         box=tuple(v.side for v in plant.states),
-        other_box={v.label: v.side for v in others if v.side is not None},
+        other_box={v.label: v.side for v in outer_variables if v.side is not None},
         corners=numbers,
         weights=_weights(plant, model, numbers),
         scheduled_by=_scheduling(plant),
@@ -150,12 +150,12 @@ def _resting_elsewhere(plant: PlantNodes) -> str:
     g, variables = plant.graph, (*plant.states, *plant.inputs, *plant.disturbances)
     origin = {v.symbol: g.constant(0) for v in variables}
     groups = {"x": plant.states, "u": plant.inputs, "w": plant.disturbances}
-    found = "".join(a for a, group in groups.items() if any(g.value(v.rest) != 0 for v in group))
+    letters = "".join(a for a, group in groups.items() if any(g.value(v.rest) != 0 for v in group))
     try:
         at_rest = [g.value(substituted(g, node, origin)) for node in plant.outputs]
     except CertificateError:  # 0/0 there; the limit is not needed
         at_rest = [None]
-    return found + ("y" if any(value != 0 for value in at_rest) else "")
+    return letters + ("y" if any(value != 0 for value in at_rest) else "")
 
 
 def _weights(plant: PlantNodes, model: Any, corners: tuple[tuple[int, ...], ...]) -> str:
@@ -168,9 +168,9 @@ def _weights(plant: PlantNodes, model: Any, corners: tuple[tuple[int, ...], ...]
 def _scheduling(plant: PlantNodes) -> tuple[str, ...]:
     """Return the labels of the variables in premises that are not constant."""
     varying = [premise.node for premise in plant.premises if premise.lower < premise.upper]
-    used = set().union(*(plant.graph.variables(node) for node in varying))
+    scheduling_symbols = set().union(*(plant.graph.variables(node) for node in varying))
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
-    return tuple(v.label for v in variables if v.symbol in used)
+    return tuple(v.label for v in variables if v.symbol in scheduling_symbols)
 
 
 @dataclass(frozen=True)
@@ -201,12 +201,12 @@ class SectorEmbedding(PlantClaim):
 def premises_in_bounds(premises: Sequence[Premise], ranges: Ranges) -> Obligations:
     """Yield the bounds of every premise on the box."""
     for premise in premises:
-        what = f"premise {premise.name}"
-        yield Enclosure(ranges, premise.node, premise.lower, premise.upper, what)
+        subject = f"premise {premise.name}"
+        yield Enclosure(ranges, premise.node, premise.lower, premise.upper, subject)
 
 
 def check_unknown(plant: PlantNodes, model: Any, gains: Any) -> None:
-    """Refuse an unknown signal with a column of E that is not 0, and gains that go with one.
+    """Refuse an unknown signal with a column of E that is not 0, and gains that depend on one.
 
     With a column of 0 the rest does not move with the signal, and a claim without disturbance
     holds for all its values, however it changes.
@@ -219,8 +219,8 @@ def check_unknown(plant: PlantNodes, model: Any, gains: Any) -> None:
         if any(plant.graph.value(row[column]) != 0 for row in plant.entries.get("E", [])):
             raise Refused(f"{signal.name} moves the state as a disturbance does, not in A or B")
     if symbols and gains is not None:
-        what = "an uncertain parameter"
-        check_known(plant, plant_loop(model), symbols, gains, what)
+        unknown_signal = "an uncertain parameter"
+        check_known(plant, plant_loop(model), symbols, gains, unknown_signal)
 
 
 def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
@@ -249,15 +249,15 @@ def _check_jumps(plant: PlantNodes, entries: Mapping[str, Entries]) -> None:
     In that column it is multiplied by 0 there.
     """
     for premise in plant.premises:
-        found = jumps(plant.graph, with_signs(plant.graph, premise.node))
-        if not found:
+        jumping = jumps(plant.graph, with_signs(plant.graph, premise.node))
+        if not jumping:
             continue
         for letter, rows in entries.items():
             for row in rows:
                 for column, entry in enumerate(row):
-                    carried = letter in "AC" and found == {plant.states[column].symbol}
+                    carried = letter in "AC" and jumping == {plant.states[column].symbol}
                     if not carried and any(premise.name in members for members in entry):
-                        at = ", ".join(sorted(found - {""})) or "a zero"
+                        at = ", ".join(sorted(jumping - {""})) or "a zero"
                         raise Refused(
                             f"premise {premise.name} jumps at {at} = 0 and stands in {letter}, in "
                             "a column of another variable"
@@ -266,17 +266,17 @@ def _check_jumps(plant: PlantNodes, entries: Mapping[str, Entries]) -> None:
 
 def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str, Entries]) -> None:
     g = plant.graph
-    places = {p.name: p.node for p in (*plant.premises, *plant.numbers)}
+    premise_nodes = {p.name: p.node for p in (*plant.premises, *plant.numbers)}
     rates = [g.constant(0)] * len(plant.states)
-    seen = [g.constant(0)] * len(plant.outputs)
+    output_sums = [g.constant(0)] * len(plant.outputs)
     for letter, rows in entries.items():
         columns = {"B": plant.inputs, "D": plant.inputs, "E": plant.disturbances}.get(
             letter, plant.states
         )
-        totals = seen if letter in "CD" else rates
+        totals = output_sums if letter in "CD" else rates
         for i, row in enumerate(rows):
             for entry, variable in zip(row, columns, strict=True):
-                term = g.multiply(entry_node(g, entry, places), g.variable(variable.symbol))
+                term = g.multiply(entry_node(g, entry, premise_nodes), g.variable(variable.symbol))
                 totals[i] = g.add(totals[i], term)
     if plant.sample_time is not None:
         rates = [g.add(v.rest, rate) for v, rate in zip(plant.states, rates, strict=True)]
@@ -288,20 +288,20 @@ def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str,
     equations = plant.f
     if plant.balls:
         pairs = zip(equations, residuals(plant), strict=True)
-        equations = [g.subtract(node, left) for node, left in pairs]
-    known: dict[str, int] | None = None
+        equations = [g.subtract(node, residual) for node, residual in pairs]
+    solved: dict[str, int] | None = None
     for state, rate, node in zip(plant.states, rates, equations, strict=True):
         if algebra.equal(rate, node):
             continue
         # What the equations at rest say of the rests that were solved for is put in.
-        known = relations(plant, algebra) if known is None else known
-        if not algebra.equal(substituted(g, rate, known), substituted(g, node, known)):
+        solved = relations(plant, algebra) if solved is None else solved
+        if not algebra.equal(substituted(g, rate, solved), substituted(g, node, solved)):
             raise Refused(f"the entries do not give the equation of {state.name}")
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
     origin = {v.symbol: g.constant(0) for v in variables}
-    for k, (found, node) in enumerate(zip(seen, plant.outputs, strict=True)):
+    for k, (output_sum, node) in enumerate(zip(output_sums, plant.outputs, strict=True)):
         at_rest = substituted(g, node, origin)
-        if not algebra.equal(found, g.subtract(node, at_rest)):
+        if not algebra.equal(output_sum, g.subtract(node, at_rest)):
             raise Refused(f"the entries do not give output {k + 1}")
 
 

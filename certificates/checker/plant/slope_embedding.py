@@ -35,10 +35,10 @@ class SlopeEmbedding(SecantEmbedding):
         return _with_slopes(model)
 
     def sentence(self) -> str:
-        rest, any_two = "differences of the plant from rest are", "differences between any two"
+        from_rest, any_two = "differences of the plant from rest are", "differences between any two"
         text = super().sentence()
-        assert text.startswith(rest)  # the embedding is read with the form "secant"
-        return f"{any_two} states, inputs alike, are{text.removeprefix(rest)}"
+        assert text.startswith(from_rest)  # the embedding is read with the form "secant"
+        return f"{any_two} states, inputs alike, are{text.removeprefix(from_rest)}"
 
 
 def slope_loop(model: Any) -> PolytopicLoop:

@@ -46,28 +46,28 @@ class Table:
         sides = zip(self.sides, point, strict=True)
         if any(not low <= value <= high for (low, high), value in sides):
             return None
-        near, knots = _near(self.knots[0], point[0])
-        rows = self._rows[near : near + DEGREE + 1]
+        first_knot, knots = _near(self.knots[0], point[0])
+        rows = self._rows[first_knot : first_knot + DEGREE + 1]
         column = [row[0] for row in rows]
         if len(point) == 2:
-            first, others = _near(self.knots[1], point[1])
+            first, other_knots = _near(self.knots[1], point[1])
             last = first + DEGREE + 1
-            column = [_at_point(others, row[first:last], point[1], orders[1]) for row in rows]
+            column = [_at_point(other_knots, row[first:last], point[1], orders[1]) for row in rows]
         return _at_point(knots, column, point[0], orders[0])
 
-    def bounds(self, parts: list[Interval], orders: tuple[int, ...]) -> Interval:
+    def bounds(self, arguments: list[Interval], orders: tuple[int, ...]) -> Interval:
         """Return a bracket of a partial derivative over the part of a box inside the table.
 
         Parameters
         ----------
-        parts : ranges of the arguments; the caller must prove that they stay in the table.
+        arguments : their ranges; the caller must prove that they stay in the table.
         """
         fixed: list[Interval] = []
         axes = (self._spline.x, self._spline.y)
-        for part, axis, step in zip(parts, axes, self._steps, strict=False):
+        for argument, axis, step in zip(arguments, axes, self._steps, strict=False):
             first, last = axis.breaks_fixed[0], axis.breaks_fixed[-1]
-            down = max(part[0] * step.numerator // step.denominator, first)
-            up = min(-(-part[1] * step.numerator // step.denominator), last)
+            down = max(argument[0] * step.numerator // step.denominator, first)
+            up = min(-(-argument[1] * step.numerator // step.denominator), last)
             if down > last or up < first:
                 raise Refused("an argument outside its table")
             fixed.append(Interval(min(down, up), max(down, up)))
@@ -121,12 +121,12 @@ def _cell_scale(axis: list[Fraction]) -> Fraction:
 
 def _power_of_ten(limit: Fraction) -> Fraction:
     """Return the greatest power of ten that does not exceed the limit > 0."""
-    found = Fraction(1)
-    while found > limit:
-        found /= 10
-    while 10 * found <= limit:
-        found *= 10
-    return found
+    power = Fraction(1)
+    while power > limit:
+        power /= 10
+    while 10 * power <= limit:
+        power *= 10
+    return power
 
 
 def read_table(owner: dict[str, Any], name: str, where: str) -> Table:
@@ -136,13 +136,13 @@ def read_table(owner: dict[str, Any], name: str, where: str) -> Table:
     ------
     CertificateError : sizes do not fit, or knots are not clamped or do not increase.
     """
-    given, place = member(owner, name, where), f"{where}.{name}"
-    rows = member(given, "knots", place)
+    table, table_place = member(owner, name, where), f"{where}.{name}"
+    rows = member(table, "knots", table_place)
     if not isinstance(rows, list) or len(rows) not in (1, 2):
-        raise CertificateError(f"{place}.knots: one or two rows are needed")
-    knots = [numbers({"knots": row}, "knots", place) for row in rows]
+        raise CertificateError(f"{table_place}.knots: one or two rows are needed")
+    knots = [numbers({"knots": row}, "knots", table_place) for row in rows]
     if len(knots) == 1:
-        found = [[c] for c in numbers(given, "coefficients", place)]
+        coefficients = [[c] for c in numbers(table, "coefficients", table_place)]
     else:
-        found = matrix(given, "coefficients", place)
-    return Table(knots, found)
+        coefficients = matrix(table, "coefficients", table_place)
+    return Table(knots, coefficients)

@@ -113,8 +113,8 @@ class Evidence:
     @property
     def push(self) -> Fraction:
         """e + sum_j d_j rho_j."""
-        moved = zip(self.slope_norms, self.rates, strict=True)
-        return self.residual_norm + sum((d * rho for d, rho in moved), Fraction(0))
+        slopes_and_rates = zip(self.slope_norms, self.rates, strict=True)
+        return self.residual_norm + sum((d * rho for d, rho in slopes_and_rates), Fraction(0))
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,7 @@ class Tracking(PlantClaim):
         plant, follow, evidence = self.plant, self.follow, self.evidence
         bounds = self.bounds
         signals = ", ".join(
-            f"{one.signal.name} in {_range(plant, one.signal)} {one.signal.unit}" for one in follow
+            f"{f.signal.name} in {_range(plant, f.signal)} {f.signal.unit}" for f in follow
         )
         rate = at_least(evidence.rate, 6)
         words = f"for every constant {signals}{_others(plant, follow)} the loop has one rest"
@@ -214,8 +214,8 @@ class Tracking(PlantClaim):
             f" with no error in a stated set, and settles there as exp(-{rate} t) from all of it"
         )
         jumps = [
-            f"{at_least(jump, 4)} {one.signal.unit} in {one.signal.name}"
-            for one, jump in zip(follow, bounds.jumps, strict=True)
+            f"{at_least(jump, 4)} {f.signal.unit} in {f.signal.name}"
+            for f, jump in zip(follow, bounds.jumps, strict=True)
             if jump is not None
         ]
         if jumps:
@@ -229,14 +229,14 @@ class Tracking(PlantClaim):
                 if rho
             )
             errors = ", ".join(
-                f"{at_most(error, 4)} {one.signal.unit} for {one.signal.name}"
-                for error, one in zip(bounds.errors, follow, strict=True)
+                f"{at_most(error, 4)} {f.signal.unit} for {f.signal.name}"
+                for error, f in zip(bounds.errors, follow, strict=True)
             )
-            others = [
+            constant = [
                 v.name for v, rho in zip(ranged(plant), evidence.rates, strict=True) if not rho
             ]
-            held = f" and {', '.join(others)} constant" if others else ""
-            words += f"; while {moving}{held} the error settles to at most {errors}"
+            constant_clause = f" and {', '.join(constant)} constant" if constant else ""
+            words += f"; while {moving}{constant_clause} the error settles to at most {errors}"
         return words + _still(plant, follow)
 
     def figures(self) -> Iterator[Figure | WindProfile]:
@@ -253,12 +253,12 @@ class Tracking(PlantClaim):
         """What the evidence bounds, for each reference."""
         evidence = self.evidence
         final = evidence.push / evidence.rate
-        rest = evidence.residual_norm / evidence.rate
+        residual_bound = evidence.residual_norm / evidence.rate
         errors = [
             c * final + evidence.residuals[following.row]
             for c, following in zip(evidence.error_factors, self.follow, strict=True)
         ]
-        room = max(evidence.radius - rest, Fraction(0))
+        room = max(evidence.radius - residual_bound, Fraction(0))
         signals = ranged(self.plant)
         norms = [evidence.slope_norms[signals.index(f.signal)] for f in self.follow]
         return Bounds(errors, [room / d if d else None for d in norms])
@@ -280,10 +280,10 @@ def _norms(evidence: Evidence, sides: list[Side]) -> Obligations:
     """Yield the bounds of the norm of the residuals, and of the slopes of Xhat."""
     n, e = len(evidence.residuals), evidence.residuals
     if evidence.weights is None:
-        parts = (abs(evidence.P[k, m]) * e[k] * e[m] for k in range(n) for m in range(n))
+        terms = (abs(evidence.P[k, m]) * e[k] * e[m] for k in range(n) for m in range(n))
     else:
-        parts = (evidence.rate * u * e[k] ** 2 / 2 for k, u in enumerate(evidence.weights))
-    total = sum(parts, Fraction(0))
+        terms = (evidence.rate * u * e[k] ** 2 / 2 for k, u in enumerate(evidence.weights))
+    total = sum(terms, Fraction(0))
     yield nonnegative(evidence.residual_norm**2 - total, "the norm of the residuals is larger")
     # The slope g_j is affine in s, and its norm convex, so that the corners have the largest.
     if evidence.Q is not None and len(sides) > MOST_SIGNALS:
@@ -332,34 +332,35 @@ def _residuals(
         ]
 
     state, push = at(evidence.line), at(-(K @ evidence.line))
-    places = {v.symbol: node for v, node in zip(plant.states, state, strict=False)}
-    places |= {v.symbol: node for v, node in zip(plant.inputs, push, strict=True)}
-    places |= {v.symbol: g.constant(0) for v in plant.disturbances if v.side is None}
-    rows = [substituted(g, node, places) for node in plant.f]
+    values = {v.symbol: node for v, node in zip(plant.states, state, strict=False)}
+    values |= {v.symbol: node for v, node in zip(plant.inputs, push, strict=True)}
+    values |= {v.symbol: g.constant(0) for v in plant.disturbances if v.side is None}
+    rows = [substituted(g, node, values) for node in plant.f]
     names = [v.name for v in plant.states]
     if law is not None:
-        rows += law.rates(plant, places, state[len(plant.states) :], push)
+        rows += law.rates(plant, values, state[len(plant.states) :], push)
         names += [f"the estimate of {names[k]}" for k in law.states]
-    for name, there, most in zip(names, rows, evidence.residuals, strict=True):
-        what = f"the residual of {name}"
+    for name, there, largest in zip(names, rows, evidence.residuals, strict=True):
+        subject = f"the residual of {name}"
         # Where terms cancel, bounds of the parts are too coarse; the parts have to be defined.
-        ranges.prove_continuous(there, what)
-        yield Enclosure(ranges, algebra.collected(there), -most, most, what)
+        ranges.prove_continuous(there, subject)
+        yield Enclosure(ranges, algebra.collected(there), -largest, largest, subject)
 
 
 def _room(plant: PlantNodes, K: Matrix, evidence: Evidence) -> Obligations:
-    """Yield that the set about Xhat(s) lies in the ranges of states and inputs, for every s."""
+    """Yield obligations: for every s the set about Xhat(s) lies in the ranges of x and u."""
     sides = [v.side for v in plant.disturbances if v.side is not None]
     if evidence.Q is not None:
         sides += [_product(sides[a], sides[b], same=a == b) for a, b in _pairs(len(sides))]
     line, n = evidence.line, len(evidence.residuals)
-    one = Matrix.identity(n)
+    identity = Matrix.identity(n)
     rows = [
-        (v, Matrix([one.rows[i]]), line.rows[i], line.below) for i, v in enumerate(plant.states)
+        (v, Matrix([identity.rows[i]]), line.rows[i], line.below)
+        for i, v in enumerate(plant.states)
     ]
-    moved = -(K @ line)
+    input_line = -(K @ line)
     rows += [
-        (v, Matrix([K.rows[i]], K.below), moved.rows[i], moved.below)
+        (v, Matrix([K.rows[i]], K.below), input_line.rows[i], input_line.below)
         for i, v in enumerate(plant.inputs)
     ]
     for variable, row, slopes, below in rows:
@@ -373,10 +374,10 @@ def _room(plant: PlantNodes, K: Matrix, evidence: Evidence) -> Obligations:
         yield nonnegative(Matrix.blocks([[evidence.P, reach.T], [reach, side]]), failure)
 
 
-def _product(one: Side, other: Side, *, same: bool) -> Side:
+def _product(first: Side, second: Side, *, same: bool) -> Side:
     """Return the range of the product of two deviations; ``same`` for a square."""
-    ends = [a * b for a in one for b in other]
-    return (Fraction(0) if same and one[0] <= 0 <= one[1] else min(ends)), max(ends)
+    ends = [a * b for a in first for b in second]
+    return (Fraction(0) if same and first[0] <= 0 <= first[1] else min(ends)), max(ends)
 
 
 def _reach(slopes: Sequence[Fraction], sides: Sequence[Side]) -> Side:
@@ -387,21 +388,23 @@ def _reach(slopes: Sequence[Fraction], sides: Sequence[Side]) -> Side:
 
 
 def _others(plant: PlantNodes, follow: list[Following]) -> str:
-    others = _other_signals(plant, follow)
-    if not others:
+    signals = _other_signals(plant, follow)
+    if not signals:
         return ""
-    return " and constant " + ", ".join(f"{v.name} in {_range(plant, v)} {v.unit}" for v in others)
+    return " and constant " + ", ".join(f"{v.name} in {_range(plant, v)} {v.unit}" for v in signals)
 
 
 def _still(plant: PlantNodes, follow: list[Following]) -> str:
-    known = {one.column for one in follow}
-    still = [v.name for k, v in enumerate(plant.disturbances) if k not in known and v.side is None]
-    return f"; with {', '.join(still)} at rest" if still else ""
+    columns = {f.column for f in follow}
+    resting = [
+        v.name for k, v in enumerate(plant.disturbances) if k not in columns and v.side is None
+    ]
+    return f"; with {', '.join(resting)} at rest" if resting else ""
 
 
 def _other_signals(plant: PlantNodes, follow: list[Following]) -> list[Variable]:
-    known = {one.column for one in follow}
-    return [v for k, v in enumerate(plant.disturbances) if k not in known and v.side is not None]
+    columns = {f.column for f in follow}
+    return [v for k, v in enumerate(plant.disturbances) if k not in columns and v.side is not None]
 
 
 def _range(plant: PlantNodes, variable: Variable) -> str:

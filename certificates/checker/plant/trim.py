@@ -35,15 +35,15 @@ def compared_trim(plant: PlantNodes, gains: Any, where: str = "gains") -> Fracti
     for key, variables in (("state", plant.states), ("input", plant.inputs)):
         if not variables:
             continue
-        given = numbers(trim, key, f"{where}.trim", len(variables))
-        for variable, stated in zip(variables, given, strict=True):
+        trim_values = numbers(trim, key, f"{where}.trim", len(variables))
+        for variable, stated in zip(variables, trim_values, strict=True):
             exact = plant.graph.value(variable.rest)
             if exact == stated:
                 continue
-            found = evaluator.value(variable.rest, balls)
-            if found is None:
+            bracket = evaluator.value(variable.rest, balls)
+            if bracket is None:
                 raise CertificateError(f"the rest of {variable.name} has no value")
-            low, high = (Fraction(end, ONE) for end in found)
+            low, high = (Fraction(end, ONE) for end in bracket)
             off = max(abs(stated - low), abs(stated - high))
             if off > allowed(variable, stated):
                 raise CertificateError(f"{where}.trim: {_apart(variable.name, low, stated)}")
@@ -66,5 +66,5 @@ def _apart(name: str, rest: Fraction, stated: Fraction) -> str:
     # Imported here: the check ends here without a verdict.
     from takagi.certificates.checker.words.rounded import at_least
 
-    places = f"{at_least(rest, 12)} in the plant, at {at_least(stated, 12)} in the law"
-    return f"{name} rests at {places}"
+    both_values = f"{at_least(rest, 12)} in the plant, at {at_least(stated, 12)} in the law"
+    return f"{name} rests at {both_values}"

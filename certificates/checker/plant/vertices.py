@@ -43,15 +43,15 @@ def multi_affine_entries(plant: PlantNodes) -> dict[str, list[list[MultiAffine]]
 
 def _multi_affine(algebra: Algebra, node: int, where: str) -> MultiAffine:
     try:
-        found = algebra.polynomial(node)
+        polynomial = algebra.polynomial(node)
     except Refused as error:
         raise CertificateError(f"{where}: {error}") from error
-    if any(power > 1 for monomial in found for _, power in monomial):
+    if any(power > 1 for monomial in polynomial for _, power in monomial):
         raise CertificateError(f"{where}: a premise stands in it with a power above one")
-    return {frozenset(name for name, _ in monomial): c for monomial, c in found.items()}
+    return {frozenset(name for name, _ in monomial): c for monomial, c in polynomial.items()}
 
 
-def entry_node(graph: Graph, entry: MultiAffine, places: Mapping[str, int]) -> int:
+def entry_node(graph: Graph, entry: MultiAffine, premise_nodes: Mapping[str, int]) -> int:
     """Return an entry with its premises replaced by nodes, as a sum of products.
 
     The identity with the equations is shown for this polynomial, which also defines the vertices,
@@ -61,7 +61,7 @@ def entry_node(graph: Graph, entry: MultiAffine, places: Mapping[str, int]) -> i
     for members, c in entry.items():
         term = graph.constant(c)
         for name in sorted(members):
-            term = graph.multiply(term, places[name])
+            term = graph.multiply(term, premise_nodes[name])
         total = graph.add(total, term)
     return total
 
@@ -89,23 +89,23 @@ def vertex_stack(
     """
     varying = any(members - numbers.keys() for row in rows for entry in row for members in entry)
     corners = [{**corner, **numbers} for corner in corners]
-    places = corners if varying else corners[:1]
-    if len(places) * len(rows) * len(rows[0]) > MOST_NUMBERS:
-        raise CertificateError(f"{len(places)} vertices: too many")
-    found = [[_values(entry, places) for entry in row] for row in rows]
-    return [[[entry[k] for entry in row] for row in found] for k in range(len(places))]
+    distinct = corners if varying else corners[:1]
+    if len(distinct) * len(rows) * len(rows[0]) > MOST_NUMBERS:
+        raise CertificateError(f"{len(distinct)} vertices: too many")
+    values = [[_values(entry, distinct) for entry in row] for row in rows]
+    return [[[entry[k] for entry in row] for row in values] for k in range(len(distinct))]
 
 
 def _values(entry: MultiAffine, corners: list[dict[str, tuple[int, Fraction]]]) -> list[Fraction]:
     """Return an entry at every corner; each combination of its premises' ends is computed once."""
     names = sorted(set().union(*entry))
-    known: dict[tuple[int, ...], Fraction] = {}
+    computed: dict[tuple[int, ...], Fraction] = {}
     values = []
     for corner in corners:
         picks = tuple(corner[name][0] for name in names)
-        if picks not in known:
-            known[picks] = _value(entry, corner)
-        values.append(known[picks])
+        if picks not in computed:
+            computed[picks] = _value(entry, corner)
+        values.append(computed[picks])
     return values
 
 

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.kernel import reader
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.obligation import Decider, decided_exactly
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS, READ, replay
 
 # From the place of a claim in the file to what decides its obligations.
@@ -20,7 +21,7 @@ FORMAT, VERSION = "takagi-certificate", 1
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
 
 
-def exact_decider(place: int) -> Decider:
+def exact_decider(claim_index: int) -> Decider:
     """Return the decider of the first checker, the same for every claim."""
     return decided_exactly
 
@@ -88,10 +89,12 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
         raise CertificateError(f"{path}: this checker reads version {VERSION}; use a matching one")
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
     # A hash detects accidental changes; a controller without a claim may have no hash.
-    told = isinstance(hashes, dict) and "controller" in hashes
-    for part in ("model", "gains", "claims", *(["controller"] if told else [])):
-        if text(hashes, part, "provenance.sha256") != reader.digest(data.get(part)):
-            why = f"the {part} changed after the certificate was made (the hash differs)"
+    hashed = ["model", "gains", "claims"]
+    if isinstance(hashes, dict) and "controller" in hashes:
+        hashed.append("controller")
+    for name in hashed:
+        if text(hashes, name, "provenance.sha256") != reader.digest(data.get(name)):
+            why = f"the {name} changed after the certificate was made (the hash differs)"
             raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")
 
 
@@ -120,21 +123,21 @@ def _replayed(
         from takagi.certificates.checker.replay.whole_law import require_whole_law
 
         require_whole_law(gains, kinds)
-    found: list[Outcome] = []
+    outcomes: list[Outcome] = []
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")
-        found.append(replay(claim, data, loop, found, f"claims[{i}]", decider_of(i)))
+        outcomes.append(replay(claim, data, loop, outcomes, f"claims[{i}]", decider_of(i)))
     if isinstance(model, dict) and model.get("kind") == "plant":
         # Imported here: for a turbine or for matrices no model has to contain a plant.
         from takagi.certificates.checker.replay.containment import of_its_slopes, of_the_plant
 
-        found = of_its_slopes(of_the_plant(found, kinds, path), kinds, loop, path)
-    return concluded(found, messages)
+        outcomes = of_its_slopes(of_the_plant(outcomes, kinds, path), kinds, loop, path)
+    return concluded(outcomes, messages)
 
 
-def concluded(found: Sequence[Outcome], notes: list[str]) -> Checked:
+def concluded(outcomes: Sequence[Outcome], notes: list[str]) -> Checked:
     """Return the verdict on the whole, and then each claim in words; ``notes`` are the messages."""
-    verdicts = {one.verdict for one in found}
+    verdicts = {outcome.verdict for outcome in outcomes}
     overall = Verdict.UNDECIDED
     if Verdict.DISPROVED in verdicts:
         overall = Verdict.DISPROVED
@@ -143,4 +146,4 @@ def concluded(found: Sequence[Outcome], notes: list[str]) -> Checked:
     # Imported here, as all words are: no verdict depends on it.
     from takagi.certificates.checker.words.saying import in_words
 
-    return Checked(overall, [in_words(one) for one in found], notes)
+    return Checked(overall, [in_words(outcome) for outcome in outcomes], notes)

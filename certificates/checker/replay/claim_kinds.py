@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.checker.kernel.claim_kind import Decided, Outcome
 from takagi.certificates.checker.kernel.obligation import Decider, decided_exactly
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Decided, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop

@@ -29,8 +29,8 @@ def read_model_loop(model: Any, gains: Any, where: str = "model") -> PolytopicLo
         raise CertificateError(f"{where}.kind: {kind!a} has no vertices for this claim")
     if gains is None:
         return plain
-    others = tuple(_closed(one, model, gains) for one in plain.at_other_ends)
-    return replace(_closed(plain, model, gains), at_other_ends=others)
+    at_other_ends = tuple(_closed(loop, model, gains) for loop in plain.at_other_ends)
+    return replace(_closed(plain, model, gains), at_other_ends=at_other_ends)
 
 
 def _closed(plain: PolytopicLoop, model: Any, gains: Any) -> PolytopicLoop:

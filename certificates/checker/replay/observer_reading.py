@@ -24,12 +24,12 @@ def observed_by(
     CertificateError : an output that the model does not have, gains L of another shape, weights at
         the estimate without the slopes of a plant.
     """
-    own = gains["observer"]
-    weights = reader.text(own, "weights", where)
+    observer = gains["observer"]
+    weights = reader.text(observer, "weights", where)
     if weights not in (MEASURED, ESTIMATED):
         raise CertificateError(f"{where}.weights: {MEASURED!r} or {ESTIMATED!r} is needed")
-    rows = measured_outputs(own, model, where)
-    L = read_stack(own, "L", where)
+    rows = measured_outputs(observer, model, where)
+    L = read_stack(observer, "L", where)
     at_estimate = weights == ESTIMATED
     count = 1 if at_estimate else loop.rules
     if L[0].shape != (loop.order, len(rows)) or len(L) not in (1, count):
@@ -42,7 +42,7 @@ def observed_by(
     return replace(loop, C=C, D=D, observer=ObserverLaw(L, at_estimate, slopes))
 
 
-def measured_outputs(own: Any, model: Any, where: str) -> list[int]:
+def measured_outputs(observer: Any, model: Any, where: str) -> list[int]:
     """Return the indices of the measured outputs among the outputs of the model.
 
     Raises
@@ -54,13 +54,17 @@ def measured_outputs(own: Any, model: Any, where: str) -> list[int]:
         names = [y.get("name") if isinstance(y, dict) else None for y in listed]
     else:
         names = reader.member(model, "output_names", "model")
-    given = reader.member(own, "measured", where)
-    if not isinstance(given, list) or not given or len(set(map(str, given))) != len(given):
+    measured = reader.member(observer, "measured", where)
+    if (
+        not isinstance(measured, list)
+        or not measured
+        or len(set(map(str, measured))) != len(measured)
+    ):
         raise CertificateError(f"{where}.measured: different names of outputs are needed")
-    for name in given:
+    for name in measured:
         if not isinstance(name, str) or names.count(name) != 1:
             raise CertificateError(f"{where}.measured: {name!a} is not one output of the model")
-    return [names.index(name) for name in given]
+    return [names.index(name) for name in measured]
 
 
 def _rows(matrix: Matrix, rows: list[int]) -> Matrix:
@@ -76,10 +80,10 @@ def _slopes(
     # Imported here: a law without an observer at its estimate needs no slopes.
     from takagi.certificates.checker.plant.slope_embedding import slope_loop
 
-    found = slope_loop(model)
-    if found.order != loop.order or not found.C:
+    slopes = slope_loop(model)
+    if slopes.order != loop.order or not slopes.C:
         raise CertificateError("model.slopes: those of all states and outputs are needed")
-    return tuple((_at(found.A, k), _rows(_at(found.C, k), rows)) for k in range(found.rules))
+    return tuple((_at(slopes.A, k), _rows(_at(slopes.C, k), rows)) for k in range(slopes.rules))
 
 
 def _at(stack: Stack, k: int) -> Matrix:

@@ -20,11 +20,12 @@ def require_whole_law(gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
     seconds changes them at its samples: xi + T (h - r).
     """
     about_loops = {kind for kind in kinds if kind in KINDS or kind == "tracking"}
-    own = [key for key in ("blending", "references") if key in gains]
-    if own and SAMPLED in kinds:
+    extra_members = [key for key in ("blending", "references") if key in gains]
+    if extra_members and SAMPLED in kinds:
         raise CertificateError(
-            f"gains.{own[0]}: the law has a state of its own, which it changes at its samples; "
-            f"{SAMPLED} would be about one that moves between them; leave the sample time out"
+            f"gains.{extra_members[0]}: the law has a state of its own, which it changes at its "
+            f"samples; {SAMPLED} would be about one that moves between them; leave the "
+            "sample time out"
         )
     if "blending" in gains and about_loops and "effort-blend" not in kinds:
         raise CertificateError(
@@ -34,10 +35,10 @@ def require_whole_law(gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
     if "observer" not in gains:
         return
     of_outputs = "tracking" if "references" in gains else "observed-loop"
-    if others := sorted((about_loops | ({"effort-blend"} & {*kinds})) - {of_outputs}):
+    if other_claims := sorted((about_loops | ({"effort-blend"} & {*kinds})) - {of_outputs}):
         raise CertificateError(
-            f"gains.observer: the law has no states but outputs, and {', '.join(others)} would be "
-            f"about another law; claim {of_outputs}"
+            f"gains.observer: the law has no states but outputs, and {', '.join(other_claims)} "
+            f"would be about another law; claim {of_outputs}"
         )
     if "blending" in gains:
         raise CertificateError("gains.blending: a law with an observer has none")

@@ -101,8 +101,8 @@ def profile(name: str, unit: str, cells: Sequence[Any], key: str) -> WindProfile
 
 
 def row_bound(P: Matrix, h: Matrix, bound: Fraction) -> Matrix:
-    """Return bound^2 P - h'h; where it and P are > 0, |h xi| < bound wherever xi'P xi <= 1."""
-    return bound**2 * P - h.T @ h
+    """Return [[P, h'], [h, bound^2]]; where it is > 0, |h xi| < bound wherever xi'P xi <= 1."""
+    return Matrix.blocks([[P, h.T], [h, Matrix.of([[bound**2]])]])
 
 
 def refusal_fails(required: Obligations) -> Obligations:

@@ -25,8 +25,8 @@ def rounded_size(P: Matrix, level: Fraction, states: tuple[str, ...]) -> str:
     if len(P.rows) > LARGEST:
         return ""
     reach = ", ".join(
-        f"{at_most(found, 4)} in {name}"
-        for found, name in zip(reaches(P, level), states, strict=True)
+        f"{at_most(bound, 4)} in {name}"
+        for bound, name in zip(reaches(P, level), states, strict=True)
     )
     return f"; it reaches {reach}; volume at least {at_least(volume_below(P, level), 4)}"
 
@@ -39,11 +39,13 @@ def reaches(P: Matrix, level: Fraction) -> list[Fraction]:
 
 def squared_reaches(P: Matrix, states: Iterable[int]) -> list[Fraction]:
     """Return (P^-1)_kk for each of the states k, the largest x_k^2 on x'Px <= 1, for P > 0."""
-    whole, squares = _determinant(P), []
+    determinant, squares = _determinant(P), []
     for k in states:
-        rest = [[v for j, v in enumerate(row) if j != k] for i, row in enumerate(P.rows) if i != k]
-        minor = _determinant(Matrix(rest, P.below)) if rest else Fraction(1)
-        squares.append(minor / whole)
+        minor_rows = [
+            [v for j, v in enumerate(row) if j != k] for i, row in enumerate(P.rows) if i != k
+        ]
+        minor = _determinant(Matrix(minor_rows, P.below)) if minor_rows else Fraction(1)
+        squares.append(minor / determinant)
     return squares
 
 
@@ -68,10 +70,10 @@ def square_root_above(value: Fraction) -> Fraction:
     return _root(value, 1)
 
 
-def _root(value: Fraction, more: int) -> Fraction:
+def _root(value: Fraction, rounding: int) -> Fraction:
     inside = value.numerator * value.denominator
     shift = max(0, BITS - inside.bit_length() // 2)
-    return Fraction(isqrt(inside << 2 * shift) + more, value.denominator << shift)
+    return Fraction(isqrt(inside << 2 * shift) + rounding, value.denominator << shift)
 
 
 def _determinant(P: Matrix) -> Fraction:

@@ -26,12 +26,12 @@ def embedding_in_words(plant: PlantNodes, removable: Collection[str], off: Fract
         sentence = f"the plant equals the model of {count} rules exactly"
     sentence += _where(plant)
     if premises := len(plant.premises):
-        what = (
+        premise_bounds = (
             "bounds of its premise are"
             if premises == 1
             else f"bounds of its {premises} premises are"
         )
-        sentence += f"; the {what} proved"
+        sentence += f"; the {premise_bounds} proved"
     if plant.mass is not None:
         sentence += "; the mass matrix has no zero determinant there"
     if removable:
@@ -52,10 +52,10 @@ def _uncertain(plant: PlantNodes) -> str:
         for row in plant.entries.get("E", [])
     ):
         return f"; {', '.join(names)}, unknown to the law, moves the rest and is a disturbance here"
-    held = "is an uncertain parameter" if len(names) == 1 else "are uncertain parameters"
+    predicate = "is an uncertain parameter" if len(names) == 1 else "are uncertain parameters"
     return (
-        f"; {', '.join(names)} {held}, constant or moving in any way in the range, and unknown to "
-        "the law"
+        f"; {', '.join(names)} {predicate}, constant or moving in any way in the range, and "
+        "unknown to the law"
     )
 
 
@@ -63,14 +63,14 @@ def _balls(plant: PlantNodes) -> str:
     """Return the clauses about numbers that are not decimals."""
     rests = {v.ball.name: v.name for v in (*plant.states, *plant.inputs) if v.ball}
 
-    def told(names: list[str]) -> str:
+    def intervals(names: list[str]) -> str:
         balls = [(rests.get(name, name), plant.balls[name]) for name in names]
         return ", ".join(f"{n} = {exactly(b.middle)} +- {exactly(b.radius)}" for n, b in balls)
 
     solved = list(rests)
-    others = [name for name in plant.balls if name not in rests]
-    found = f"; its own rest is proved to lie in {told(solved)}" if solved else ""
-    return found + (f"; with {told(others)}" if others else "")
+    parameters = [name for name in plant.balls if name not in rests]
+    clause = f"; its own rest is proved to lie in {intervals(solved)}" if solved else ""
+    return clause + (f"; with {intervals(parameters)}" if parameters else "")
 
 
 def _where(plant: PlantNodes) -> str:

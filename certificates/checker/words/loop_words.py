@@ -25,13 +25,13 @@ def about(loop: PolytopicLoop) -> str:
 
 def granted(loop: PolytopicLoop, *, disturbances_too: bool = True) -> str:
     """Return the ranges of the box that are assumed and not proved; empty for none."""
-    known = set(loop.inputs)
+    proved = set(loop.inputs)
     if not disturbances_too:
         # Imported here: a kind that assumes all ranges does not need it.
         from takagi.certificates.checker.loop.box_of_validity import pushing
 
-        known |= pushing(loop)
-    names = [name for name in loop.other_box or {} if name not in known]
+        proved |= pushing(loop)
+    names = [name for name in loop.other_box or {} if name not in proved]
     return f", while {', '.join(names)} {_stay(len(names))} in the model's box" if names else ""
 
 
@@ -56,7 +56,7 @@ def _stay(count: int) -> str:
 
 def in_which_sense(loop: PolytopicLoop, entering: Stack) -> str:
     """Return the stochastic integral (Ito), if the result depends on its definition."""
-    if loop.is_discrete or all(one == entering[0] for one in entering):
+    if loop.is_discrete or all(matrix == entering[0] for matrix in entering):
         return ""
     return " in Ito's sense (it enters by a matrix that moves, so that other noise may do more)"
 
@@ -65,14 +65,14 @@ def unforeseeing(loop: PolytopicLoop) -> str:
     """Return the assumption on weights without a formula, or with a signal in it."""
     granted = loop.rules > 1 and loop.scheduled_by is None
     granted = granted or (len(loop.K) > 1 and not loop.shared_weights)
-    known = {*loop.states, *(loop.inputs if loop.K else ())}
-    signals = ", ".join(name for name in loop.scheduled_by or () if name not in known)
+    loop_signals = {*loop.states, *(loop.inputs if loop.K else ())}
+    signals = ", ".join(name for name in loop.scheduled_by or () if name not in loop_signals)
     free = "weights" if granted else f"values of {signals}"
     unaware = f" for {free} that do not depend on the noise at the same instant"
     return unaware if granted or signals else ""
 
 
-MEANT = {
+DEVIATION_MEANINGS = {
     "x": "x is x - x*",
     "u": "u is u - u*",
     "y": "y is y less its value at rest",
@@ -87,24 +87,24 @@ def deviations(loop: PolytopicLoop, letters: str) -> str:
     ----------
     letters : of x, u, y, w: those that the sentence has, and that are the model's own.
     """
-    told = [MEANT[a] for a in letters if a in loop.resting_elsewhere]
-    star = ", with * for the point of rest" if any("*" in one for one in told) else ""
-    return f"; here {', '.join(told)}{star}" if told else ""
+    meanings = [DEVIATION_MEANINGS[a] for a in letters if a in loop.resting_elsewhere]
+    star = ", with * for the point of rest" if any("*" in meaning for meaning in meanings) else ""
+    return f"; here {', '.join(meanings)}{star}" if meanings else ""
 
 
 def rounded_channel(claim: Any, loop: PolytopicLoop) -> str:
     """Return a text about the source of w and of y."""
     alone = ", without the model's disturbance" if loop.E else ""
-    given = claim["disturbance"] == "disturbances"
-    way = "the model's disturbance" if given else f"added to u{alone}"
-    return f"w {way}, y {'of the claim' if 'output' in claim else 'the output of the model'}"
+    is_of_model = claim["disturbance"] == "disturbances"
+    source = "the model's disturbance" if is_of_model else f"added to u{alone}"
+    return f"w {source}, y {'of the claim' if 'output' in claim else 'the output of the model'}"
 
 
-def channel_deviations(claim: Any, loop: PolytopicLoop, others: str = "") -> str:
+def channel_deviations(claim: Any, loop: PolytopicLoop, letters: str = "") -> str:
     """Return the meaning of w, y and other letters with equilibrium values other than 0.
 
     A w that is added to u is no deviation; an output that the claim writes itself is of x and u.
     """
-    seen = {*others, *("xu" if "output" in claim else "y")}
-    seen |= {"w"} if claim["disturbance"] == "disturbances" else set()
-    return deviations(loop, "".join(a for a in "xuyw" if a in seen))
+    moving_letters = {*letters, *("xu" if "output" in claim else "y")}
+    moving_letters |= {"w"} if claim["disturbance"] == "disturbances" else set()
+    return deviations(loop, "".join(a for a in "xuyw" if a in moving_letters))

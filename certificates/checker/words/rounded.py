@@ -22,8 +22,8 @@ def at_most(value: Fraction, digits: int) -> str:
 def exactly(value: Fraction) -> str:
     """Return a number that may not be rounded to either side: its decimals, or a fraction."""
     context = Context(prec=MANY)
-    shown = _shown(value, context)
-    return f"({value.numerator}/{value.denominator})" if context.flags[Inexact] else shown
+    decimals = _shown(value, context)
+    return f"({value.numerator}/{value.denominator})" if context.flags[Inexact] else decimals
 
 
 def _shown(value: Fraction, context: Context) -> str:
@@ -35,3 +35,8 @@ def _shown(value: Fraction, context: Context) -> str:
 def range_within(low: Fraction, high: Fraction, digits: int = 6) -> str:
     """Return a range that is not wider than the exact one, e.g. ``3 to 4.5``."""
     return f"{at_most(low, digits)} to {at_least(high, digits)}"
+
+
+def range_around(low: Fraction, high: Fraction) -> str:
+    """Return a range that is not narrower than the exact one."""
+    return f"{at_least(low, 6)} to {at_most(high, 6)}"

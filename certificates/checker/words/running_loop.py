@@ -10,7 +10,7 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Span
 from takagi.certificates.checker.turbine.wind_intervals import gaps
 from takagi.certificates.checker.words.ellipsoid_size import square_root_below, squared_reaches
-from takagi.certificates.checker.words.rounded import at_least, at_most, exactly, range_within
+from takagi.certificates.checker.words.rounded import at_least, exactly, range_around, range_within
 
 # Indices of the states whose half widths are stated.
 SPEED, ESTIMATE = 0, 6
@@ -78,4 +78,4 @@ def _widths(shapes: Sequence[Matrix]) -> list[str]:
 
 def _listed(ranges: Sequence[Span]) -> str:
     """Return the ranges that are left out, rounded outward; empty for none."""
-    return ", ".join(f"{at_least(low, 6)} to {at_most(high, 6)} m/s" for low, high in ranges)
+    return ", ".join(f"{range_around(low, high)} m/s" for low, high in ranges)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from takagi.certificates.checker.kernel.result import Claim, Outcome
+from takagi.certificates.checker.kernel.claim_kind import Outcome
+from takagi.certificates.checker.kernel.result import Claim
 
 
-def in_words(found: Outcome) -> Claim:
-    """Return the claim with the verdict that was found, and its sentence."""
-    if isinstance(found, Claim):
-        return found
-    claim = found.claim
+def in_words(outcome: Outcome) -> Claim:
+    """Return the claim with its verdict, its sentence and its figures."""
+    if isinstance(outcome, Claim):
+        return outcome
+    claim = outcome.claim
     figures = tuple(claim.figures())
-    return Claim(claim.name, found.verdict, claim.sentence(), claim.assumes, figures)
+    return Claim(claim.name, outcome.verdict, claim.sentence(), claim.assumes, figures)

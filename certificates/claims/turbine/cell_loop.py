@@ -42,14 +42,19 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import (
+    EffortGains,
+    EffortSharingLaw,
+    LoopBox,
+    LoopCell,
+    LoopUncertainty,
+)
 from takagi.models.turbine.data import Turbine
 
 # Decimals of the intervals that a certificate states; rounded outward.
 EMITTED_DIGITS = 7
 # An end that is a short decimal is bracketed by far less than this.
-HAIR = Fraction(1, 10**30)
+END_TOLERANCE = Fraction(1, 10**30)
 
 
 class CellLoop:
@@ -128,7 +133,7 @@ class CellLoop:
         torque = self._torque(loop).outward(0)
         self._check_pitch(loop)
         try:
-            ranges = {name: _interval(found) for name, found in loop.ranges()}
+            ranges = {name: _interval(enclosure) for name, enclosure in loop.ranges()}
             sizes = dict(loop.sizes())
             residual = stated_residual(loop) if self.residual is None else self.residual
         except Refused as error:
@@ -141,10 +146,10 @@ class CellLoop:
                 "Python, reduce the speed error or the wind share"
             ) from error
         self.residual = residual
-        still, nu = Fraction(0), law.nu[self._k]
+        zero, nu = Fraction(0), law.nu[self._k]
         return LoopCell(
             wind=self.wind,
-            wind_rate=still,
+            wind_rate=zero,
             stiffness=_stated(ranges["stiffness"]),
             loop_gain=_stated(ranges["loop_gain"]),
             lag_gain=_stated(ranges["lag_gain"]),
@@ -156,21 +161,21 @@ class CellLoop:
             wind_gain=_bound(sizes["wind_gain"]),
             inertia_gain=_up(sizes["inertia_gain"]),
             effectiveness_slope=_up(sizes["effectiveness_slope"]),
-            reference_slope=still,
-            lag_disturbance=still,
+            reference_slope=zero,
+            lag_disturbance=zero,
             torque=torque,
             pitch=_interval(loop.reached).outward(EMITTED_DIGITS),
-            pitch_rate=still,
+            pitch_rate=zero,
         )
 
     def _torque(self, loop: Loop) -> Interval:
         """Return the range of the torque commanded; refuses a set that asks for less than none."""
-        law, least = loop.law, loop.least_torque()
+        law, least_torque = loop.law, loop.least_torque()
         reserve = psi(-loop.low, law.overlap)
-        ahead = (law.rated_torque - least) / law.effort_torque - reserve
-        if least >= 0:
-            most = law.rated_torque - law.effort_torque * (psi(-loop.high, law.overlap) - ahead)
-            return Interval(least, min(most, law.rated_torque))
+        ahead = (law.rated_torque - least_torque) / law.effort_torque - reserve
+        if least_torque >= 0:
+            highest = law.rated_torque - law.effort_torque * (psi(-loop.high, law.overlap) - ahead)
+            return Interval(least_torque, min(highest, law.rated_torque))
         raise ModelError(
             f"wind cell {self.wind} m/s: the set may demand {float(reserve):.4g} rad/s^2 below "
             f"rated effort and {float(ahead):.4g} for the moving schedule, but torque reaches zero "
@@ -181,12 +186,12 @@ class CellLoop:
 
     def _check_pitch(self, loop: Loop) -> None:
         """Refuse a set that reaches, or a command that asks for, more than the largest pitch."""
-        most = max(loop.largest_pitch(), Fraction(loop.reached.high, ONE))
+        largest_pitch = max(loop.largest_pitch(), Fraction(loop.reached.high, ONE))
         limit = loop.law.pitch_max
-        if most > limit:
+        if largest_pitch > limit:
             raise ModelError(
-                f"wind cell {self.wind} m/s: the set reaches pitch {float(most):.4g} rad, beyond "
-                f"the limit {float(limit):.4g} rad; reduce the box"
+                f"wind cell {self.wind} m/s: the set reaches pitch {float(largest_pitch):.4g} rad, "
+                f"beyond the limit {float(limit):.4g} rad; reduce the box"
             )
 
 
@@ -234,8 +239,8 @@ def enclosures_of_gains(
             [exact(gain) for gain in column.tolist()]
             for column in (gains.proportional, gains.integral_rate)
         )
-        other = replace(subject, law=replace(subject.law, gamma=gamma, nu=nu))
-        loop = CellLoop(other, k, residuals.get(k))
+        subject_of_gains = replace(subject, law=replace(subject.law, gamma=gamma, nu=nu))
+        loop = CellLoop(subject_of_gains, k, residuals.get(k))
         cell = loop.enclosed(rates[k])
         if loop.residual is not None:
             residuals[k] = loop.residual
@@ -248,11 +253,12 @@ def _interval(enclosure: CheckedInterval) -> Interval:
     return Interval(Fraction(enclosure.low, ONE), Fraction(enclosure.high, ONE))
 
 
-def _stated(found: Interval) -> Interval:
+def _stated(enclosure: Interval) -> Interval:
     """Return the emitted range: one unit of its last decimal wider than the enclosure."""
     scale = 10**EMITTED_DIGITS
-    # Two units stay between the ends even where the hair is more than the width.
-    low, high = floor((found.lower + HAIR) * scale) - 1, ceil((found.upper - HAIR) * scale) + 1
+    # Two units stay between the ends even where the tolerance is more than the width.
+    low = floor((enclosure.lower + END_TOLERANCE) * scale) - 1
+    high = ceil((enclosure.upper - END_TOLERANCE) * scale) + 1
     return Interval(Fraction(low, scale), Fraction(high, scale))
 
 
@@ -275,16 +281,16 @@ def stated_residual(loop: Loop) -> Fraction:
     trims, at_nodes = [], []
     for i in (loop.k, loop.k + 1):
         wind, effort = law.wind[i], law.effort[i]
-        held = law.rated_torque - law.effort_torque * psi(-effort, law.overlap)
-        trims.append(held * plant.gear_per_inertia)
+        torque = law.rated_torque - law.effort_torque * psi(-effort, law.overlap)
+        trims.append(torque * plant.gear_per_inertia)
         pitch = law.pitch_min + psi(effort, law.overlap) / law.effectiveness[i]
         coefficient = plant.surface.bounds(point(plant.radius * law.speed[i] / wind), point(pitch))
         at_nodes.append(coefficient * loop.c * point(wind**2) - point(trims[-1]))
-    bent = Fraction(_curvature(loop).magnitude(), ONE)
+    curvature = Fraction(_curvature(loop).magnitude(), ONE)
     width = law.wind[loop.k + 1] - law.wind[loop.k]
-    tables = max(Fraction(r.magnitude(), ONE) for r in at_nodes) + width**2 / 8 * bent
-    wrong = max(1 - loop.uncertainty.power[0], loop.uncertainty.power[1] - 1)
-    return (1 + wrong) * tables + wrong * max(map(abs, trims))
+    tables = max(Fraction(r.magnitude(), ONE) for r in at_nodes) + width**2 / 8 * curvature
+    power_error = max(1 - loop.uncertainty.power[0], loop.uncertainty.power[1] - 1)
+    return (1 + power_error) * tables + power_error * max(map(abs, trims))
 
 
 def _curvature(loop: Loop) -> CheckedInterval:

@@ -1,10 +1,7 @@
 """The claim about the effort-sharing loop: its enclosure, one P for all cells, its wind class.
 
-Nothing is proved here.  The result is a candidate claim; ``takagi.certificates.checker`` decides.
-
-Why a joint analysis fails, in words: at which winds, and which smaller uncertainty it covers.
-
-In floating point: hints for the user on what to relax, never a claim.
+The result is a candidate, which the checker decides.  Where there is none, texts say at which winds
+the analysis fails and for which smaller uncertainty it would succeed, in floating point.
 """
 
 from __future__ import annotations
@@ -23,16 +20,16 @@ from takagi.certificates.claims.turbine.largest_wind_error import (
     EffortSharingCandidate,
     RequestedLoops,
     WindClass,
-    asked_rates,
     calmer,
+    class_rates,
     largest_wind_errors,
 )
 from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, invariant_ellipsoid
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import (
+from takagi.models.laws.effort_sharing.law import (
+    EffortSharingLaw,
     LoopBox,
     LoopCell,
     LoopUncertainty,
@@ -84,28 +81,28 @@ def effort_sharing_candidate(
     shape = wind_class or WindClass()
     say("enclosing the closed loop")
     loops = cell_loops(turbine, law, box, uncertainty)
-    asked = asked_rates(loops, box, shape) if rates is None else list(rates)
+    cell_rates = class_rates(loops, box, shape) if rates is None else list(rates)
     middle = np.array([float(loop.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
     if P is not None and _inside(P, box):
-        given = largest_wind_errors(
-            P, RequestedLoops(box, uncertainty, loops, asked, error), tell=say
+        candidate = largest_wind_errors(
+            P, RequestedLoops(box, uncertainty, loops, cell_rates, error), tell=say
         )
-        if given.wind_error.min() > 0:
-            return given
+        if candidate.wind_error.min() > 0:
+            return candidate
     say("one quadratic function for all winds")
     for attempt in range(ATTEMPTS):
-        cells = tuple(loop.enclosed(rate) for loop, rate in zip(loops, asked, strict=True))
-        found = _common(cells, law, box, error)
-        if found.P is not None:
+        cells = tuple(loop.enclosed(rate) for loop, rate in zip(loops, cell_rates, strict=True))
+        ellipsoid = _common(cells, law, box, error)
+        if ellipsoid.P is not None:
             break
         last = attempt >= ATTEMPTS - 2
-        asked = [Fraction(0) if last else calmer(rate, CALMER) for rate in asked]
-    if found.P is not None:
-        loops_asked = RequestedLoops(box, uncertainty, loops, asked, error)
-        return largest_wind_errors(found.P, loops_asked, words=found.words, tell=say)
+        cell_rates = [Fraction(0) if last else calmer(rate, CALMER) for rate in cell_rates]
+    if ellipsoid.P is not None:
+        loops_asked = RequestedLoops(box, uncertainty, loops, cell_rates, error)
+        return largest_wind_errors(ellipsoid.P, loops_asked, words=ellipsoid.words, tell=say)
     return EffortSharingCandidate.without(
-        box, uncertainty, cells, diagnosis=found.diagnosis, words=found.words
+        box, uncertainty, cells, diagnosis=ellipsoid.diagnosis, words=ellipsoid.words
     )
 
 
@@ -115,7 +112,7 @@ def _common(
     """Return one invariant ellipsoid for all cells, each at its own wind rate."""
     corners = [loop_vertices(cell) for cell in cells]
     sizes = [len(v.A) for v in corners]
-    d = [v.fixed + each * v.per_wind_error for v, each in zip(corners, error, strict=True)]
+    d = [v.fixed + size * v.per_wind_error for v, size in zip(corners, error, strict=True)]
     return invariant_ellipsoid(
         np.concatenate([v.A for v in corners]),
         np.concatenate(d),
@@ -170,11 +167,11 @@ def _name(candidate: EffortSharingCandidate) -> str:
     """Return the claim's name in the checker's words, rounded so that it does not claim more."""
     cells = candidate.cells
     low, high = _stated(cells[0].wind.lower), _stated(cells[-1].wind.upper)
-    least = min(_stated(cell.effectiveness_limit.lower) for cell in cells)
-    most = max(_stated(cell.effectiveness_limit.upper) for cell in cells)
+    lowest = min(_stated(cell.effectiveness_limit.lower) for cell in cells)
+    highest = max(_stated(cell.effectiveness_limit.upper) for cell in cells)
     wake = "equilibrium wake"
-    if candidate.uncertainty.frozen_wake and least > 0:
-        reach = f"{at_least(least, 3)} to {at_least(most, 3)} rad/s^2 per rad"
+    if candidate.uncertainty.frozen_wake and lowest > 0:
+        reach = f"{at_least(lowest, 3)} to {at_least(highest, 3)} rad/s^2 per rad"
         wake = f"pitch effectiveness up to {reach}"
     return f"effort-sharing loop, {at_most(low, 6)} to {at_least(high, 6)} m/s, {wake}"
 
@@ -239,16 +236,16 @@ DIGITS = 3
 def why_not_proved(candidate: EffortSharingCandidate) -> str:
     """Return, in words, the winds of a candidate that are not proved, and why; empty for none."""
     if candidate.P is None:
-        why = failing_winds(candidate.cells)
-        return f"no common quadratic function over all winds was found; {why}"
+        reason = failing_winds(candidate.cells)
+        return f"no common quadratic function over all winds was found; {reason}"
     pairs = zip(candidate.cells, candidate.wind_error, strict=True)
-    bad = [cell for cell, error in pairs if not error > 0]
-    if not bad:
+    unproved = [cell for cell, error in pairs if not error > 0]
+    if not unproved:
         return ""
     return (
-        f"the common quadratic function allows no wind error in {len(bad)} of "
-        f"{len(candidate.cells)} wind cells: {', '.join(map(_span, bad[:3]))} m/s"
-        f"{' and more' if len(bad) > 3 else ''}"
+        f"the common quadratic function allows no wind error in {len(unproved)} of "
+        f"{len(candidate.cells)} wind cells: {', '.join(map(_span, unproved[:3]))} m/s"
+        f"{' and more' if len(unproved) > 3 else ''}"
     )
 
 
@@ -353,14 +350,15 @@ def larger_least_pitch(
     ----------
     remade : returns the law of the turbine with another smallest pitch, with gains of its own.
     """
-    for more in LARGER_PITCHES:
-        pitch = math.floor(math.degrees(turbine.pitch_min) + more + 1e-9)
-        other = replace(turbine, pitch_min=math.radians(pitch))
+    for increase in LARGER_PITCHES:
+        pitch = math.floor(math.degrees(turbine.pitch_min) + increase + 1e-9)
+        with_pitch = replace(turbine, pitch_min=math.radians(pitch))
         try:
-            found = effort_sharing_candidate(other, remade(other), box=box, uncertainty=uncertainty)
+            law = remade(with_pitch)
+            candidate = effort_sharing_candidate(with_pitch, law, box=box, uncertainty=uncertainty)
         except ModelError:
             continue  # No trim, no gain, or a box that leaves the table, with this angle.
-        if not why_not_proved(found):
+        if not why_not_proved(candidate):
             return f"a smallest pitch of {pitch:g} deg would do (pitch.minimum of the file)"
     return ""
 

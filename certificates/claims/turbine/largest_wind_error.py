@@ -16,7 +16,7 @@ from takagi.certificates.claims.turbine.cell_loop import CellLoop
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale
 from takagi.models.arrays import Floats
-from takagi.models.laws.effort_sharing.loop_cell import (
+from takagi.models.laws.effort_sharing.law import (
     LoopBox,
     LoopCell,
     LoopUncertainty,
@@ -117,10 +117,10 @@ def largest_wind_errors(
     """
     stated = np.round(P * SHRINK, 4)
     classes = [
-        cell_class(stated, *each)
-        for each in zip(loops.cells, loops.rates, loops.error, strict=True)
+        cell_class(stated, *result)
+        for result in zip(loops.cells, loops.rates, loops.error, strict=True)
     ]
-    corners = [loop_vertices(each.cell) for each in classes]
+    corners = [loop_vertices(result.cell) for result in classes]
     if tell is not None:
         tell("the largest common decay rate")
     settling, common = _settling(stated, corners)
@@ -128,11 +128,11 @@ def largest_wind_errors(
     return EffortSharingCandidate(
         box=loops.box,
         uncertainty=loops.uncertainty,
-        cells=tuple(each.cell for each in classes),
+        cells=tuple(result.cell for result in classes),
         P=stated,
-        multipliers=np.array([round(each.multiplier, 7) for each in classes]),
-        wind_error=np.array([each.wind_error for each in classes]),
-        wind_rate=np.array([float(each.cell.wind_rate) for each in classes]),
+        multipliers=np.array([round(result.multiplier, 7) for result in classes]),
+        wind_error=np.array([result.wind_error for result in classes]),
+        wind_rate=np.array([float(result.cell.wind_rate) for result in classes]),
         decay_rate=np.floor(RESERVE * np.array(decay) * 1e5) / 1e5,
         settling_P=settling,
         common_rate=common,
@@ -193,12 +193,12 @@ class CellClass:
     wind_error: float
 
 
-def asked_rates(loops: Sequence[CellLoop], box: LoopBox, shape: WindClass) -> list[Fraction]:
+def class_rates(loops: Sequence[CellLoop], box: LoopBox, shape: WindClass) -> list[Fraction]:
     """Return the wind rate to enclose in each cell [m/s^2], in the decimals that are emitted."""
     rates = []
     for loop in loops:
-        wanted = float(np.interp(float(loop.wind.centre), shape.wind, shape.rate))
-        rate, answer = _down(wanted), loop.gamma.lower * box.speed_signal
+        class_rate = float(np.interp(float(loop.wind.centre), shape.wind, shape.rate))
+        rate, answer = _down(class_rate), loop.gamma.lower * box.speed_signal
         for _ in range(STEPS):
             if _bearable(loop, rate, answer):
                 break
@@ -213,11 +213,11 @@ def calmer(rate: Fraction, factor: float) -> Fraction:
 
 
 def _bearable(loop: CellLoop, rate: Fraction, answer: Fraction) -> bool:
-    left = loop.reference_slope(rate) * rate
+    unfollowed = loop.reference_slope(rate) * rate
     room = loop.drive_share(rate) >= min(
         Fraction(str(DRIVE_SHARE)), loop.drive_share(Fraction(0))
     ) * Fraction(9, 10)
-    return room and left <= Fraction(str(ANSWER_SHARE)) * answer
+    return room and unfollowed <= Fraction(str(ANSWER_SHARE)) * answer
 
 
 def cell_class(P: Floats, loop: CellLoop, rate: Fraction, asked_error: float) -> CellClass:
@@ -226,13 +226,13 @@ def cell_class(P: Floats, loop: CellLoop, rate: Fraction, asked_error: float) ->
     The wind error is 0 if P fails even at constant schedule wind.
     """
     at_rest = _largest_class(P, loop.enclosed(0), loop.widest_error)
-    least = min(LEAST_ERROR * asked_error, LEAST_AT_REST * at_rest.wind_error)
+    least_error = min(LEAST_ERROR * asked_error, LEAST_AT_REST * at_rest.wind_error)
     if at_rest.wind_error == 0:
         return at_rest
     for _ in range(STEPS):
-        found = _largest_class(P, loop.enclosed(rate), loop.widest_error)
-        if found.wind_error >= least:
-            return found
+        at_rate = _largest_class(P, loop.enclosed(rate), loop.widest_error)
+        if at_rate.wind_error >= least_error:
+            return at_rate
         rate = calmer(rate, LOWER)
     return at_rest
 

@@ -5,12 +5,8 @@ consequence that a design does not have cannot make the file UNDECIDED. The reas
 left out is recorded in the file's provenance.  The claim about the loop with its observer is by
 itself: of it those winds are claimed at which a function was found.
 
-How fast the actuators move on a certified set: the candidate of a claim ``actuator-rates``.
-
-The bounds themselves are those of the checker
-(``certificates/checker/turbine/effort_sharing/actuator_rates.py``),
-rounded up; computed here, in floating point, are B and the largest |v_s''| that the torque's rate
-limit allows. Nothing is proved here.
+The bounds of a claim ``actuator-rates`` are the checker's, rounded up.  Computed here, in floating
+point, are B and the largest |v_s''| that the torque's rate limit allows.
 """
 
 from __future__ import annotations
@@ -24,9 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.reader import number, read_text
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import (
     CellRates,
@@ -49,14 +46,14 @@ from takagi.models.intervals.interval import exact
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.turbine.data import Turbine
 
-Made = Callable[[], "dict[str, Any] | None"]
+ClaimMaker = Callable[[], "dict[str, Any] | None"]
 
 
 def loop_document(
     turbine: Turbine,
     law: EffortSharingLaw,
     candidate: EffortSharingCandidate,
-    asked: object,
+    configuration: object,
     *,
     files: Sequence[Path] = (),
     controller: Mapping[str, Any] | None = None,
@@ -81,14 +78,14 @@ def loop_document(
         if tell is not None:
             tell("loop with its observer, at constant winds")
         inertia = claims[0]["uncertainty"]["inertia"]
-        running, why = running_claim(model, gains, controller, inertia)
+        running, reasons = running_claim(model, gains, controller, inertia)
         claims += running
-        left_out |= why
+        left_out |= reasons
     return certificate_document(
         model=model,
         gains=gains,
         claims=claims,
-        provenance=provenance(asked, {"joint analysis": candidate.words, **left_out}),
+        provenance=provenance(configuration, {"joint analysis": candidate.words, **left_out}),
         files=files,
     )
 
@@ -109,11 +106,11 @@ def loop_claims(
         rate = (claims[1], 1) if len(claims) > 1 else None
         return actuator_rates_claim(model, gains, loop, wind_rate=rate)
 
-    rests: dict[str, Made] = {
+    makers: dict[str, ClaimMaker] = {
         "wind-rate": lambda: wind_rate_claim(loop, float(gains["wind_filter"])),
         "actuator-rates": actuators,
     }
-    for kind, make in rests.items():
+    for kind, make in makers.items():
         try:
             claim = make()
         except Refused as reason:
@@ -157,16 +154,16 @@ def _open(
     claim: Mapping[str, Any],
     model: Mapping[str, Any],
     gains: Mapping[str, Any],
-    before: Sequence[Mapping[str, Any]],
+    earlier: Sequence[Mapping[str, Any]],
 ) -> str:
     """Return why the checker would not prove a claim of the loop, or nothing."""
-    parts = {"model": model, "gains": gains, "claims": [*before, claim]}
-    data, place = read_text(json.dumps(parts), "candidate"), len(before)
+    members = {"model": model, "gains": gains, "claims": [*earlier, claim]}
+    data, index = read_text(json.dumps(members), "candidate"), len(earlier)
     below: list[Outcome] = [
-        Claim(str(one["kind"]), Verdict.PROVED, "taken as proved") for one in before
+        Claim(str(claim_["kind"]), Verdict.PROVED, "taken as proved") for claim_ in earlier
     ]
-    found = replay(data["claims"][place], data, None, below, f"claims[{place}]")
-    return "" if found.verdict is Verdict.PROVED else in_words(found).text
+    outcome = replay(data["claims"][index], data, None, below, f"claims[{index}]")
+    return "" if outcome.verdict is Verdict.PROVED else in_words(outcome).text
 
 
 # Factor on B, which is found in floating point.
@@ -193,15 +190,15 @@ def actuator_rates_claim(
     wind_rate : its claim of kind ``wind-rate`` and that claim's number; the claim refers to it if
         all of its winds keep the stated |v_s''|.
     """
-    parts = {"model": dict(model), "gains": dict(gains), "loop": dict(loop)}
+    members = {"model": dict(model), "gains": dict(gains), "loop": dict(loop)}
     if wind_rate is not None:
-        parts["rate"] = dict(wind_rate[0])
-    data = read_text(json.dumps(parts), "candidate")
+        members["rate"] = dict(wind_rate[0])
+    data = read_text(json.dumps(members), "candidate")
     subject = Subject.read(data["loop"], data["model"], data["gains"], "loop")
     bounds = cell_rates(subject, data["loop"], "loop")
     P = np.linalg.inv(np.array(loop["P"], dtype=np.float64))
     signal = [_signal_rate(bound, P) for bound in bounds]
-    rests = [b.torque_rate(B, Fraction(0)) for b, B in zip(bounds, signal, strict=True)]
+    resting_rates = [b.torque_rate(B, Fraction(0)) for b, B in zip(bounds, signal, strict=True)]
     limit = number(data["model"], "torque_rate_limit", "model")
     rates = [number(cell, "wind_rate", "loop") for cell in data["loop"]["cells"]]
     claim: dict[str, Any] = {
@@ -213,9 +210,9 @@ def actuator_rates_claim(
             {
                 "pitch_rate": float(_pitch(bound, data["model"])),
                 "signal_rate": float(B),
-                **_torque(bound, rest, limit),
+                **_torque(bound, resting, limit),
             }
-            for bound, B, rest in zip(bounds, signal, rests, strict=True)
+            for bound, B, resting in zip(bounds, signal, resting_rates, strict=True)
         ],
     }
     if wind_rate is not None:
@@ -224,7 +221,7 @@ def actuator_rates_claim(
         )
         stated = [exact(cell["schedule_bend"]) for cell in claim["cells"]]
         triples = zip(bounds, bends, stated, strict=True)
-        if all(bend <= most for bound, bend, most in triples if bound.fed):
+        if all(bend <= limit_bend for bound, bend, limit_bend in triples if bound.fed):
             claim["wind_rate"] = wind_rate[1]
     return claim
 
@@ -242,11 +239,11 @@ def _pitch(bound: CellRates, model: Any) -> Fraction:
     return min(limit, _up(bound.pitch))
 
 
-def _torque(bound: CellRates, rest: Fraction, limit: Fraction) -> dict[str, float]:
+def _torque(bound: CellRates, resting: Fraction, limit: Fraction) -> dict[str, float]:
     """Return the torque's rate, and |v_s''| [m/s^3]: 0 without a feed-forward or without margin."""
-    if not bound.fed or rest >= limit:
-        return {"torque_rate": float(_up(rest)), "schedule_bend": 0.0}
-    bend = math.floor((limit - rest) / bound.fed * 10**DIGITS) / 10**DIGITS
+    if not bound.fed or resting >= limit:
+        return {"torque_rate": float(_up(resting)), "schedule_bend": 0.0}
+    bend = math.floor((limit - resting) / bound.fed * 10**DIGITS) / 10**DIGITS
     return {"torque_rate": float(limit), "schedule_bend": bend}
 
 

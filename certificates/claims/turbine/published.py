@@ -21,11 +21,10 @@ from takagi.certificates.claims.turbine.published_search import (
     search_cells,
 )
 from takagi.models.laws.protocol import law_words
-from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.equilibrium import Equilibrium
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.loop_tables import schedule_band
-from takagi.models.laws.published.regional_schedule import RegionalSchedule
+from takagi.models.laws.published.regional_schedule import CouplingFilter, RegionalSchedule
 from takagi.models.ramps import Ramp
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
@@ -55,7 +54,7 @@ class PublishedCandidate:
     @property
     def covered(self) -> list[Span]:
         """The winds of the cells, as disjoint ranges [m/s]."""
-        return merged([found.cell.wind for found in self.cells])
+        return merged([found_cell.cell.wind for found_cell in self.cells])
 
 
 def published_candidate(
@@ -80,13 +79,13 @@ def published_candidate(
     """
     width = NARROWEST if narrowest is None else narrowest
     search = PublishedSearch.of(law, narrowest=width, ladder=ladder)
-    asked = tuple(winds) if winds else ((law.turbine.cut_in, law.turbine.cut_out),)
-    found = [cell for span in asked for cell in search_cells(search, span)]
+    spans = tuple(winds) if winds else ((law.turbine.cut_in, law.turbine.cut_out),)
+    results = [cell for span in spans for cell in search_cells(search, span)]
     return PublishedCandidate(
         law,
-        asked,
-        tuple(cell for cell in found if isinstance(cell, FoundCell)),
-        tuple(cell for cell in found if isinstance(cell, Unproved)),
+        spans,
+        tuple(cell for cell in results if isinstance(cell, FoundCell)),
+        tuple(cell for cell in results if isinstance(cell, Unproved)),
         search.points,
     )
 
@@ -104,13 +103,13 @@ def overlap_candidates(law: PublishedLaw) -> Iterator[PublishedCandidate]:
         for torque in SHARES:
             if speed == torque == 1.0:
                 continue
-            moved = with_overlaps(
+            other_law = with_overlaps(
                 law,
                 speed_overlap=_short(coupling.speed_ramp.width * speed),
                 torque_overlap=_short(coupling.torque_overlap * torque),
             )
             yield claiming_what_holds(
-                published_candidate(moved, winds=windows, narrowest=WINDOW / 8)
+                published_candidate(other_law, winds=windows, narrowest=WINDOW / 8)
             )
 
 
@@ -156,40 +155,40 @@ def published_claim(candidate: PublishedCandidate) -> dict[str, Any]:
         "speed_overlap": coupling.speed_ramp.width,
         "torque_overlap": coupling.torque_overlap,
         "winds": [list(span) for span in candidate.winds],
-        "cells": [_cell(found) for found in candidate.cells],
+        "cells": [_cell(found_cell) for found_cell in candidate.cells],
         "unproved": [
             {"wind": list(gap.wind), "reason": gap.reason} for gap in _joined(candidate.unproved)
         ],
     }
 
 
-def _cell(found: FoundCell) -> dict[str, Any]:
-    cell = found.cell
+def _cell(found_cell: FoundCell) -> dict[str, Any]:
+    cell = found_cell.cell
     return {
         "wind": list(cell.wind),
-        "rest": found.rest,
+        "rest": found_cell.rest,
         "centre": cell.centre.tolist(),
         "box": cell.box.tolist(),
-        "P": found.P.tolist(),
+        "P": found_cell.P.tolist(),
         "corners": [
             {"low": low.tolist(), "high": high.tolist()}
             for low, high in zip(cell.low, cell.high, strict=True)
         ],
         "disturbance": cell.disturbance.tolist(),
-        "decay_rate": found.decay_rate,
-        "multiplier": found.multiplier,
+        "decay_rate": found_cell.decay_rate,
+        "multiplier": found_cell.multiplier,
     }
 
 
 def _joined(gaps: Sequence[Unproved]) -> list[Unproved]:
     """Return adjacent ranges joined, with the reason of the first."""
-    found: list[Unproved] = []
+    joined: list[Unproved] = []
     for gap in sorted(gaps, key=lambda g: g.wind):
-        if found and gap.wind[0] <= found[-1].wind[1]:
-            found[-1] = Unproved((found[-1].wind[0], gap.wind[1]), found[-1].reason)
+        if joined and gap.wind[0] <= joined[-1].wind[1]:
+            joined[-1] = Unproved((joined[-1].wind[0], gap.wind[1]), joined[-1].reason)
         else:
-            found.append(gap)
-    return found
+            joined.append(gap)
+    return joined
 
 
 def published_law_data(law: PublishedLaw) -> dict[str, Any]:

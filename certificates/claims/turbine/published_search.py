@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from takagi.lmi.analysis.interval_matrices import contraction, lyapunov_candidates
+from takagi.lmi.analysis.invariant_ellipsoid import contraction, lyapunov_candidates
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
@@ -108,7 +108,7 @@ class PublishedSearch:
         )
         return self._around(wind, centre, _kind(ends))
 
-    def _around(self, wind: tuple[float, float], centre: Floats, rest: str) -> FoundCell | Unproved:
+    def _around(self, wind: tuple[float, float], centre: Floats, kind: str) -> FoundCell | Unproved:
         units = UNITS[: centre.shape[1]]
         try:
             bound = disturbance_bound(self.figures, wind, centre)
@@ -124,12 +124,12 @@ class PublishedSearch:
         def sized(size: float) -> FoundCell | None:
             for P in candidates:
                 try:
-                    found = self._with(wind, centre, units, P, size, bound)
+                    contracting = self._with(wind, centre, units, P, size, bound)
                 except ModelError:
                     # This box leaves the range that can be enclosed; another shape may stay inside.
                     continue
-                if found is not None:
-                    return FoundCell(*found, rest)
+                if contracting is not None:
+                    return FoundCell(*contracting, kind)
             return None
 
         if self.ladder:
@@ -155,9 +155,9 @@ class PublishedSearch:
     ) -> FoundCell | Unproved:
         best: FoundCell | None = None
         for size in self.ladder:
-            found = sized(size)
-            if found is not None and (best is None or found.decay_rate > best.decay_rate):
-                best = found
+            candidate = sized(size)
+            if candidate is not None and (best is None or candidate.decay_rate > best.decay_rate):
+                best = candidate
             if best is not None and best.decay_rate >= BRISK * slowest:
                 break
         if best is not None:
@@ -187,11 +187,11 @@ class PublishedSearch:
         scaled = np.round(scaled, P_DIGITS)
         if np.linalg.eigvalsh(scaled)[0] <= 0:
             return None
-        shown = contraction(scaled, cell.low, cell.high, cell.disturbance)
-        if shown is None:
+        proof = contraction(scaled, cell.low, cell.high, cell.disturbance)
+        if proof is None:
             return None
-        rate = np.floor(RESERVE * shown.decay_rate * 1e7) / 1e7
-        alpha = np.round(shown.multiplier, 9)
+        rate = np.floor(RESERVE * proof.decay_rate * 1e7) / 1e7
+        alpha = np.round(proof.multiplier, 9)
         return (cell, scaled, float(rate), float(alpha)) if rate > 0 else None
 
 
@@ -201,20 +201,20 @@ def search_cells(
     """Yield cells over a range of winds, halved where they fail, down to the narrowest."""
     breaks = wind_breaks(search.figures, *winds)
     for low, high in zip(breaks, breaks[1:], strict=False):
-        pieces = max(1, int(np.ceil((high - low) / WIDEST - 1e-9)))
-        nodes = [float(v) for v in np.round(np.linspace(low, high, pieces + 1), 9)]
+        count = max(1, int(np.ceil((high - low) / WIDEST - 1e-9)))
+        nodes = [float(v) for v in np.round(np.linspace(low, high, count + 1), 9)]
         for wind in zip(nodes, nodes[1:], strict=False):
             yield from _halved(search, wind)
 
 
 def _halved(search: PublishedSearch, wind: tuple[float, float]) -> Iterator[FoundCell | Unproved]:
-    found = search.cell(wind)
+    result = search.cell(wind)
     low, high = wind
     narrowest = search.narrowest
-    if isinstance(found, Unproved) and found.hopeless:
+    if isinstance(result, Unproved) and result.hopeless:
         narrowest = max(narrowest, HOPELESS / 2)
-    if isinstance(found, FoundCell) or high - low < 2 * narrowest * ROUNDED:
-        yield found
+    if isinstance(result, FoundCell) or high - low < 2 * narrowest * ROUNDED:
+        yield result
         return
     middle = round((low + high) / 2, 9)
     yield from _halved(search, (low, middle))
@@ -234,22 +234,22 @@ def _kind(ends: list[Equilibrium]) -> str:
 
 def merged(spans: Sequence[Span], *, reach: float = 0.0) -> list[Span]:
     """Return the union as disjoint ranges, in order; those at most ``reach`` apart become one."""
-    found: list[Span] = []
+    union: list[Span] = []
     for low, high in sorted(spans):
-        if found and low <= found[-1][1] + reach:
-            found[-1] = found[-1][0], max(high, found[-1][1])
+        if union and low <= union[-1][1] + reach:
+            union[-1] = union[-1][0], max(high, union[-1][1])
         else:
-            found.append((low, high))
-    return found
+            union.append((low, high))
+    return union
 
 
 def gaps(span: Span, covered: Sequence[Span]) -> list[Span]:
     """Return the parts of a range outside ``covered``, whose ranges are disjoint and ordered."""
-    low, left = span[0], []
+    low, outside = span[0], []
     for start, stop in covered:
         if stop <= low or start >= span[1]:
             continue
         if start > low:
-            left.append((low, start))
+            outside.append((low, start))
         low = stop
-    return [*left, (low, span[1])] if low < span[1] else left
+    return [*outside, (low, span[1])] if low < span[1] else outside

@@ -43,8 +43,7 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
     cell_obligations,
 )
 from takagi.certificates.checker.turbine.turbine_claim import refusal_fails
-from takagi.lmi.cone.assemble import Cone
-from takagi.lmi.cone.program import ConeProgram
+from takagi.lmi.cone.cone_program import Cone, ConeProgram
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
 
@@ -73,7 +72,7 @@ HALVINGS = 2
 WIDEST_SHARE, DIGITS = Fraction(1, 5), 8
 # Margins with which the inequalities are posed, so that they hold after rounding: a rate that is
 # larger by a twentieth, smaller multipliers and boxes.  Then the factor of the least eigenvalue.
-FASTER, MARGIN, LEAST_WEIGHT = 1.05, 1e-3, 2.0
+RATE_FACTOR, MARGIN, LEAST_WEIGHT = 1.05, 1e-3, 2.0
 Loop = tuple[Floats, Floats]
 
 
@@ -100,11 +99,11 @@ def running_candidate(
             why = str(reason)
         if why:
             continue
-        found = _solved(cell, subject.decay)
-        if found is None:
+        function = _solved(cell, subject.decay)
+        if function is None:
             why = "no quadratic function was found"
             continue
-        stated = StatedCell(winds, cell.sides, *found)
+        stated = StatedCell(winds, cell.sides, *function)
         required = cell_obligations(
             subject.plant, subject.law, subject.machine, stated, subject.decay
         )
@@ -134,8 +133,8 @@ def box_of_size(subject: Subject, size: Fraction) -> Sides:
     effort = _two_digits(subject.law.overlap / OVERLAP)
     factors = dict.fromkeys(SPEEDS, speed) | dict.fromkeys(EFFORTS, effort)
     return Sides(**{
-        one.name: size * factors.get(one.name, Fraction(1)) * getattr(LARGEST, one.name)
-        for one in fields(Sides)
+        side.name: size * factors.get(side.name, Fraction(1)) * getattr(LARGEST, side.name)
+        for side in fields(Sides)
     })  # fmt: skip
 
 
@@ -159,16 +158,16 @@ def _solved(cell: Cell, decay: Fraction) -> tuple[Rows, list[dict[str, Fraction]
     boxes = []
     for h, bound in rows(cell, span).values():
         boxes.append(np.array(h, dtype=np.float64) * unit / float(bound))
-    posed = [equations(cell, span, held) for held in _pieces(cell)]
-    loops = [_scaled(*one, unit) for one in posed]
-    found = _largest_set([(F, Z) for F, Z, _ in loops], np.array(boxes), float(decay))
-    if found is None:
+    posed = [equations(cell, span, share_range) for share_range in _pieces(cell)]
+    loops = [_scaled(*equations_of_piece, unit) for equations_of_piece in posed]
+    largest_set = _largest_set([(F, Z) for F, Z, _ in loops], np.array(boxes), float(decay))
+    if largest_set is None:
         return None
-    P = found[0] / np.outer(unit, unit)
+    P = largest_set[0] / np.outer(unit, unit)
     exact = [[_decimal((P[i, j] + P[j, i]) / 2) for j in range(order)] for i in range(order)]
     multipliers = [
         dict(zip(signals.names, map(_decimal, tau / scale**2), strict=True))
-        for tau, (signals, _), (_, _, scale) in zip(found[1], posed, loops, strict=True)
+        for tau, (signals, _), (_, _, scale) in zip(largest_set[1], posed, loops, strict=True)
     ]
     return exact, multipliers
 
@@ -187,21 +186,21 @@ def _units(cell: Cell) -> Floats:
 def _scaled(signals: Signals, rates: list[Signal], unit: Floats) -> tuple[Floats, Floats, Floats]:
     """Return rates and outer signals in units of the box, and the units of the w."""
     F = np.array([signals.row(rate) for rate in rates], dtype=np.float64)
-    Z = np.array([signals.row(one) for one in signals.outer], dtype=np.float64)
+    Z = np.array([signals.row(signal) for signal in signals.outer], dtype=np.float64)
     scale, order = np.zeros(len(Z)), len(unit)
     for i, row in enumerate(np.abs(Z)):
         scale[i] = max(float((row[:order] * unit).max()), 1e-9)
         scale[i] = max(scale[i], float((row[order:] * scale).max()))
-    whole = np.concatenate([unit, scale])
-    return F * whole / unit[:, None], Z * whole / scale[:, None], scale
+    units = np.concatenate([unit, scale])
+    return F * units / unit[:, None], Z * units / scale[:, None], scale
 
 
 def _decimal(value: float) -> Fraction:
     """Return the number with eight digits."""
     if value == 0:
         return Fraction(0)
-    places = DIGITS - 1 - floor(log10(abs(value)))
-    ten = Fraction(10) ** places
+    decimals = DIGITS - 1 - floor(log10(abs(value)))
+    ten = Fraction(10) ** decimals
     return round(Fraction(value) * ten) / ten
 
 
@@ -224,21 +223,22 @@ def _largest_set(
     constants: list[Floats] = []
     basis = [_unit_matrix(n, i, j) for i, j in pairs]
     rows = np.zeros((len(boxes), size))
-    for place, E in enumerate(basis):
-        rows[:, place] = np.einsum("ri,ij,rj->r", boxes, E, boxes)
+    for index, E in enumerate(basis):
+        rows[:, index] = np.einsum("ri,ij,rj->r", boxes, E, boxes)
     cones: list[Cone] = []
-    after = 0
-    for which, (rates, outer) in enumerate(loops):
-        k = counts[which]
-        parts = [*_by_function(rates, outer, basis, FASTER * decay), *_by_multipliers(rates, outer)]
-        of = [*range(len(pairs)), *range(starts[which], starts[which] + k)]
+    offset = 0
+    for number, (rates, outer) in enumerate(loops):
+        k = counts[number]
+        entries = list(_by_function(rates, outer, basis, RATE_FACTOR * decay))
+        entries += _by_multipliers(rates, outer)
+        entry_columns = [*range(len(pairs)), *range(starts[number], starts[number] + k)]
         blank = np.zeros((n + k) * (n + k + 1) // 2)
-        held = dict(zip(of, parts, strict=True))
+        entry_of = dict(zip(entry_columns, entries, strict=True))
         for column in range(size):
-            columns[column].append(_packed(held[column]) if column in held else blank)
+            columns[column].append(_packed(entry_of[column]) if column in entry_of else blank)
         constants.append(np.zeros(len(blank)))
-        cones.append(Cone(n + k, 1, after))
-        after += (n + k) * (n + k + 1) // 2
+        cones.append(Cone(n + k, 1, offset))
+        offset += (n + k) * (n + k + 1) // 2
     # Q - q I >= 0.
     for column in range(size):
         if column < len(pairs):
@@ -246,7 +246,7 @@ def _largest_set(
         else:
             columns[column].append(_packed(np.eye(n)) * float(column == size - 1))
     constants.append(np.zeros(n * (n + 1) // 2))
-    cones.append(Cone(n, 1, after))
+    cones.append(Cone(n, 1, offset))
     A = np.vstack([rows, np.column_stack([np.concatenate(column) for column in columns])])
     b = np.concatenate([np.full(len(boxes), 1 - MARGIN), *constants])
     q = -np.array([float(i == j) for i, j in pairs] + [0.0] * (size - len(pairs)))
@@ -277,16 +277,16 @@ def _by_multipliers(rates: Floats, outer: Floats) -> Iterator[Floats]:
     n, k = len(rates), len(outer)
     along = np.vstack([rates[:, -k:], outer[:, -k:]]) if k else np.zeros((n, 0))
     for i in range(k):
-        found = np.outer(along[:, i], along[:, i])
-        found[n + i, n + i] -= 1 - MARGIN
-        yield found
+        contribution = np.outer(along[:, i], along[:, i])
+        contribution[n + i, n + i] -= 1 - MARGIN
+        yield contribution
 
 
 def _unit_matrix(n: int, i: int, j: int) -> Floats:
     """Return the symmetric matrix with ones at (i, j) and (j, i)."""
-    found = np.zeros((n, n))
-    found[i, j] = found[j, i] = 1.0
-    return found
+    matrix = np.zeros((n, n))
+    matrix[i, j] = matrix[j, i] = 1.0
+    return matrix
 
 
 def _packed(matrix: Floats) -> Floats:

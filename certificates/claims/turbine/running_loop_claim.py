@@ -34,8 +34,8 @@ from takagi.models.errors import ModelError
 DECAY, WAKE = 0.004, (0.635, 1.27)
 # The least width of a cell if no function is found, and if the box is small [m/s]; a box is small
 # below this share of the largest one.
-LEAST_WIDTH, FINEST, SMALL = Fraction(1, 250), Fraction(1, 80), Fraction(1, 10)
-PLACES = 10_000
+LEAST_WIDTH, LEAST_SMALL_WIDTH, SMALL_SIZE = Fraction(1, 250), Fraction(1, 80), Fraction(1, 10)
+WIND_DENOMINATOR = 10_000
 
 
 def running_loop_claim(
@@ -107,20 +107,20 @@ def _stated_controller(
     Refused : one of them is missing, or the law has no filter of the wind estimate.
     ModelError : one of them is no object.
     """
-    if any(part not in controller for part in STATED):
+    if any(key not in controller for key in STATED):
         raise Refused("the gain file has no observer, or no low-pass on the measured speed")
-    for part, names in STATED.items():
-        if not isinstance(controller[part], Mapping):
+    for key, names in STATED.items():
+        if not isinstance(controller[key], Mapping):
             raise ModelError(
-                f"controller[{part!r}] is {controller[part]!r}; an object with "
+                f"controller[{key!r}] is {controller[key]!r}; an object with "
                 f"{', '.join(names)} is needed, as gains.json has it: give that one, or "
                 "leave the member out for a law without it"
             )
     if not gains["wind_filter"] > 0:
         raise Refused("the law has no filter of the wind estimate")
     return {
-        part: {name: controller[part][name] for name in names if name in controller[part]}
-        for part, names in STATED.items()
+        key: {name: controller[key][name] for name in names if name in controller[key]}
+        for key, names in STATED.items()
     }
 
 
@@ -145,12 +145,12 @@ def cells_over_winds(subject: Subject) -> Iterator[StatedCell]:
 
 def _cells(subject: Subject, winds: Span, hint: int) -> Iterator[StatedCell]:
     """Yield the cells of one interval; ``hint`` is the place of the last cell's size."""
-    found = _largest(subject, winds, hint)
+    cell_of_interval = _largest(subject, winds, hint)
     low, high = winds
-    middle = Fraction(round((low + high) / 2 * PLACES), PLACES)
+    middle = Fraction(round((low + high) / 2 * WIND_DENOMINATOR), WIND_DENOMINATOR)
     halves = ((low, middle), (middle, high))
-    if found is not None and not _is_small(subject, found, halves):
-        yield found
+    if cell_of_interval is not None and not _is_small(subject, cell_of_interval, halves):
+        yield cell_of_interval
     elif high - low >= 2 * LEAST_WIDTH:
         for half in halves:
             for cell in _cells(subject, half, hint):
@@ -160,22 +160,22 @@ def _cells(subject: Subject, winds: Span, hint: int) -> Iterator[StatedCell]:
 
 def _largest(subject: Subject, winds: Span, hint: int) -> StatedCell | None:
     """Return the cell with the largest box, or None; sizes change slowly over wind."""
-    found, _ = running_candidate(subject, winds, sizes=SIZES[hint:])
-    place = hint if found is None else _place(found)
-    while found is not None and 0 < place <= hint:
-        larger, _ = running_candidate(subject, winds, sizes=SIZES[place - 1 : place])
+    best, _ = running_candidate(subject, winds, sizes=SIZES[hint:])
+    index = hint if best is None else _place(best)
+    while best is not None and 0 < index <= hint:
+        larger, _ = running_candidate(subject, winds, sizes=SIZES[index - 1 : index])
         if larger is None:
             break
-        found, place = larger, place - 1
-    return found
+        best, index = larger, index - 1
+    return best
 
 
-def _is_small(subject: Subject, found: StatedCell, halves: tuple[Span, Span]) -> bool:
+def _is_small(subject: Subject, cell: StatedCell, halves: tuple[Span, Span]) -> bool:
     """Return whether a box is small, and narrower cells would have a larger one."""
-    place = _place(found)
-    if SIZES[place] >= SMALL or halves[0][1] - halves[0][0] < FINEST or place == 0:
+    index = _place(cell)
+    if SIZES[index] >= SMALL_SIZE or halves[0][1] - halves[0][0] < LEAST_SMALL_WIDTH or index == 0:
         return False
-    larger = SIZES[place - 1 : place]
+    larger = SIZES[index - 1 : index]
     return any(running_candidate(subject, half, sizes=larger)[0] is not None for half in halves)
 
 
@@ -185,23 +185,23 @@ def _place(cell: StatedCell) -> int:
 
 def _joined(cells: Sequence[StatedCell]) -> list[Span]:
     """Return the ranges of winds that cells cover."""
-    found: list[Span] = []
+    joined: list[Span] = []
     for low, high in (cell.winds for cell in cells):
-        if found and found[-1][1] == low:
-            found[-1] = (found[-1][0], high)
+        if joined and joined[-1][1] == low:
+            joined[-1] = (joined[-1][0], high)
         else:
-            found.append((low, high))
-    return found
+            joined.append((low, high))
+    return joined
 
 
 def _data(cell: StatedCell) -> dict[str, Any]:
     """Return a cell as plain data, with floats that print as the short decimals of the cell."""
     return {
         "wind": _row(cell.winds),
-        "sides": {one.name: float(getattr(cell.sides, one.name)) for one in fields(Sides)},
+        "sides": {side.name: float(getattr(cell.sides, side.name)) for side in fields(Sides)},
         "P": [_row(row) for row in cell.P],
         "multipliers": [
-            {name: float(value) for name, value in piece.items()} for piece in cell.multipliers
+            {name: float(value) for name, value in by_name.items()} for by_name in cell.multipliers
         ],
     }
 

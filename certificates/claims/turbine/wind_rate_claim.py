@@ -74,19 +74,16 @@ def wind_rate_claim(loop: Mapping[str, Any], wind_filter: float) -> dict[str, An
     if wind_filter <= 0:
         return None
     cells = loop["cells"]
-    whole = rate_range(cells, wind_filter)
-    if float(whole.estimate_rate.max()) <= 0:
+    all_winds = rate_range(cells, wind_filter)
+    if float(all_winds.estimate_rate.max()) <= 0:
         return None
-    ranges = [whole]
-    upper = _full_load(cells, wind_filter)
-    if upper is not None:
-        ranges.append(upper)
+    ranges = filter(None, (all_winds, _full_load(cells, wind_filter)))
     low, high = cells[0]["wind"][0], cells[-1]["wind"][1]
     return {
         "name": f"wind rate, {low:g} to {high:g} m/s",
         "kind": "wind-rate",
         "loop": 0,
-        "ranges": [one.data() for one in ranges],
+        "ranges": [one_range.data() for one_range in ranges],
     }
 
 
@@ -106,14 +103,14 @@ def rate_range(
     nodes = np.array([_cone(s, edges, caps, STEEPEST / wind_filter) for s in edges])
     wind, phi = _with_bends(edges, caps, nodes, GENTLE / wind_filter)
     phi = _down(phi)
-    rows, most = _conditions(wind, phi, wind_filter)
-    rate = _down((1 - 1e-9) * _largest(rows, most, phi))
+    rows, bounds = _conditions(wind, phi, wind_filter)
+    rate = _down((1 - 1e-9) * _largest(rows, bounds, phi))
     # The linear program may return slightly less than phi; phi itself is used if it is feasible.
-    near = np.where(rate > phi - 2 * 10.0**-DIGITS, phi, rate)
-    near = np.where((rows[rows @ near > most + 1e-12] != 0).any(axis=0), rate, near)
-    stated = _exact(wind, near, phi, estimate_error)
+    nearest = np.where(rate > phi - 2 * 10.0**-DIGITS, phi, rate)
+    nearest = np.where((rows[rows @ nearest > bounds + 1e-12] != 0).any(axis=0), rate, nearest)
+    stated = _exact(wind, nearest, phi, estimate_error)
     fits = not first_failure(filter_keeps_up(stated, exact(wind_filter)))
-    return RateRange(wind, near if fits else rate, phi, estimate_error)
+    return RateRange(wind, nearest if fits else rate, phi, estimate_error)
 
 
 def _exact(wind: Floats, rate: Floats, phi: Floats, error: float) -> Range:
@@ -122,8 +119,8 @@ def _exact(wind: Floats, rate: Floats, phi: Floats, error: float) -> Range:
 
 
 def _caps(cells: Sequence[Mapping[str, Any]], wind_filter: float, error: float) -> Floats:
-    left = np.array([cell["wind_error"] - error for cell in cells]) / wind_filter
-    return np.maximum(np.minimum([cell["wind_rate"] for cell in cells], left), 0.0)
+    rates = np.array([cell["wind_error"] - error for cell in cells]) / wind_filter
+    return np.maximum(np.minimum([cell["wind_rate"] for cell in cells], rates), 0.0)
 
 
 def _cone(s: float, edges: Floats, caps: Floats, slope: float) -> float:
@@ -134,40 +131,41 @@ def _cone(s: float, edges: Floats, caps: Floats, slope: float) -> float:
 
 def _with_bends(edges: Floats, caps: Floats, nodes: Floats, slope: float) -> tuple[Floats, Floats]:
     """Return winds and phi: at the nodes, and where the gentle slope reaches a wide cell's cap."""
-    found = dict(zip(edges.tolist(), nodes.tolist(), strict=True))
+    phi_at = dict(zip(edges.tolist(), nodes.tolist(), strict=True))
     for k, cap in enumerate(caps.tolist()):
         low, high = float(edges[k]), float(edges[k + 1])
-        left, right = (cap - found[end] for end in (low, high))
-        if 0 <= left and 0 <= right and left + right < slope * (high - low):
-            for at, rise in ((low + left / slope, left), (high - right / slope, right)):
-                if rise > 0:
-                    found[round(at, 4)] = cap
-    wind = sorted(found)
-    return np.array(wind), np.array([found[s] for s in wind])
+        rise_low, rise_high = (cap - phi_at[end] for end in (low, high))
+        if 0 <= rise_low and 0 <= rise_high and rise_low + rise_high < slope * (high - low):
+            if rise_low > 0:
+                phi_at[round(low + rise_low / slope, 4)] = cap
+            if rise_high > 0:
+                phi_at[round(high - rise_high / slope, 4)] = cap
+    wind = sorted(phi_at)
+    return np.array(wind), np.array([phi_at[s] for s in wind])
 
 
 def _conditions(wind: Floats, phi: Floats, wind_filter: float) -> tuple[Floats, Floats]:
-    """Return rows and bounds: if ``rows @ r <= most``, the filter's rate stays below phi."""
-    rows, most = [], []
+    """Return rows and bounds: if ``rows @ r <= bounds``, the filter's rate stays below phi."""
+    rows, bounds = [], []
     for i, (low, high) in enumerate(pairwise(wind.tolist())):
         slope = (phi[i + 1] - phi[i]) / (high - low)
         for ahead in (wind_filter, -wind_filter):
             for s in _meetings(wind, low, high, low + ahead * phi[i], high + ahead * phi[i + 1]):
                 here = phi[i] + slope * (s - low)
-                seen = s + ahead * here
-                if wind[0] - CLOSE <= seen <= wind[-1] + CLOSE:
-                    rows.append(_weights(wind, seen))
-                    most.append(here * (1 + ahead * slope))
-    return np.array(rows), np.array(most)
+                estimate = s + ahead * here
+                if wind[0] - CLOSE <= estimate <= wind[-1] + CLOSE:
+                    rows.append(_weights(wind, estimate))
+                    bounds.append(here * (1 + ahead * slope))
+    return np.array(rows), np.array(bounds)
 
 
-def _largest(rows: Floats, most: Floats, phi: Floats) -> Floats:
-    """Return r with rows r <= most, 0 <= r <= phi, and the largest sum of r / phi."""
+def _largest(rows: Floats, bounds: Floats, phi: Floats) -> Floats:
+    """Return r with rows r <= bounds, 0 <= r <= phi, and the largest sum of r / phi."""
     from scipy.optimize import linprog
 
     scale = np.maximum(phi, 10.0**-DIGITS)
-    done = linprog(-np.ones(len(phi)), rows * scale, most, bounds=[(0, 1)] * len(phi))
-    return np.asarray(done.x * scale if done.status == 0 else np.zeros(len(phi)))
+    result = linprog(-np.ones(len(phi)), rows * scale, bounds, bounds=[(0, 1)] * len(phi))
+    return np.asarray(result.x * scale if result.status == 0 else np.zeros(len(phi)))
 
 
 def _meetings(wind: Floats, low: float, high: float, first: float, last: float) -> Iterator[float]:
@@ -181,9 +179,9 @@ def _meetings(wind: Floats, low: float, high: float, first: float, last: float) 
 def _weights(wind: Floats, at: float) -> Floats:
     """Return the row that gives r at a wind from r at the nodes."""
     row = np.zeros(len(wind))
-    held = min(max(at, float(wind[0])), float(wind[-1]))
-    i = min(int(np.searchsorted(wind, held, side="right")) - 1, len(wind) - 2)
-    share = (held - wind[i]) / (wind[i + 1] - wind[i])
+    inside = min(max(at, float(wind[0])), float(wind[-1]))
+    i = min(int(np.searchsorted(wind, inside, side="right")) - 1, len(wind) - 2)
+    share = (inside - wind[i]) / (wind[i + 1] - wind[i])
     row[i : i + 2] = 1 - share, share
     return row
 
@@ -197,19 +195,19 @@ def _down(values: Floats) -> Floats:
 
 def _full_load(cells: Sequence[Mapping[str, Any]], wind_filter: float) -> RateRange | None:
     """Return the range up to the last wind with one constant rate, and with the largest error."""
-    asked = min(FULL_LOAD_RATE, float(cells[-1]["wind_rate"]))
-    first = len(cells)
+    rate = min(FULL_LOAD_RATE, float(cells[-1]["wind_rate"]))
+    first_cell = len(cells)
     # One rate has to hold in the whole range, so it ends at the first cell that encloses less.
-    while first and cells[first - 1]["wind_rate"] >= asked:
-        first -= 1
-    upper = cells[first:]
+    while first_cell and cells[first_cell - 1]["wind_rate"] >= rate:
+        first_cell -= 1
+    upper = cells[first_cell:]
     allowed = min(cell["wind_error"] for cell in upper)
-    asked = min(asked, math.floor(RATE_SHARE * allowed / wind_filter * 1e4) / 1e4)
+    rate = min(rate, math.floor(RATE_SHARE * allowed / wind_filter * 1e4) / 1e4)
     # At this rate the filter lags by wind_filter * asked, and the admissible error covers that too.
     # The factor keeps a product that is such a decimal but for rounding from losing its last unit.
-    error = math.floor((allowed - wind_filter * asked) * 1e4 * (1 + 1e-12)) / 1e4
-    if asked <= 0 or error < LEAST_ERROR:
+    error = math.floor((allowed - wind_filter * rate) * 1e4 * (1 + 1e-12)) / 1e4
+    if rate <= 0 or error < LEAST_ERROR:
         return None
     ends = np.array([upper[0]["wind"][0], upper[-1]["wind"][1]], dtype=np.float64)
-    rates = np.array([asked, asked])
+    rates = np.array([rate, rate])
     return RateRange(ends, rates, rates, error)

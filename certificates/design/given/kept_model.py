@@ -31,21 +31,20 @@ from takagi.certificates.controller.content import plain
 from takagi.certificates.design.given.plant_gains import read_gains, read_plant_law
 from takagi.certificates.document.certificate_file import as_read, content_of, files_sha256
 from takagi.models.arrays import Floats
-from takagi.models.equations.ball import balls_of
+from takagi.models.equations.equilibrium import balls_of
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant.file_units import file_unit
-from takagi.models.plant.plant import Plant
+from takagi.models.plant.plant import Plant, file_unit
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Variable
     from takagi.models.ts.model import TSModel
 
 # Members of the law that must agree with the plant, whatever the premises are.
 SHARED = ("sample_time", "state_names", "input_names")
-MOVED = (
+REST_MOVED = (
     "the rest has moved: the gains are proved about the rest of this plant, which is not that of "
     "their file; --gains-out FILE writes the law that is proved"
 )
@@ -87,23 +86,23 @@ def law_for(
     try:
         return GivenLaw(model, read_gains(path, model), None, ("gains were given",))
     except CertificateError as error:
-        first = error
+        error_without_change = error
     if is_of(model, path, files):
-        raise first
+        raise error_without_change
     try:
         # Nothing but the rest has moved.
-        K = read_gains(path, model, moved=True)
-        return GivenLaw(model, K, None, ("gains were given", MOVED))
+        K = read_gains(path, model, any_trim=True)
+        return GivenLaw(model, K, None, ("gains were given", REST_MOVED))
     except CertificateError as error:
-        first = error
+        error_without_change = error
     law = plain(read_plant_law(path))
     try:
-        kept = model_in_premises_of(plant, law, settings)
-        K = read_gains(path, kept, moved=True)
+        model_of_file = model_in_premises_of(plant, law, settings)
+        K = read_gains(path, model_of_file, any_trim=True)
     except (ModelError, CertificateError) as reason:
-        return _own_weights(model, law, path, first, str(reason))
+        return _own_weights(model, law, path, error_without_change, str(reason))
     notes = ("gains were given", "the premises of their file were kept")
-    return GivenLaw(kept, K, None, (*notes, *moved_rest(law, kept)))
+    return GivenLaw(model_of_file, K, None, (*notes, *moved_rest(law, model_of_file)))
 
 
 def model_in_premises_of(plant: Plant, law: Mapping[str, Any], settings: PlantSettings) -> TSModel:
@@ -137,7 +136,7 @@ def _premises(plant: Plant, law: Mapping[str, Any]) -> dict[sp.Symbol, sp.Expr]:
 
     variables = {v.name: v for v in plant.variables}
     symbols = {name: v.symbol for name, v in variables.items()}
-    moved = {
+    deviations = {
         f"delta_{name}": sp.Symbol(f"delta_{name}", real=True)
         for name, v in variables.items()
         if v.rest != 0 and f"delta_{name}" not in variables
@@ -145,21 +144,21 @@ def _premises(plant: Plant, law: Mapping[str, Any]) -> dict[sp.Symbol, sp.Expr]:
     balls = balls_of(plant)
     symbols |= {ball.symbol.name: ball.symbol for ball in balls.values()}
     back = {}
-    for name, symbol in moved.items():
+    for name, symbol in deviations.items():
         variable = variables[name.removeprefix("delta_")]
         ball = balls.get(variable.symbol)
-        rest = sp.Rational(*variable.rest.as_integer_ratio()) if ball is None else ball.symbol
-        back[symbol] = variable.symbol - rest
-    found = {}
+        at_rest = sp.Rational(*variable.rest.as_integer_ratio()) if ball is None else ball.symbol
+        back[symbol] = variable.symbol - at_rest
+    premises = {}
     for premise in law.get("premises", []):
         name, text = premise.get("name"), premise.get("expression")
         if not isinstance(text, str) or not isinstance(name, str) or not NAME.fullmatch(name):
             raise ModelError(f"premise {name!a} has no expression that could be kept")
-        expression = parse_expression(text, Scope({**symbols, **moved}))
-        found[sp.Symbol(name, real=True)] = expression.xreplace(back)
-    if not found:
+        expression = parse_expression(text, Scope({**symbols, **deviations}))
+        premises[sp.Symbol(name, real=True)] = expression.xreplace(back)
+    if not premises:
         raise ModelError("the law has no premises to keep")
-    return found
+    return premises
 
 
 def _number(value: float | int | str) -> str:
@@ -167,7 +166,7 @@ def _number(value: float | int | str) -> str:
 
 
 def _own_weights(
-    model: TSModel, law: Mapping[str, Any], path: Path, first: CertificateError, reason: str
+    model: TSModel, law: Mapping[str, Any], path: Path, first_error: CertificateError, reason: str
 ) -> GivenLaw:
     """Return the law with its own weights; it may differ from the model in its weights only."""
     from takagi.certificates.document.model_data import pdc_law_data
@@ -177,25 +176,26 @@ def _own_weights(
     K = np.array(law["K"], dtype=np.float64)
     data = plant_and_claim(model)[0]
     if data is None or "blending" in law:
-        raise first
-    wanted = plain(pdc_law_data(model, np.zeros((m, n))) | law_members(data))
-    apart = misfits(law, wanted)
-    if apart:
+        raise first_error
+    law_of_model = plain(pdc_law_data(model, np.zeros((m, n))) | law_members(data))
+    differing = next((key for key in SHARED if law.get(key) != law_of_model.get(key)), None)
+    mismatches = misfits(law, law_of_model)
+    if mismatches:
         raise CertificateError(
-            f"{path}: law.{_first_apart(law, wanted)} is not the model's, so the law cannot be run "
-            f"on this plant: {'; '.join(apart)}"
+            f"{path}: law.{differing or SHARED[0]} is not the model's, so the law cannot be run on "
+            f"this plant: {'; '.join(mismatches)}"
         )
-    if any(not _same(law.get(key), wanted.get(key)) for key in SHARED):
-        raise first
-    moved = moved_rest(law, model)
-    law = {**law, "trim": wanted["trim"]} if moved else law
+    if differing is not None:
+        raise first_error
+    rest_note = moved_rest(law, model)
+    law = {**law, "trim": law_of_model["trim"]} if rest_note else law
     if K.ndim != 3 or K.shape[1:] != (m, n):
-        raise first
+        raise first_error
     notes = (
         "gains were given",
         f"the premises of {path} are not kept: {reason}",
         "so the law has weights of its own: every vertex is taken with every gain",
-        *moved,
+        *rest_note,
     )
     return GivenLaw(model, K, law, notes)
 
@@ -206,7 +206,7 @@ def moved_rest(law: Mapping[str, Any], model: TSModel) -> tuple[str, ...]:
 
     data = plant_and_claim(model)[0]
     trim = {} if data is None else plain(law_members(data)).get("trim")
-    return () if _same(law.get("trim"), trim) else (MOVED,)
+    return () if law.get("trim") == trim else (REST_MOVED,)
 
 
 def is_of(model: TSModel, path: Path, files: Sequence[Path]) -> bool:
@@ -223,42 +223,33 @@ def is_of(model: TSModel, path: Path, files: Sequence[Path]) -> bool:
     if files:
         # Older gain files have a digest that includes the bytes of the model's files.
         members.append({"files_sha256": files_sha256(files)})
-    return any(stated == digest(as_read({**data, **more})) for more in members)
-
-
-def _first_apart(law: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    return next((key for key in SHARED if not _same(law.get(key), wanted.get(key))), SHARED[0])
-
-
-def _same(first: Any, second: Any) -> bool:
-    """Return whether two plain values are the same; 1 and 1.0 are."""
-    return bool(first == second)
+    return any(stated == digest(as_read({**data, **content})) for content in members)
 
 
 # Numbers in files are short decimals; a relative difference below this counts as none.
 _SAME = 1e-12
 
 
-def misfits(law: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
+def misfits(law: Mapping[str, Any], law_of_model: Mapping[str, Any]) -> list[str]:
     """Return why a law cannot be used for a plant: states, inputs, units, sample time, rest.
 
     Parameters
     ----------
-    law, wanted : the ``law`` of the gain file, and that of the present plant with any gains.
+    law, law_of_model : the ``law`` of the gain file, and that of the present plant with any gains.
     """
-    found: list[str] = []
-    for key, what in (("state_names", "state"), ("input_names", "input")):
+    mismatches: list[str] = []
+    for key, word in (("state_names", "state"), ("input_names", "input")):
         ours, theirs = (
-            [str(label) for label in one.get(key) or []] if isinstance(one.get(key), list) else []
-            for one in (law, wanted)
+            [str(label) for label in labels] if isinstance(labels := data.get(key), list) else []
+            for data in (law, law_of_model)
         )
-        found += _labels(ours, theirs, what)
-    old, new = law.get("sample_time"), wanted.get("sample_time")
+        mismatches += _labels(ours, theirs, word)
+    old, new = law.get("sample_time"), law_of_model.get("sample_time")
     if not _near(old, new):
-        found.append(
+        mismatches.append(
             f"the gains are for {_time(old)}, the plant is in {_time(new)}: design gains for it"
         )
-    return found
+    return mismatches
 
 
 def changes_of_signals(plant: Plant, file: Mapping[str, Any], trim: Mapping[str, Any]) -> list[str]:
@@ -272,60 +263,60 @@ def changes_of_signals(plant: Plant, file: Mapping[str, Any], trim: Mapping[str,
     Figures are in the units of the plant's file.
     """
     rests = [*(trim.get("state") or []), *(trim.get("input") or [])]
-    own = [*plant.states, *plant.inputs]
-    known = {v.name: (v, float(str(rest))) for v, rest in zip(own, rests, strict=False)}
-    known |= {v.name: (v, float(v.rest)) for v in plant.disturbances}
-    found: list[str] = []
+    variables = [*plant.states, *plant.inputs]
+    signals = {v.name: (v, float(str(x))) for v, x in zip(variables, rests, strict=False)}
+    signals |= {v.name: (v, float(v.rest)) for v in plant.disturbances}
+    changes: list[str] = []
     for key in ("states", "inputs", "signals"):
         listed = file.get(key)
         for entry in listed if isinstance(listed, list) else []:
-            if isinstance(entry, Mapping) and str(entry.get("name")) in known:
-                variable, rest = known[str(entry["name"])]
-                found += _changed(variable, rest, entry)
-    return found
+            if isinstance(entry, Mapping) and str(entry.get("name")) in signals:
+                variable, equilibrium = signals[str(entry["name"])]
+                changes += _changed(variable, equilibrium, entry)
+    return changes
 
 
-def _labels(old: list[str], new: list[str], what: str) -> Iterator[str]:
+def _labels(old: list[str], new: list[str], word: str) -> Iterator[str]:
     """Yield the states or inputs that differ; labels have the form ``angle [rad]``."""
-    before, after = (dict(label.partition(" [")[::2] for label in one) for one in (old, new))
-    if old and before and list(before) != list(after) and set(before) == set(after):
+    there, here = (dict(label.partition(" [")[::2] for label in labels) for labels in (old, new))
+    if list(there) != list(here) and set(there) == set(here):
         yield (
-            f"the {what}s stand in another order: {', '.join(before)} there, {', '.join(after)} "
+            f"the {word}s stand in another order: {', '.join(there)} there, {', '.join(here)} "
             "here; write them in the old order"
         )
-    for name in before:
-        if name not in after:
+    for name in there:
+        if name not in here:
             yield (
-                f"the gains need the {what} {name}, which the plant does not have"
-                f"{did_you_mean(name, after)}: give the {what} its old name, or design gains anew"
+                f"the gains need the {word} {name}, which the plant does not have"
+                f"{did_you_mean(name, here)}: give the {word} its old name, or design gains anew"
             )
-        elif before[name] != after[name]:
+        elif there[name] != here[name]:
             yield (
-                f"{what} {name} is in {before[name].rstrip(']')} there and in "
-                f"{after[name].rstrip(']')} here: its gains mean something else; correct the unit"
+                f"{word} {name} is in {there[name].rstrip(']')} there and in "
+                f"{here[name].rstrip(']')} here: its gains mean something else; correct the unit"
             )
-    for name in after:
-        if name not in before:
+    for name in here:
+        if name not in there:
             yield (
-                f"the plant has the {what} {name}, for which there are no gains: design gains anew"
+                f"the plant has the {word} {name}, for which there are no gains: design gains anew"
             )
 
 
-def _changed(variable: Variable, rest: float, entry: Mapping[str, Any]) -> Iterator[str]:
+def _changed(variable: Variable, equilibrium: float, entry: Mapping[str, Any]) -> Iterator[str]:
     size, unit = file_unit(variable)
     behind = "" if unit in ("", "-") else f" {unit}"
     if str(entry.get("unit")) != variable.unit:
         yield (f"{variable.name}: the unit was {entry.get('unit')}, it is {variable.unit} now (SI)")
         return
     old = entry.get("rest")
-    if _is_number(old) and not _near(float(str(old)), rest):
+    if _is_number(old) and not _near(float(str(old)), equilibrium):
         yield (
             f"{variable.name}: rest {float(str(old)) / size:.6g}{behind} -> "
-            f"{rest / size:.6g}{behind}"
+            f"{equilibrium / size:.6g}{behind}"
         )
-    before, after = _ends(entry.get("range"), size), _range(variable, size)
-    if before != after:
-        yield f"{variable.name}: range {_shown(before)}{behind} -> {_shown(after)}{behind}"
+    old_range, new_range = _ends(entry.get("range"), size), _range(variable, size)
+    if old_range != new_range:
+        yield f"{variable.name}: range {_shown(old_range)}{behind} -> {_shown(new_range)}{behind}"
 
 
 def _ends(stated: Any, size: float) -> tuple[str, str] | None:
@@ -357,5 +348,5 @@ def _is_number(value: Any) -> bool:
 def _near(first: Any, second: Any) -> bool:
     if not (_is_number(first) and _is_number(second)):
         return bool(first == second)
-    one, two = float(str(first)), float(str(second))
-    return abs(one - two) <= _SAME * max(abs(one), abs(two), 1.0)
+    x, y = float(str(first)), float(str(second))
+    return abs(x - y) <= _SAME * max(abs(x), abs(y), 1.0)

@@ -21,9 +21,7 @@ from takagi.certificates.requests.decay import Decay
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant.file_units import file_unit, rate_in_file_units
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models.plant.plant import Plant, Variable, file_unit, rate_in_file_units
 
 # Factors are multiples of this: five proofs find the factor to 3 % of the whole box.
 FINEST = Fraction(1, 32)
@@ -68,47 +66,47 @@ def largest_change(
     ranges = any(v.range is not None for v in plant.states)
     if plant.blending is not None or plant.measured is not None or not ranges:
         return None
-    whole = _rate(plant, path, settings, files, Fraction(1))
-    if whole is None:
+    full_rate = _rate(plant, path, settings, files, Fraction(1))
+    if full_rate is None:
         return None
-    if whole > 0:
-        return LargestChange(whole, Fraction(1), whole)
-    good, bad, best = Fraction(0), Fraction(1), None
-    while bad - good > FINEST:
-        middle = (good + bad) / 2
+    if full_rate > 0:
+        return LargestChange(full_rate, Fraction(1), full_rate)
+    proved_share, failing_share, best = Fraction(0), Fraction(1), None
+    while failing_share - proved_share > FINEST:
+        middle = (proved_share + failing_share) / 2
         if tell is not None:
             tell(f"ranges of states times {float(middle):.3g}")
         rate = _rate(plant, path, settings, files, middle)
         if rate:
-            good, best = middle, rate
+            proved_share, best = middle, rate
         else:
-            bad = middle
-    return LargestChange(None, good, best)
+            failing_share = middle
+    return LargestChange(None, proved_share, best)
 
 
-def as_sentences(found: LargestChange, plant: Plant, asked: PlantSettings) -> list[str]:
+def as_sentences(change: LargestChange, plant: Plant, settings: PlantSettings) -> list[str]:
     """Return the claims in words, with ranges and rates in the units of the plant's file."""
-    wanted = asked.decay_rate if isinstance(asked.decay_rate, float | int) else None
-    if found.rate is not None:
-        number, unit = rate_in_file_units(plant, found.rate)
-        if wanted is None or wanted <= found.rate:
+    required_rate = settings.decay_rate if isinstance(settings.decay_rate, float | int) else None
+    if change.rate is not None:
+        number, unit = rate_in_file_units(plant, change.rate)
+        if required_rate is None or required_rate <= change.rate:
             return [f"with these gains a decay of {number:.4g} {unit} is proved on the whole box"]
-        more, own = rate_in_file_units(plant, wanted)
+        required, its_unit = rate_in_file_units(plant, required_rate)
         return [
-            f"the plant's file asks for a decay rate of {more:.4g} {own}; with these gains "
-            f"{number:.4g} {unit} is proved on the whole box: ask for less in [design], or design "
-            "gains anew"
+            f"the plant's file asks for a decay rate of {required:.4g} {its_unit}; with these "
+            f"gains {number:.4g} {unit} is proved on the whole box: ask for less in [design], or "
+            "design gains anew"
         ]
-    if not found.share or found.share_rate is None:
+    if not change.share or change.share_rate is None:
         return [
             f"not even with {float(FINEST):.2g} of the ranges of the states is a decay proved: "
             "these gains do not hold the new plant near its rest; design gains anew"
         ]
-    number, unit = rate_in_file_units(plant, found.share_rate)
-    sides = ", ".join(_side(v, found.share) for v in plant.states if v.range is not None)
+    number, unit = rate_in_file_units(plant, change.share_rate)
+    sides = ", ".join(_side(v, change.share) for v in plant.states if v.range is not None)
     return [
         f"with these gains a decay of {number:.4g} {unit} is proved where the ranges of the states "
-        f"are {float(found.share):.3g} times as wide about rest: {sides}. Give the states such "
+        f"are {float(change.share):.3g} times as wide about rest: {sides}. Give the states such "
         "ranges in the plant's file, or design gains anew"
     ]
 
@@ -124,17 +122,17 @@ def _rate(
     )  # fmt: skip
     try:
         model = sector_model(smaller, rest=settings.rest, choice=settings.choice)
-        given = law_for(smaller, model, path, settings, files=files if share == 1 else ())
+        law = law_for(smaller, model, path, settings, files=files if share == 1 else ())
     except (ModelError, CertificateError):
         if share == 1:
             raise
         return 0.0
-    if len(given.model.rules) > MOST_RULES:
+    if len(law.model.rules) > MOST_RULES:
         return None
-    found = certify(given.model, given.gains, claims=[Decay()], law=given.law)
-    if found.verdict is not Verdict.PROVED:
+    certificate = certify(law.model, law.gains, claims=[Decay()], law=law.law)
+    if certificate.verdict is not Verdict.PROVED:
         return 0.0
-    (claim,) = (one for one in found.document["claims"] if one["kind"] == "decay")
+    (claim,) = (c for c in certificate.document["claims"] if c["kind"] == "decay")
     return float(claim["decay_rate"])
 
 

@@ -18,12 +18,13 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.plant.narrower_ranges import with_ranges
 from takagi.certificates.design.plant.tracking_observer import measured_rows
 from takagi.certificates.document.plant_embedding import plant_and_claim
+from takagi.certificates.requests.loop.decimals import floats, stack_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.tracking import observer_data
 from takagi.models.arrays import Floats
+from takagi.models.equilibrium_line import ConstantObserver, own_states
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.tracking import ConstantObserver, own_states
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.observed_design import ObservedWork
@@ -34,7 +35,7 @@ NAME = "pdc"
 LONGEST = 120  # the most characters of a value in a message
 
 
-def read_gains(path: Path, model: TSModel, *, moved: bool = False) -> Floats:
+def read_gains(path: Path, model: TSModel, *, any_trim: bool = False) -> Floats:
     """Return K (r, m, n) of a gain file whose law belongs to this model.
 
     Names, premises with their bounds, rules, trim and sample time of the law must be the model's,
@@ -42,7 +43,8 @@ def read_gains(path: Path, model: TSModel, *, moved: bool = False) -> Floats:
 
     Parameters
     ----------
-    moved : accept another trim: the plant has changed, and the law shall rest where it rests now.
+    any_trim : accept another trim: the plant has changed, and the law shall rest where the plant
+        rests now.
 
     Raises
     ------
@@ -50,8 +52,7 @@ def read_gains(path: Path, model: TSModel, *, moved: bool = False) -> Floats:
         another model, gains of the wrong shape.
     """
     source, law = str(path), read_plant_law(path)
-    stack = read_stack(law, "K", f"{source}: law")
-    K = np.array([floats_of(matrix) for matrix in stack])
+    K = stack_of(read_stack(law, "K", f"{source}: law"))
     r, n, m = model.B.shape
     if K.shape[0] not in (1, r) or K.shape[1:] != (m, n):
         raise CertificateError(
@@ -60,24 +61,24 @@ def read_gains(path: Path, model: TSModel, *, moved: bool = False) -> Floats:
         )
     K = np.array(np.broadcast_to(K, (r, m, n)))
     try:
-        wanted = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
+        law_of_model = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
     except ModelError as error:
         raise CertificateError(f"{source}: law.K: {error}") from error
-    compare_law(law, wanted or {}, source, moved=moved)
+    compare_law(law, law_of_model or {}, source, any_trim=any_trim)
     return K
 
 
 def compare_law(
-    law: Mapping[str, Any], wanted: Mapping[str, Any], source: str, *, moved: bool
+    law: Mapping[str, Any], law_of_model: Mapping[str, Any], source: str, *, any_trim: bool
 ) -> None:
-    """Refuse a law that differs in anything but K (and trim, if ``moved``), by its first member."""
-    for key in sorted((set(law) | set(wanted)) - ({"K", "trim"} if moved else {"K"})):
-        if _exact(law.get(key)) == _exact(wanted.get(key)):
+    """Refuse a law that differs in more than K (and trim, if ``any_trim``); names the member."""
+    for key in sorted((set(law) | set(law_of_model)) - ({"K", "trim"} if any_trim else {"K"})):
+        if _exact(law.get(key)) == _exact(law_of_model.get(key)):
             continue
         raise CertificateError(
             f"{source}: law.{key} is not the model's: the file has {_short(law.get(key))}, the "
-            f"model {_short(wanted.get(key))}; design the gains anew, or give the plant file and "
-            "the options that they were made with"
+            f"model {_short(law_of_model.get(key))}; design the gains anew, or give the plant file "
+            "and the options that they were made with"
         )
 
 
@@ -91,9 +92,9 @@ def read_plant_law(path: Path) -> Mapping[str, Any]:
     source = str(path)
     law = stated_law(read_json(path), source)
     if not isinstance(law, Mapping) or law.get("name") != NAME:
-        shown = ascii(law.get("name")) if isinstance(law, Mapping) else "no object"
+        name = ascii(law.get("name")) if isinstance(law, Mapping) else "no object"
         raise CertificateError(
-            f"{source}: law.name is {shown}; the model is a plant, whose laws are {NAME!r}: give "
+            f"{source}: law.name is {name}; the model is a plant, whose laws are {NAME!r}: give "
             "the gain file that 'takagi design' wrote for this plant"
         )
     read_stack(law, "K", f"{source}: law")
@@ -112,19 +113,13 @@ def in_ranges_of(path: Path, plant: Plant) -> Plant:
         name, ends = entry.get("name"), entry.get("range")
         if not isinstance(name, str) or name not in states:
             continue
-        own = states[name].range
-        if own is None or not isinstance(ends, list) or [*map(type, ends)] != [Number, Number]:
+        side = states[name].range
+        if side is None or not isinstance(ends, list) or [*map(type, ends)] != [Number, Number]:
             continue
         low, high = map(Fraction, ends)
-        if own.lower <= low < high <= own.upper:
+        if side.lower <= low < high <= side.upper:
             narrower[name] = replace(states[name], range=Interval(low, high))
     return with_ranges(plant, narrower)
-
-
-def floats_of(matrix: Any) -> list[list[float]]:
-    """Return a matrix of the checker as rows of floats."""
-    rows, columns = matrix.shape
-    return [[float(matrix[i, j]) for j in range(columns)] for i in range(rows)]
 
 
 def _exact(value: Any) -> Any:
@@ -146,11 +141,11 @@ def _short(value: Any) -> str:
 
 
 def read_observer_gains(
-    path: Path, work: ObservedWork, *, moved: bool = False
+    path: Path, work: ObservedWork, *, any_trim: bool = False
 ) -> tuple[Floats, Floats]:
     """Return K (r, m, n) and L (r or 1, n, p) of a gain file for this plant.
 
-    ``moved`` : as of ``read_gains``.
+    ``any_trim`` : as of ``read_gains``.
 
     Raises
     ------
@@ -164,13 +159,8 @@ def read_observer_gains(
             f"{', '.join(work.question.measured)}; design the gains anew, or leave out 'measured'"
         )
     where = f"{source}: law"
-    K, L = (
-        np.array([floats_of(matrix) for matrix in read_stack(owner, key, place)])
-        for owner, key, place in (
-            (law, "K", where),
-            (member(law, "observer", where), "L", f"{where}.observer"),
-        )
-    )
+    K = stack_of(read_stack(law, "K", where))
+    L = stack_of(read_stack(member(law, "observer", where), "L", f"{where}.observer"))
     r, n, m = work.model.B.shape
     p = len(work.question.rows)
     if K.shape[0] not in (1, r) or K.shape[1:] != (m, n):
@@ -179,10 +169,10 @@ def read_observer_gains(
         raise CertificateError(f"{where}.observer.L has shape {L.shape}; ({r}, {n}, {p}) is needed")
     K = np.array(np.broadcast_to(K, (r, m, n)))
     try:
-        wanted = work.loop(K, L).gains_data
+        law_of_model = work.loop(K, L).gains_data
     except (ModelError, CertificateError) as error:
         raise CertificateError(f"{where}: {error}") from error
-    compare_law(law, wanted or {}, source, moved=moved)
+    compare_law(law, law_of_model or {}, source, any_trim=any_trim)
     return K, L
 
 
@@ -198,8 +188,8 @@ def read_reference_gains(
     """
     source, law = str(path), read_plant_law(path)
     where, rows = f"{source}: law", measured_rows(plant)
-    own = law.get("observer")
-    if not isinstance(own, Mapping) or own.get("weights") != "constant":
+    stated_observer = law.get("observer")
+    if not isinstance(stated_observer, Mapping) or stated_observer.get("weights") != "constant":
         raise CertificateError(
             f"{source}: its law has no observer with constant matrices, but the plant measures "
             f"{', '.join(plant.measured or ())} and follows a reference; design the gains anew"
@@ -208,14 +198,14 @@ def read_reference_gains(
     n, p = len(own_states(plant)), len(rows)
     shapes = {"A": (n, n), "B": (n, m), "C": (p, n), "L": (n, p)}
     matrices = {
-        key: np.array(floats_of(read_matrix(own, key, f"{where}.observer", shape)))
+        key: floats(read_matrix(stated_observer, key, f"{where}.observer", shape))
         for key, shape in shapes.items()
     }
     observer = ConstantObserver(**matrices, measured=plant.measured or ())
-    K = np.array([floats_of(one) for one in read_stack(law, "K", where)])
+    K = stack_of(read_stack(law, "K", where))
     if K.shape != (1, m, N) and K.shape != (r, m, N):
         raise CertificateError(f"{where}.K has shape {K.shape}; (1, {m}, {N}) is needed")
     K = np.array(np.broadcast_to(K, (r, m, N)))
-    wanted = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
-    compare_law(law, {**(wanted or {}), **observer_data(observer)}, source, moved=False)
+    law_of_model = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
+    compare_law(law, {**(law_of_model or {}), **observer_data(observer)}, source, any_trim=False)
     return K, observer

@@ -34,15 +34,19 @@ from takagi.certificates.design.design import Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import widened
 from takagi.certificates.design.turbine.scale import scaled_box
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import (
+    EffortGains,
+    EffortSharingLaw,
+    LoopBox,
+    LoopUncertainty,
+)
 from takagi.models.laws.effort_sharing.schedule import (
     EffortSchedule,
     Feedforward,
     frozen_wake_effectiveness,
 )
-from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.regional_schedule import CouplingFilter
 from takagi.models.ramps import Ramp
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
@@ -72,7 +76,7 @@ def read_observer(path: Path) -> dict[str, Any]:
     CertificateError : unreadable, or not strict JSON.
     """
     file = read_json(path)
-    return {part: plain(file[part]) for part in STATED if file.get(part) is not None}
+    return {key: plain(file[key]) for key in STATED if file.get(key) is not None}
 
 
 def effort_sharing_law_from_data(
@@ -148,13 +152,13 @@ def _require_the_turbines_wake(turbine: Turbine, schedule: EffortSchedule) -> No
     """Refuse a frozen-wake table that is not the turbine's, because the claim would use it."""
     pairs = zip(schedule.wind.tolist(), schedule.effectiveness_limit.tolist(), strict=True)
     for wind, stated in pairs:
-        own = frozen_wake_effectiveness(turbine, wind)
-        if abs(stated - own) > WAKE_DECIMAL:
+        effectiveness = frozen_wake_effectiveness(turbine, wind)
+        if abs(stated - effectiveness) > WAKE_DECIMAL:
             raise ModelError(
                 f"effectiveness_limit is {stated:.7g} rad/s^2 per rad at {wind:.6g} m/s; a claim "
-                f"with the frozen wake of {turbine.name} needs {own:.7g} there, from the turbine's "
-                "own file. Take the table as 'takagi design' wrote it, or leave the frozen wake "
-                "out of the claim (--equilibrium-wake)"
+                f"with the frozen wake of {turbine.name} needs {effectiveness:.7g} there, from the "
+                "turbine's own file. Take the table as 'takagi design' wrote it, or leave the "
+                "frozen wake out of the claim (--equilibrium-wake)"
             )
 
 
@@ -194,12 +198,12 @@ def certify_law(
     candidate = widened(turbine, law, candidate, tell=tell)
     if tell is not None:
         tell("exact proof")
-    asked = _Asked(law.name, box, uncertainty)
+    settings = _Asked(law.name, box, uncertainty)
     document = loop_document(
         turbine,
         law,
         candidate,
-        asked,
+        settings,
         files=files,
         controller=controller,
         tell=tell,
@@ -248,8 +252,8 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
 
 
 def _require_format(document: Any, path: Path) -> None:
-    known = isinstance(document, Mapping) and document.get("format") == FORMAT
-    if not known:
+    is_gain_file = isinstance(document, Mapping) and document.get("format") == FORMAT
+    if not is_gain_file:
         raise CertificateError(
             f"{path}: not a gain file of a turbine: its 'format' must be {FORMAT!r}"
         )
@@ -273,13 +277,14 @@ def _completed(data: Any, document: Mapping[str, Any]) -> Mapping[str, Any]:
 def _published_law(turbine: Turbine, name: str, data: Any, path: Path) -> PublishedLaw:
     where = f"{path}: law"
     setpoint = float(number(data, "speed_setpoint", where))
-    asked = None if setpoint == turbine.rated_rotor_speed else setpoint
-    held = derated(turbine, float(number(data, "rated_torque", where)), speed_setpoint=asked)
+    other_setpoint = None if setpoint == turbine.rated_rotor_speed else setpoint
+    torque = float(number(data, "rated_torque", where))
+    derated_turbine = derated(turbine, torque, speed_setpoint=other_setpoint)
     tracking = None if name == "paper" else float(number(data, "tracking_time", where))
-    partial, full = _schedules(held, asked, data, where)
+    partial, full = _schedules(derated_turbine, other_setpoint, data, where)
     law = PublishedLaw(
         "paper" if name == "paper" else "paper-two-integrators",
-        held,
+        derated_turbine,
         _coupling(data, where),
         partial,
         full,
@@ -291,9 +296,9 @@ def _published_law(turbine: Turbine, name: str, data: Any, path: Path) -> Publis
 
 
 def _coupling(data: Any, where: str) -> CouplingFilter:
-    stated, place = member(data, "coupling", where), f"{where}.coupling"
-    one = {
-        key: float(number(stated, key, place))
+    stated, location = member(data, "coupling", where), f"{where}.coupling"
+    values = {
+        key: float(number(stated, key, location))
         for key in (
             "speed_ramp_start",
             "speed_overlap",
@@ -303,17 +308,17 @@ def _coupling(data: Any, where: str) -> CouplingFilter:
         )
     }
     ramp = Ramp(
-        one["speed_ramp_start"],
-        one["speed_overlap"],
-        text(stated, "speed_ramp_shape", place),  # type: ignore[arg-type]
+        values["speed_ramp_start"],
+        values["speed_overlap"],
+        text(stated, "speed_ramp_shape", location),  # type: ignore[arg-type]
     )
     return CouplingFilter(
         ramp,
-        text(stated, "variant", place),  # type: ignore[arg-type]
+        text(stated, "variant", location),  # type: ignore[arg-type]
         float(number(data, "rated_torque", where)),
-        one["torque_overlap"],
-        one["minimum_torque"],
-        one["top_torque"],
+        values["torque_overlap"],
+        values["minimum_torque"],
+        values["top_torque"],
     )
 
 
@@ -322,22 +327,21 @@ def _schedules(
 ) -> list[RegionalSchedule]:
     """Return the regional schedules: the turbine's models, the file's gains."""
     from takagi.models.laws.published.regional_schedule import regional_schedule
-    from takagi.models.turbine.full_load import full_load_model
-    from takagi.models.turbine.partial_load import partial_load_model
+    from takagi.models.turbine.region_models import full_load_model, partial_load_model
 
     models = {
         "partial": partial_load_model(turbine, speed_setpoint=setpoint),
         "full": full_load_model(turbine, speed_setpoint=setpoint),
     }
-    found = []
+    schedules = []
     for key, model in models.items():
-        stated, place = member(data, key, where), f"{where}.{key}"
+        stated, location = member(data, key, where), f"{where}.{key}"
         count = len(model.rules)
         columns = [
-            [float(value) for value in numbers(stated, kind, place, count)]
+            [float(value) for value in numbers(stated, kind, location, count)]
             for kind in ("k_speed", "k_pitch", "k_integral")
         ]
-        found.append(
+        schedules.append(
             regional_schedule(
                 turbine,
                 model,
@@ -346,18 +350,18 @@ def _schedules(
                 speed_setpoint=setpoint,
             )
         )
-    return found
+    return schedules
 
 
-def _require_same(made: Mapping[str, Any], stated: Any, path: Path) -> None:
+def _require_same(law: Mapping[str, Any], stated: Any, path: Path) -> None:
     """Refuse a file whose tables are another turbine's, or another version's."""
     from takagi.certificates.checker.files.differences import differences_between, shown
     from takagi.certificates.checker.kernel.reader import read_text
 
-    read = read_text(json.dumps({"law": made}), "law")["law"]
-    for one in differences_between(read, stated):
-        own, there = shown(one)
+    read = read_text(json.dumps({"law": law}), "law")["law"]
+    for difference in differences_between(read, stated):
+        expected, there = shown(difference)
         raise CertificateError(
-            f"{path}: the law was not made for this turbine: {one.place} is {own} for it, {there} "
-            "in the file; give the turbine of the design"
+            f"{path}: the law was not made for this turbine: {difference.place} is {expected} for "
+            f"it, {there} in the file; give the turbine of the design"
         )

@@ -37,7 +37,7 @@ class Errorless:
     model: TSModel
 
 
-def errorless(model: TSModel, asked: PlantSettings) -> tuple[Errorless, Indices] | None:
+def errorless(model: TSModel, settings: PlantSettings) -> tuple[Errorless, Indices] | None:
     """Return the plant without errors, and for each rule of ``model`` the rule that it takes.
 
     None where the model without errors has no premise in the share, or one that is not found in
@@ -54,13 +54,18 @@ def errorless(model: TSModel, asked: PlantSettings) -> tuple[Errorless, Indices]
         high=replace(blending.high, error=Fraction(0)),
     )
     nominal = blended_plant(sure)
-    found = blended_model(nominal, choice=asked.choice, rest=asked.rest, share_apart=True)
-    places = _places(found, model)
-    if places is None or not any(_in_share(e) for e in _expressions(found)):
+    choice, rest = settings.choice, settings.rest
+    errorless_model = blended_model(nominal, choice=choice, rest=rest, share_apart=True)
+    indices = _premise_indices(errorless_model, model)
+    if indices is None or not any(
+        str(symbol) in (SHARE, f"delta_{SHARE}")
+        for expression in _expressions(errorless_model)
+        for symbol in expression.free_symbols
+    ):
         return None
-    numbers = {rule: k for k, rule in enumerate(found.rules)}
-    rules = [numbers[tuple(rule[place] for place in places)] for rule in model.rules]
-    return Errorless(nominal, found), np.array(rules, dtype=np.intp)
+    numbers = {rule: k for k, rule in enumerate(errorless_model.rules)}
+    rules = [numbers[tuple(rule[index] for index in indices)] for rule in model.rules]
+    return Errorless(nominal, errorless_model), np.array(rules, dtype=np.intp)
 
 
 def expanded(design: Design, rules: Indices) -> Design:
@@ -69,24 +74,25 @@ def expanded(design: Design, rules: Indices) -> Design:
     return replace(design, gains=gains[rules])
 
 
-def _places(found: TSModel, model: TSModel) -> list[int] | None:
-    """Return which premise of ``model`` is each one of ``found``, up to a constant."""
-    known = [not unknown for unknown in unknown_premises(model)]
-    given = _expressions(model)
-    places = []
-    for premise, expression in zip(found.premises, _expressions(found), strict=True):
+def _premise_indices(errorless_model: TSModel, model: TSModel) -> list[int] | None:
+    """Return which premise of ``model`` is each one of the errorless model, up to a constant."""
+    is_known = [not unknown for unknown in unknown_premises(model)]
+    expressions = _expressions(model)
+    indices = []
+    pairs = zip(errorless_model.premises, _expressions(errorless_model), strict=True)
+    for premise, expression in pairs:
         width = premise.upper - premise.lower
         same = [
             k
-            for k, other in enumerate(given)
-            if known[k]
-            and not (other - expression).simplify().free_symbols
+            for k, candidate in enumerate(expressions)
+            if is_known[k]
+            and not (candidate - expression).simplify().free_symbols
             and abs((model.premises[k].upper - model.premises[k].lower) - width) <= width / 10**6
         ]
         if not same:
             return None
-        places.append(same[0])
-    return places
+        indices.append(same[0])
+    return indices
 
 
 def _expressions(model: TSModel) -> list[sp.Expr]:
@@ -94,15 +100,11 @@ def _expressions(model: TSModel) -> list[sp.Expr]:
     return [] if form is None else list(form.factored.premises.values())
 
 
-def _in_share(expression: sp.Expr) -> bool:
-    return any(str(symbol) in (SHARE, f"delta_{SHARE}") for symbol in expression.free_symbols)
-
-
 def _unknown(model: TSModel) -> str:
     return "uncertain parameters" if blend_of(model) is None else "the errors of the actuators"
 
 
-def one_gain(model: TSModel, asked: PlantSettings) -> tuple[PlantSettings, tuple[str, ...]]:
+def one_gain(model: TSModel, settings: PlantSettings) -> tuple[PlantSettings, tuple[str, ...]]:
     """Return the settings, with one gain for all rules where a premise is not known to the law.
 
     Raises
@@ -116,13 +118,13 @@ def one_gain(model: TSModel, asked: PlantSettings) -> tuple[PlantSettings, tuple
         cause = f"{', '.join(commanded)} depends on an input, which the law knows only afterwards"
         note = f"{cause}: one gain for all rules"
     else:
-        return asked, ()
-    if asked.relaxation not in (None, ONE_GAIN):
+        return settings, ()
+    if settings.relaxation not in (None, ONE_GAIN):
         raise ModelError(
-            f"relaxation {asked.relaxation!r} makes a gain for each rule, but {cause}; leave it "
+            f"relaxation {settings.relaxation!r} makes a gain for each rule, but {cause}; leave it "
             f"out, or give {ONE_GAIN!r}"
         )
-    return replace(asked, relaxation=ONE_GAIN), (note,)
+    return replace(settings, relaxation=ONE_GAIN), (note,)
 
 
 def _commanded_premises(model: TSModel) -> list[str]:

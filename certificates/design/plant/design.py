@@ -7,7 +7,7 @@ report, simulation) read the ``PlantDesign`` made here.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,14 +57,14 @@ from takagi.certificates.design.plant.tracking_observer import (
     require_measured,
 )
 from takagi.models.arrays import Floats
+from takagi.models.equilibrium_line import own_states, rests_exactly
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
-from takagi.models.tracking import own_states, rests_exactly
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
-    from takagi.models.tracking import ConstantObserver
+    from takagi.models.equilibrium_line import ConstantObserver
     from takagi.models.ts.model import TSModel
 
 # Significant digits of the emitted gains; more where fewer cannot be proved.
@@ -72,7 +72,7 @@ DIGITS = (4, 6, 9)
 # Shares of the ranges of states that are tried for a set in which outputs follow references, what
 # they have to gain in jumps, and the share of a reference's range that is jump enough.
 NARROWER = (Fraction(1, 2), Fraction(1, 4))
-LARGER, ENOUGH = 1.5, 0.5
+LEAST_INCREASE, ENOUGH_JUMP = 1.5, 0.5
 # The search for a helpful relaxation needs some fifty designs.
 MOST_EXPLAINED = 32
 
@@ -104,51 +104,48 @@ def design_plant(
     ModelError : the plant has no Takagi-Sugeno model on its box, or the settings make no sense
         for it.
     """
-    asked = settings or PlantSettings()
-    clock = StepClock(tell)
-    model = plant_model(plant, asked, clock)
-    work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
+    work = _Work.of(plant, settings, files, tell)
+    model, chosen, clock = work.model, work.settings, work.clock
     if plant.references:
         return _design_tracking(work)
     if plant.measured is not None:
         from takagi.certificates.design.plant.observed_design import ObservedWork, design_observed
 
-        parts = (plant, asked, model, work.requirements, work.files, clock)
-        return design_observed(ObservedWork.of(*parts), DIGITS)
+        return design_observed(ObservedWork.of(*work.members), DIGITS)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
-    require_sensible(plant, model, asked)
+    require_sensible(plant, model, chosen)
     with clock("gains"), in_plant_words(plant):
-        regional = regional_gains(plant, model, asked)
+        regional = regional_gains(plant, model, chosen)
     if regional is not None:
-        first = _rounded(work, regional)
-        if first.proved:
-            return first
-    choice = gain_choice(model, one_gain(model, asked)[0], budget)
+        by_regions = _rounded(work, regional)
+        if by_regions.proved:
+            return by_regions
+    choice = gain_choice(model, one_gain(model, chosen)[0], budget)
     if choice.announcement and announce is not None:
         announce(choice.announcement)
     with clock("gains"), in_plant_words(plant):
         if choice.shortened:
-            found = shortened_gains(plant, model, asked, choice)
+            gains = shortened_gains(plant, model, chosen, choice)
         else:
-            found = find_gains(plant, model, asked)
-    made = _rounded(work, found) if found.design.found else None
-    if choice.shortened and (made is None or not made.proved):
+            gains = find_gains(plant, model, chosen)
+    design = _rounded(work, gains) if gains.design.found else None
+    if choice.shortened and (design is None or not design.proved):
         with clock("gains over few premises"):
-            few = gains_of_few_premises(plant, model, asked, budget)
-        again = None if few is None else _rounded(work, few)
-        if again is not None and again.proved:
-            return again
-    if made is None or not made.proved:
+            by_few = gains_of_few_premises(plant, model, chosen, budget)
+        alternative = None if by_few is None else _rounded(work, by_few)
+        if alternative is not None and alternative.proved:
+            return alternative
+    if design is None or not design.proved:
         with clock("gains by known premises"):
-            known = gains_of_known_premises(plant, model, asked)
-        again = None if known is None else _rounded(work, known)
-        if again is not None and again.proved:
-            return again
-    if made is not None:
-        return made
+            by_known = gains_of_known_premises(plant, model, chosen)
+        alternative = None if by_known is None else _rounded(work, by_known)
+        if alternative is not None and alternative.proved:
+            return alternative
+    if design is not None:
+        return design
     with clock("what would help"):
-        reason = _reason(found, work)
+        reason = _reason(gains, work)
         return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
 
 
@@ -156,19 +153,19 @@ def _design_tracking(work: _Work) -> PlantDesign | NoDesign:
     """Return gains with integral action, or why there are none and what would help."""
     from takagi.certificates.design.plant.tracking_obstacle import tracking_obstacle
 
-    plant, model, asked, clock = work.plant, work.model, work.asked, work.clock
+    plant, model, settings, clock = work.plant, work.model, work.settings, work.clock
     observed = plant.measured is not None and not measures_all(plant)
-    require_sensible(plant, model, asked)
+    require_sensible(plant, model, settings)
     if observed:
         require_measured(plant, model)
     with clock("gains"), in_plant_words(plant):
-        found = tracking_gains(plant, model, asked, observed=observed)
+        gains = tracking_gains(plant, model, settings, observed=observed)
         if claims_alone(plant):  # all claims say that states stay in their ranges
-            work, found = _within_narrower_ranges(work, found, observed=observed)
-    if found.jump > 0:
-        return _rounded(work, found.found, found.observer)
+            work, gains = _within_narrower_ranges(work, gains, observed=observed)
+    if gains.jump > 0:
+        return _rounded(work, gains.gains, gains.observer)
     with clock("what would help"):
-        return NoDesign(tracking_obstacle(plant, asked, found, observed=observed))
+        return NoDesign(tracking_obstacle(plant, settings, gains, observed=observed))
 
 
 def claims_alone(plant: Plant) -> bool:
@@ -178,30 +175,32 @@ def claims_alone(plant: Plant) -> bool:
 
 
 def _within_narrower_ranges(
-    work: _Work, found: TrackingGains, *, observed: bool
+    work: _Work, tracking: TrackingGains, *, observed: bool
 ) -> tuple[_Work, TrackingGains]:
     """Return gains and set within narrower ranges of states, where they allow larger jumps."""
-    plant, asked = work.plant, work.asked
+    plant, settings = work.plant, work.settings
     states = [v for v in moving_slopes(plant) if v in plant.states]
-    best, jump = (work, found), found.jump
+    best, jump = (work, tracking), tracking.jump
     for share in NARROWER if states else ():
-        if jump >= ENOUGH:
+        if jump >= ENOUGH_JUMP:
             break
         ranges = narrowed(plant, states, share)
         narrow = with_ranges(plant, ranges)
         try:
-            model = secant_model(narrow, rest=asked.rest)
-            other = tracking_gains(narrow, model, asked, observed=observed)
+            model = secant_model(narrow, rest=settings.rest)
+            narrower = tracking_gains(narrow, model, settings, observed=observed)
         except ModelError:
             # The rests leave no room in these ranges.
             break
-        if other.jump > LARGER * jump:
-            requirements = requirements_of(narrow, model, asked)
-            places = ", ".join(map(range_in_words, ranges.values()))
-            note = f"states are proved to stay in narrower ranges, where slopes vary less: {places}"
-            gains = replace(other.found, notes=(note, *other.found.notes))
-            moved = replace(work, plant=narrow, model=model, requirements=requirements)
-            best, jump = (moved, replace(other, found=gains)), other.jump
+        if narrower.jump > LEAST_INCREASE * jump:
+            narrowed_ranges = ", ".join(map(range_in_words, ranges.values()))
+            note = (
+                "states are proved to stay in narrower ranges, where slopes vary less: "
+                f"{narrowed_ranges}"
+            )
+            gains = replace(narrower.gains, notes=(note, *narrower.gains.notes))
+            narrower_work = replace(work, plant=narrow).with_model(model)
+            best, jump = (narrower_work, replace(narrower, gains=gains)), narrower.jump
     return best
 
 
@@ -230,11 +229,8 @@ def certify_plant(
             f"plant {plant.name!r} measures {', '.join(plant.measured)}: gains of all states are "
             "no law for it; give the gain file of its design"
         )
-    asked = settings or PlantSettings()
-    clock = StepClock(tell)
-    model = plant_model(plant, asked, clock)
-    K = gains(model) if callable(gains) else np.asarray(gains, dtype=np.float64)
-    work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
+    work = _Work.of(plant, settings, files, tell)
+    K = gains(work.model) if callable(gains) else np.asarray(gains, dtype=np.float64)
     return work.certified(K, None, ("gains were given",))
 
 
@@ -258,31 +254,23 @@ def certify_filed(
     """
     from takagi.certificates.design.given.kept_model import law_for
 
-    asked = settings or PlantSettings()
-    clock = StepClock(tell)
     if claims_alone(plant):
         from takagi.certificates.design.given.plant_gains import in_ranges_of
 
         plant = in_ranges_of(path, plant)
+    work = _Work.of(plant, settings, files, tell)
     if plant.references and plant.measured is not None and not measures_all(plant):
         from takagi.certificates.design.given.plant_gains import read_reference_gains
 
-        model = plant_model(plant, asked, clock)
-        K, observer = read_reference_gains(path, plant, model)
-        requirements = requirements_of(plant, model, asked)
-        work = _Work(plant, asked, model, requirements, tuple(files), clock)
+        K, observer = read_reference_gains(path, plant, work.model)
         return work.certified(K, None, ("gains were given",), observer=observer)
     if plant.measured is not None and not plant.references:
-        return _certify_observed(plant, path, asked, tuple(files), clock)
-    given = law_for(plant, plant_model(plant, asked, clock), path, asked, files=files)
-    requirements = requirements_of(plant, given.model, asked)
-    work = _Work(plant, asked, given.model, requirements, tuple(files), clock)
-    return work.certified(given.gains, None, given.notes, law=given.law)
+        return _certify_observed(work, path)
+    law = law_for(plant, work.model, path, work.settings, files=files)
+    return work.with_model(law.model).certified(law.gains, None, law.notes, law=law.law)
 
 
-def _certify_observed(
-    plant: Plant, path: Path, asked: PlantSettings, files: tuple[Path, ...], clock: StepClock
-) -> PlantDesign:
+def _certify_observed(work_of_plant: _Work, path: Path) -> PlantDesign:
     """Return the certificate for the gains K and L of a file, as they stand."""
     from takagi.certificates.design.given.kept_model import (
         is_of,
@@ -292,51 +280,48 @@ def _certify_observed(
     from takagi.certificates.design.given.plant_gains import read_observer_gains, read_plant_law
     from takagi.certificates.design.plant.observed_design import ObservedWork
 
-    model = plant_model(plant, asked, clock)
-    requirements = requirements_of(plant, model, asked)
-    work = ObservedWork.of(plant, asked, model, requirements, files, clock)
+    work = ObservedWork.of(*work_of_plant.members)
     try:
         K, L = read_observer_gains(path, work)
         return work.certified(K, L, None, ("gains were given", work.question.note))
     except CertificateError as error:
-        first = error
-    if is_of(model, path, files):
-        raise first
+        first_error = error
+    if is_of(work.model, path, work.files):
+        raise first_error
     law = plain(read_plant_law(path))
     notes: tuple[str, ...] = ("gains were given", work.question.note)
     try:
-        K, L = read_observer_gains(path, work, moved=True)
+        K, L = read_observer_gains(path, work, any_trim=True)
     except CertificateError:
         try:
-            model = model_in_premises_of(plant, law, asked)
-            requirements = requirements_of(plant, model, asked)
-            work = ObservedWork.of(plant, asked, model, requirements, files, clock)
-            K, L = read_observer_gains(path, work, moved=True)
+            model = model_in_premises_of(work.plant, law, work.settings)
+            work = ObservedWork.of(*work_of_plant.with_model(model).members)
+            K, L = read_observer_gains(path, work, any_trim=True)
         except (ModelError, CertificateError) as reason:
             raise CertificateError(
-                f"{first}; on a changed plant a law with measured outputs is proved in the "
+                f"{first_error}; on a changed plant a law with measured outputs is proved in the "
                 f"premises of its file alone, and there: {reason}"
             ) from reason
         notes = (*notes, "the premises of their file were kept")
-    return work.certified(K, L, None, (*notes, *moved_rest(law, model)))
+    return work.certified(K, L, None, (*notes, *moved_rest(law, work.model)))
 
 
 def _rounded(
-    work: _Work, found: FoundGains, observer: ConstantObserver | None = None
+    work: _Work, gains: FoundGains, observer: ConstantObserver | None = None
 ) -> PlantDesign:
     """Return the design with gains of as few digits as can be proved."""
     last: PlantDesign | None = None
     for digits in DIGITS:
-        K = rounded_gains(np.asarray(found.design.require()[0]), digits)
-        notes = (*found.notes, f"gains to {digits} significant digits")
-        last = work.certified(K, found.design, notes, observer=observer)
+        K = rounded_gains(np.asarray(gains.design.require()[0]), digits)
+        notes = (*gains.notes, f"gains to {digits} significant digits")
+        last = work.certified(K, gains.design, notes, observer=observer)
         if not _may_be_the_digits(last):
             break
     assert last is not None  # there is always a number of digits
     return last
 
 
-def plant_model(plant: Plant, asked: PlantSettings, clock: StepClock | None = None) -> TSModel:
+def plant_model(plant: Plant, settings: PlantSettings, clock: StepClock | None = None) -> TSModel:
     """Return the Takagi-Sugeno model that a design with these settings is made for.
 
     Raises
@@ -347,12 +332,12 @@ def plant_model(plant: Plant, asked: PlantSettings, clock: StepClock | None = No
 
     with (clock or StepClock(None))("model"), in_plant_words(plant):
         if plant.references:
-            return secant_model(plant, rest=asked.rest)
+            return secant_model(plant, rest=settings.rest)
         if plant.blending is not None:
             from takagi.models.blending.substitution import blended_model
 
-            return blended_model(plant, choice=asked.choice, rest=asked.rest)
-        return sector_model(plant, choice=asked.choice, rest=asked.rest)
+            return blended_model(plant, choice=settings.choice, rest=settings.rest)
+        return sector_model(plant, choice=settings.choice, rest=settings.rest)
 
 
 def _may_be_the_digits(design: PlantDesign) -> bool:
@@ -370,11 +355,33 @@ class _Work:
     """What is needed to certify gains of one model."""
 
     plant: Plant
-    asked: PlantSettings
+    settings: PlantSettings
     model: TSModel
     requirements: ClaimRequirements
     files: tuple[Path, ...]
     clock: StepClock
+
+    @classmethod
+    def of(
+        cls,
+        plant: Plant,
+        settings: PlantSettings | None,
+        files: Sequence[Path],
+        tell: Tell | None,
+    ) -> _Work:
+        chosen, clock = settings or PlantSettings(), StepClock(tell)
+        model = plant_model(plant, chosen, clock)
+        requirements = requirements_of(plant, model, chosen)
+        return cls(plant, chosen, model, requirements, tuple(files), clock)
+
+    def with_model(self, model: TSModel) -> _Work:
+        requirements = requirements_of(self.plant, model, self.settings)
+        return replace(self, model=model, requirements=requirements)
+
+    @property
+    def members(self) -> tuple[Any, ...]:
+        """All members, in the order in which ``ObservedWork.of`` takes them."""
+        return tuple(getattr(self, member.name) for member in fields(self))
 
     def certified(
         self,
@@ -391,7 +398,7 @@ class _Work:
             certificate = plant_certificate(
                 self.model,
                 gains,
-                self.asked,
+                self.settings,
                 self.requirements,
                 files=self.files,
                 law=law,
@@ -409,36 +416,38 @@ class _Work:
             members = (self.plant, self.model, document["gains"], certificate.checked, notes)
             times = [
                 float(claim["sample_time"])
-                for claim, found in zip(document["claims"], certificate.checked.claims, strict=True)
-                if claim["kind"] == "sampled-loop" and found.verdict.name == "PROVED"
+                for claim, checked in zip(
+                    document["claims"], certificate.checked.claims, strict=True
+                )
+                if claim["kind"] == "sampled-loop" and checked.verdict.name == "PROVED"
             ]
-            own = plant_members(*members, proved_sample=max(times, default=None))
-            whole = bound(document, own)
-            certificate = replace(certificate, document=whole)
+            controller = plant_members(*members, proved_sample=max(times, default=None))
+            with_controller = bound(document, controller)
+            certificate = replace(certificate, document=with_controller)
         output_law = None
         if observer is not None and run is not None:
-            from takagi.models.laws.reference_feedback import ReferenceFeedback
+            from takagi.models.laws.pdc import ReferenceFeedback
 
             states = tuple(own_states(self.plant))
             output_law = ReferenceFeedback(run, observer, measured_rows(self.plant), states)
             run = None
         seconds = dict(self.clock.seconds)
-        parts = (self.plant, self.asked, self.model, design, gains, run, certificate)
-        return PlantDesign(*parts, notes, seconds, output_law=output_law)
+        values = (self.plant, self.settings, self.model, design, gains, run, certificate)
+        return PlantDesign(*values, notes, seconds, output_law=output_law)
 
 
-def _reason(found: FoundGains, work: _Work) -> str:
+def _reason(gains: FoundGains, work: _Work) -> str:
     """Return why there are no gains, and what would help where that can be asked.
 
     First in the words of the plant's file; what the solver says of its inequalities comes last.
     """
     from takagi.lmi import explain
 
-    design = found.design
-    first = obstacle(design.answer, work.plant, work.model, work.asked)
-    parts = [first] if first else []
+    design = gains.design
+    cause = obstacle(design.answer, work.plant, work.model, work.settings)
+    paragraphs = [cause] if cause else []
     if design.answer.diagnosis:
-        parts.append(f"{'In detail: ' if first else ''}{design.answer.diagnosis}")
-    if len(work.model.A) <= MOST_EXPLAINED and found.explainable:
-        parts.append(str(explain(design, work.model, steps=4, **found.options)))
-    return in_file_rates("\n".join(parts), work.plant)
+        paragraphs.append(f"{'In detail: ' if cause else ''}{design.answer.diagnosis}")
+    if len(work.model.A) <= MOST_EXPLAINED and gains.explainable:
+        paragraphs.append(str(explain(design, work.model, steps=4, **gains.options)))
+    return in_file_rates("\n".join(paragraphs), work.plant)

@@ -31,7 +31,7 @@ from takagi.certificates.design.plant.wishes import (
 from takagi.certificates.document.plant_text import unknown_premises
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant.file_units import rate_in_file_units
+from takagi.models.plant.plant import rate_in_file_units
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.certification import ClaimRequirements
@@ -59,7 +59,7 @@ class FoundGains:
     explainable: bool = True
 
 
-def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains:
+def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains:
     """Return gains for the model as ``asked``; where there are none, the answer that says so.
 
     Raises
@@ -67,26 +67,26 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains
     ModelError : what is asked makes no sense for this plant: names, a region in discrete time,
         "max" without bounded gains.
     """
-    if needs_starts(asked) and input_limits(plant, model, asked):
-        return _from_assumed_starts(plant, model, asked)
-    ask = _question(plant, model, asked)
-    price = PRICES[asked.effort]
-    if asked.decay_rate == "max":
-        if asked.gain_bound is None and not input_limits(plant, model, asked):
+    if needs_starts(settings) and input_limits(plant, model, settings):
+        return _from_assumed_starts(plant, model, settings)
+    ask = _question(plant, model, settings)
+    price = PRICES[settings.effort]
+    if settings.decay_rate == "max":
+        if settings.gain_bound is None and not input_limits(plant, model, settings):
             raise ModelError(_no_largest(ask))
         return _near_largest(ask, plant)
-    if asked.decay_rate is not None:
-        return _smaller(ask, ask.found(ask(asked.decay_rate)), asked)
+    if settings.decay_rate is not None:
+        return _smaller(ask, ask.gains(ask(settings.decay_rate)), settings)
     rates = ask.rates
-    if asked.effort == "large" and not ask.limited:
+    if settings.effort == "large" and not ask.limited:
         rates = [*rates, *(2.0**k * rate for rate in rates[-1:] for k in (1, 2))]
     ranged = np.isfinite(_state_box(model))
     counted = ranged if ranged.any() else None
     design, note = moderate(ask, rates, for_set=ask.limited, price=price, counted=counted)
     if ask.limited and not rates and design.found:
         design, note = _not_absurdly_slow(ask, plant, price, design, note)
-    told = [in_file_rates(note, plant)] if note else []
-    return _smaller(ask, ask.found(design, *told), asked)
+    notes = [in_file_rates(note, plant)] if note else []
+    return _smaller(ask, ask.gains(design, *notes), settings)
 
 
 def _not_absurdly_slow(
@@ -99,38 +99,38 @@ def _not_absurdly_slow(
     rates, time = reach_rates(ask.model, box, np.asarray(ask.options["input_limit"]))
     if not rates or slowest_mode(ask.model, slowest) * time * ABSURD > 1:
         return slowest, note
-    faster, said = moderate(ask, rates, for_set=True, price=price, counted=np.isfinite(box))
+    faster, choice = moderate(ask, rates, for_set=True, price=price, counted=np.isfinite(box))
     if faster.decay_rate == 0:
         return slowest, note
     free = ", ".join(v.name for v, half in zip(plant.states, box, strict=True) if np.isinf(half))
     return faster, (
-        f"{said}; the rates that were tried follow from {time:.3g} s, in which the inputs bring "
+        f"{choice}; the rates that were tried follow from {time:.3g} s, in which the inputs bring "
         f"the states with a range to their ends, because {free} have none: give them ranges, or "
         "--settle"
     )
 
 
-def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains | None:
+def regional_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains | None:
     """Return gains that go with the share of a blend, sought without the actuators' errors.
 
     None where nothing is unknown to the law, where a relaxation was asked for, where both
     actuators act alike so that there is nothing to schedule, or where there are no such gains.
     Only the certificate decides whether they are valid with the errors.
     """
-    if not any(unknown_premises(model)) or asked.relaxation is not None:
+    if not any(unknown_premises(model)) or settings.relaxation is not None:
         return None
-    found = errorless(model, asked)
-    if found is None:
+    nominal_and_rules = errorless(model, settings)
+    if nominal_and_rules is None:
         return None
-    nominal, rules = found
-    design = find_gains(nominal.plant, nominal.model, asked)
+    nominal, rules = nominal_and_rules
+    design = find_gains(nominal.plant, nominal.model, settings)
     if not design.design.found:
         return None
     note = "one gain for each region, sought without the actuators' errors"
     return replace(design, design=expanded(design.design, rules), notes=(*design.notes, note))
 
 
-def requirements_of(plant: Plant, model: TSModel, asked: PlantSettings) -> ClaimRequirements:
+def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> ClaimRequirements:
     """Return what is asked of the gains, to be proved of them.
 
     Raises
@@ -139,18 +139,18 @@ def requirements_of(plant: Plant, model: TSModel, asked: PlantSettings) -> Claim
     """
     from takagi.certificates.claims.certification import ClaimRequirements
 
-    limits = input_limits(plant, model, asked)
+    limits, noise = input_limits(plant, model, settings), settings.noise
     return ClaimRequirements(
-        decay_rate=asked.decay_rate if isinstance(asked.decay_rate, float | int) else None,
+        decay_rate=settings.decay_rate if isinstance(settings.decay_rate, float | int) else None,
         input_limits=np.array([limits[v.name] for v in plant.inputs]) if limits else None,
-        region=_region(model, asked),
-        sample_time=asked.sample_time,
-        noise={v.label: asked.noise[v.name] for v in plant.disturbances if v.name in asked.noise},
-        horizon=asked.horizon,
+        region=_region(model, settings),
+        sample_time=settings.sample_time,
+        noise={v.label: noise[v.name] for v in plant.disturbances if v.name in noise},
+        horizon=settings.horizon,
     )
 
 
-def input_limits(plant: Plant, model: TSModel, asked: PlantSettings) -> dict[str, float]:
+def input_limits(plant: Plant, model: TSModel, settings: PlantSettings) -> dict[str, float]:
     """Return input -> largest deviation from its rest; empty where none has a limit.
 
     The rest is the model's, which may have been solved for.
@@ -160,33 +160,33 @@ def input_limits(plant: Plant, model: TSModel, asked: PlantSettings) -> dict[str
     ModelError : an input that rests at the end of its range; or some have limits and
         others have not.
     """
-    found: dict[str, float] = {}
+    limits: dict[str, float] = {}
     for variable, label in zip(plant.inputs, model.inputs, strict=True):
-        if variable.name in asked.input_limit:
-            found[variable.name] = asked.input_limit[variable.name]
+        if variable.name in settings.input_limit:
+            limits[variable.name] = settings.input_limit[variable.name]
         elif variable.range is not None:
             low, high = model.box[label]
-            share = Fraction(PRICES[asked.effort].room)
+            share = Fraction(PRICES[settings.effort].room)
             room = _rounded_down(share * min(-low, high))
             if room <= 0:
                 raise ModelError(
                     f"input {variable.label} rests at the end of its range {variable.range}; a "
                     "linear law needs room to either side: move the rest, or widen the range"
                 )
-            found[variable.name] = room
-    unlimited = [v.name for v in plant.inputs if v.name not in found]
-    if found and unlimited:
+            limits[variable.name] = room
+    unlimited = [v.name for v in plant.inputs if v.name not in limits]
+    if limits and unlimited:
         raise ModelError(
             f"input {', '.join(unlimited)} has neither range nor input_limit, but others have; "
             "give a limit for every input, or for none"
         )
-    return found
+    return limits
 
 
 def _rounded_down(value: Fraction) -> float:
     """Return a float whose shortest decimal is not above the value."""
-    found = float(value)
-    return found if Fraction(repr(found)) <= value else math.nextafter(found, -math.inf)
+    nearest = float(value)
+    return nearest if Fraction(repr(nearest)) <= value else math.nextafter(nearest, -math.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,21 +208,21 @@ class _Question:
                 break
         return design
 
-    def found(self, design: Design, *notes: str) -> FoundGains:
+    def gains(self, design: Design, *notes: str) -> FoundGains:
         return FoundGains(design, (*self.notes, *notes), self.options, explainable=not self.limited)
 
 
-def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
+def _question(plant: Plant, model: TSModel, settings: PlantSettings) -> _Question:
     from takagi.lmi import attraction_pdc, pdc
 
-    asked.require_names(
+    settings.require_names(
         states=tuple(v.name for v in plant.states),
         inputs=tuple(v.name for v in plant.inputs),
         disturbances=tuple(v.name for v in plant.disturbances),
     )
-    asked, told = one_gain(model, asked)
-    limits = input_limits(plant, model, asked)
-    region = _region(model, asked)
+    settings, gain_notes = one_gain(model, settings)
+    limits = input_limits(plant, model, settings)
+    region = _region(model, settings)
     box = _state_box(model)
     input_limit = None
     options: dict[str, Any]
@@ -230,39 +230,39 @@ def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
     if limits:
         input_limit = np.array([limits[v.name] for v in plant.inputs])
         rates = crossing_rates(model, box, input_limit)
-    if limits and not asked.initial:
+    if limits and not settings.initial:
         options = {"input_limit": input_limit, "state_box": box, "saturation": None}
         note = "inputs are limited: gains with the largest ellipsoid in which all limits hold"
-        names = (asked.relaxation or ALL_PAIRS,)
-        notes = (*told, note)
+        names = (settings.relaxation or ALL_PAIRS,)
+        notes = (*gain_notes, note)
         return _Question(attraction_pdc, model, options, names, True, rates, notes)
-    options = {"region": region, "gain_bound": asked.gain_bound}
-    if asked.initial:
-        options["initial_box"] = [asked.initial.get(v.name, 0.0) for v in plant.states]
+    options = {"region": region, "gain_bound": settings.gain_bound}
+    if settings.initial:
+        options["initial_box"] = [settings.initial.get(v.name, 0.0) for v in plant.states]
         options["input_limit"] = input_limit
         options["state_box"] = box if np.any(np.isfinite(box)) else None
     # The largest rate by every relaxation takes minutes: one is enough for it.
-    again = () if asked.decay_rate == "max" else ("auto",)
-    names = (ALL_PAIRS, *again) if asked.relaxation is None else (asked.relaxation,)
-    return _Question(pdc, model, options, names, False, rates, told)
+    fallback = () if settings.decay_rate == "max" else ("auto",)
+    names = (ALL_PAIRS, *fallback) if settings.relaxation is None else (settings.relaxation,)
+    return _Question(pdc, model, options, names, False, rates, gain_notes)
 
 
-def _region(model: TSModel, asked: PlantSettings) -> EigenvalueRegion | None:
+def _region(model: TSModel, settings: PlantSettings) -> EigenvalueRegion | None:
     from takagi.lmi import EigenvalueRegion
 
-    if asked.damping is None and asked.fastest is None:
+    if settings.damping is None and settings.fastest is None:
         return None
     if model.sample_time is not None:
         raise ModelError(
             "damping and fastest are about poles in continuous time; the plant is of discrete "
             f"time (sample time {model.sample_time:g} s): give a decay_rate instead"
         )
-    parts = []
-    if asked.damping is not None:
-        parts.append(EigenvalueRegion.sector(float(np.arccos(asked.damping))))
-    if asked.fastest is not None:
-        parts.append(EigenvalueRegion.disc(asked.fastest))
-    return parts[0] if len(parts) == 1 else parts[0] & parts[1]
+    regions = []
+    if settings.damping is not None:
+        regions.append(EigenvalueRegion.sector(float(np.arccos(settings.damping))))
+    if settings.fastest is not None:
+        regions.append(EigenvalueRegion.disc(settings.fastest))
+    return regions[0] if len(regions) == 1 else regions[0] & regions[1]
 
 
 def _state_box(model: TSModel) -> Floats:
@@ -277,35 +277,35 @@ def _state_box(model: TSModel) -> Floats:
     )
 
 
-def _from_assumed_starts(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains:
+def _from_assumed_starts(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains:
     """Return gains for wishes that need starts, where inputs are limited and none were given."""
-    limits, box = input_limits(plant, model, asked), _state_box(model)
+    limits, box = input_limits(plant, model, settings), _state_box(model)
     largest = largest_set(model, box, np.array([limits[v.name] for v in plant.inputs]))
     if not largest.found:
         return FoundGains(largest, (), {}, explainable=False)
-    whole = largest_multiple(largest, box)
+    multiple = largest_multiple(largest, box)
     for share in SHARES:
-        starts = [float(f"{share * whole * half:.2g}") for half in box]
+        starts = [float(f"{share * multiple * half:.2g}") for half in box]
         initial = dict(zip((v.name for v in plant.states), starts, strict=True))
-        found = find_gains(plant, model, replace(asked, initial=initial))
-        if found.design.found:
+        gains = find_gains(plant, model, replace(settings, initial=initial))
+        if gains.design.found:
             break
-    told = ", ".join(
+    starts_in_words = ", ".join(
         f"{label.partition(' [')[0]} = {start:g} {label.partition('[')[2].rstrip(']')}"
         for label, start in zip(model.states, starts, strict=True)
     )
-    note = f"no initial states were given: gains for a box of half-widths {told}"
-    return replace(found, notes=(*found.notes, note))
+    note = f"no initial states were given: gains for a box of half-widths {starts_in_words}"
+    return replace(gains, notes=(*gains.notes, note))
 
 
 def _near_largest(ask: _Question, plant: Plant) -> FoundGains:
     top = ask("max")
     if not top.found:
-        return ask.found(top)
-    found = ask(SHARE * top.decay_rate)
+        return ask.gains(top)
+    slower = ask(SHARE * top.decay_rate)
     number, unit = rate_in_file_units(plant, float(top.decay_rate))
     note = f"the largest decay rate found is {number:.4g} {unit}; designed at {SHARE:.0%} of it"
-    return ask.found(found if found.found else top, note)
+    return ask.gains(slower if slower.found else top, note)
 
 
 def _no_largest(ask: _Question) -> str:
@@ -321,22 +321,22 @@ def _no_largest(ask: _Question) -> str:
     return f"{words}, for instance {2 * size:.2g}, which is twice the gains of a moderate rate"
 
 
-def _smaller(ask: _Question, found: FoundGains, asked: PlantSettings) -> FoundGains:
+def _smaller(ask: _Question, gains: FoundGains, settings: PlantSettings) -> FoundGains:
     """Return gains of a smaller norm at the same rate, if a small effort is wished for."""
-    if asked.effort == "large" and asked.decay_rate is not None:
+    if settings.effort == "large" and settings.decay_rate is not None:
         note = "effort large changes nothing, because the decay rate is asked for"
-        return replace(found, notes=(*found.notes, note))
-    free = asked.gain_bound is None and not ask.limited and found.design.found
-    if asked.effort != "small" or not free:
-        return found
-    size = gain_size(found.design)
+        return replace(gains, notes=(*gains.notes, note))
+    free = settings.gain_bound is None and not ask.limited and gains.design.found
+    if settings.effort != "small" or not free:
+        return gains
+    size = gain_size(gains.design)
     for share in SMALLER:
         options = {**ask.options, "gain_bound": float(f"{share * size:.2g}")}
-        smaller = replace(ask, options=options)(float(found.design.decay_rate))
+        smaller = replace(ask, options=options)(float(gains.design.decay_rate))
         if smaller.found:
             note = f"effort small: gains of a norm of at most {options['gain_bound']:g}"
-            return replace(found, design=smaller, notes=(*found.notes, note), options=options)
-    return replace(found, notes=(*found.notes, "effort small: no smaller gains have this rate"))
+            return replace(gains, design=smaller, notes=(*gains.notes, note), options=options)
+    return replace(gains, notes=(*gains.notes, "effort small: no smaller gains have this rate"))
 
 
 def rounded_gains(gains: Floats, digits: int) -> Floats:
@@ -344,10 +344,10 @@ def rounded_gains(gains: Floats, digits: int) -> Floats:
     largest = np.abs(gains).max(axis=0)
     # An entry that is noise compared with its row has no effect on the command.
     floor = np.where(largest > 0, largest, 1.0)
-    places = digits - 1 - np.floor(np.log10(floor)).astype(int)
+    decimals = digits - 1 - np.floor(np.log10(floor)).astype(int)
     rounded = [
-        [[round(float(v), int(p)) + 0.0 for v, p in zip(row, at, strict=True)]
-         for row, at in zip(K, places, strict=True)]
+        [[round(float(v), int(p)) + 0.0 for v, p in zip(row, row_decimals, strict=True)]
+         for row, row_decimals in zip(K, decimals, strict=True)]
         for K in gains
     ]  # fmt: skip
     return np.array(rounded)

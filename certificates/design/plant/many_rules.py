@@ -1,4 +1,4 @@
-"""Gains for a model with many rules, within a budget of time: which kind, and what is said of it.
+"""Gains for a model with many rules, within a budget of time.
 
 A gain for every rule is the default.  Where it is estimated to take longer than the budget, one
 gain for all rules is sought: its inequalities are linear in the vertices, so those at the vertices
@@ -7,16 +7,16 @@ is none, gains that depend on the premises of most effect alone are sought, with
 in the middle of their ranges.  That model is not the plant; these gains are valid only if the
 certificate, which is always about all rules, is proved.
 
-What a search for gains takes, by numbers that were measured, before it is begun.
-
-With g gains the double sum has N inequalities of n (n + 1) / 2 numbers each, over n (n + 1) / 2 +
-g m n unknowns v.  A premise that both vertices and gains depend on triples N, because the pairs
-(low, high) and (high, low) of its corners are one; with one gain for all rules it doubles N.
+The time is estimated before the search. With g gains the double sum has N inequalities of n (n + 1)
+/ 2 numbers each, over n (n + 1) / 2 + g m n unknowns v. A premise that both vertices and gains
+depend on triples N, because the pairs (low, high) and (high, low) of its corners are one; with one
+gain for all rules it doubles N.
 
 Measured on a plant with 8 premises, 4 states, 3 inputs, 4 to 128 rules (two 2 GHz cores, one
 of them in use, Clarabel): one largest ellipsoid takes 0.3 s + 4 ms N + 5 us N n (n + 1) / 2 v; the
 process takes 150 MB + 16 bytes N n (n + 1) / 2 v.  The proof takes some 50 ms for each inequality.
-Other machines differ, by a factor of three say: these numbers choose a way, they decide nothing.
+On other machines it may differ by a factor of three: the estimate chooses between searches, and
+no claim depends on it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 BUDGET = 120.0  # s
 # Work that is announced although nothing is changed because of it.
 LONG = 20.0  # s
-SHOWN = 3  # premises in the announcement
+MOST_PREMISES = 3  # premises in the announcement
 READABLE = 60  # characters of a premise's expression that are shown whole
 
 
@@ -57,40 +57,41 @@ class GainChoice:
     note: str = ""
 
 
-def gain_choice(model: TSModel, asked: PlantSettings, budget: float) -> GainChoice:
+def gain_choice(model: TSModel, settings: PlantSettings, budget: float) -> GainChoice:
     """Return how gains are sought within ``budget`` [s], by estimates alone.
 
     A relaxation that was asked for is kept, however long it takes.
     """
     sizes = (len(model.states), len(model.inputs))
-    single = work_of(len(model.A), sizes, asked, one_gain=True)
-    if asked.relaxation == ONE_GAIN:
-        said = f"one gain for all rules: {single.words}"
-        return GainChoice(False, "" if single.seconds < LONG else f"{_head(model)}; {said}")
-    each = work_of(len(model.A), sizes, asked, one_gain=False, merged=bool(model.premises))
-    if each.seconds < LONG or len(model.A) == 1:
+    single = work_of(len(model.A), sizes, settings, one_gain=True)
+    if settings.relaxation == ONE_GAIN:
+        words = f"one gain for all rules: {single.words}"
+        return GainChoice(False, "" if single.seconds < LONG else f"{_head(model)}; {words}")
+    estimate = work_of(len(model.A), sizes, settings, one_gain=False, merged=bool(model.premises))
+    if estimate.seconds < LONG or len(model.A) == 1:
         return GainChoice(False)
-    told = f"{_head(model)}; a gain for every rule: {each.words}"
-    if asked.relaxation is not None or each.seconds <= budget:
-        return GainChoice(False, f"{told}. {_less(model, asked, single)}")
+    announcement = f"{_head(model)}; a gain for every rule: {estimate.words}"
+    if settings.relaxation is not None or estimate.seconds <= budget:
+        return GainChoice(False, f"{announcement}. {_less(model, settings, single)}")
     note = (
         f"one gain for all {len(model.A)} rules: a gain for every rule would take "
-        f"{each.words}, more than the {budget:g} s of --time"
+        f"{estimate.words}, more than the {budget:g} s of --time"
     )
-    chosen = f"Chosen: one gain for all rules, {single.words}, because the budget is {budget:g} s"
-    return GainChoice(True, f"{told}. {chosen} (--time). {_less(model, asked, single)}", note)
+    choice = f"Chosen: one gain for all rules, {single.words}, because the budget is {budget:g} s"
+    announcement += f". {choice} (--time). {_less(model, settings, single)}"
+    return GainChoice(True, announcement, note)
 
 
 def shortened_gains(
-    plant: Plant, model: TSModel, asked: PlantSettings, choice: GainChoice
+    plant: Plant, model: TSModel, settings: PlantSettings, choice: GainChoice
 ) -> FoundGains:
     """Return one gain for all rules; what answers that there is none is returned too."""
-    found = find_gains(plant, model, replace(asked, relaxation=ONE_GAIN))
-    return replace(found, notes=(choice.note, *found.notes), explainable=False)
+    gains = find_gains(plant, model, replace(settings, relaxation=ONE_GAIN))
+    return replace(gains, notes=(choice.note, *gains.notes), explainable=False)
 
 
 def gains_of_few_premises(
-    plant: Plant, model: TSModel, asked: PlantSettings, budget: float
+    plant: Plant, model: TSModel, settings: PlantSettings, budget: float
 ) -> FoundGains | None:
     """Return gains that depend on the premises of most effect, as many as the budget allows.
 
@@ -99,25 +100,25 @@ def gains_of_few_premises(
     sizes = (len(model.states), len(model.inputs))
     order = np.argsort(-effects(model), kind="stable")
     count = len(order) - 1
-    while count and work_of(2**count, sizes, asked, one_gain=False).seconds > budget / 2:
+    while count and work_of(2**count, sizes, settings, one_gain=False).seconds > budget / 2:
         count -= 1
     if not count:
         return None
-    kept = sorted(int(k) for k in order[:count])
-    smaller, rules = model_of_premises(model, kept)
-    found = find_gains(plant, smaller, asked)
-    if not found.design.found:
+    premises = sorted(int(k) for k in order[:count])
+    smaller, rules = model_of_premises(model, premises)
+    gains = find_gains(plant, smaller, settings)
+    if not gains.design.found:
         return None
-    names = ", ".join(model.premises[k].name for k in kept)
+    names = ", ".join(model.premises[k].name for k in premises)
     note = (
         f"gains that depend on {names} alone, sought with the other premises in the middle of "
         f"their ranges and proved with all {len(model.A)} rules"
     )
-    return replace(found, design=expanded(found.design, rules), notes=(note, *found.notes))
+    return replace(gains, design=expanded(gains.design, rules), notes=(note, *gains.notes))
 
 
 def gains_of_known_premises(
-    plant: Plant, model: TSModel, asked: PlantSettings
+    plant: Plant, model: TSModel, settings: PlantSettings
 ) -> FoundGains | None:
     """Return gains that depend on the premises without uncertain parameters.
 
@@ -125,26 +126,31 @@ def gains_of_known_premises(
     uncertain or known, or where the smaller model has no gains.
     """
     unknown = unknown_premises(model)
-    kept = [k for k, hidden in enumerate(unknown) if not hidden]
-    if not any(unknown) or not kept or plant.blending is not None or asked.relaxation is not None:
+    known = [k for k, hidden in enumerate(unknown) if not hidden]
+    if (
+        not any(unknown)
+        or not known
+        or plant.blending is not None
+        or settings.relaxation is not None
+    ):
         return None
-    smaller, rules = model_of_premises(model, kept)
-    found = find_gains(plant, smaller, asked)
-    if not found.design.found:
+    smaller, rules = model_of_premises(model, known)
+    gains = find_gains(plant, smaller, settings)
+    if not gains.design.found:
         return None
     note = (
         "gains that depend on the premises without uncertain parameters, sought with the others in "
         f"the middle of their ranges and proved with all {len(model.A)} rules"
     )
-    return replace(found, design=expanded(found.design, rules), notes=(note, *found.notes))
+    return replace(gains, design=expanded(gains.design, rules), notes=(note, *gains.notes))
 
 
-def model_of_premises(model: TSModel, kept: list[int]) -> tuple[TSModel, Indices]:
+def model_of_premises(model: TSModel, premises: list[int]) -> tuple[TSModel, Indices]:
     """Return the model with the other premises at mid-range, and each rule's place in it."""
-    places: dict[tuple[int, ...], list[int]] = {}
+    rules_at: dict[tuple[int, ...], list[int]] = {}
     for rule, corners in enumerate(model.rules):
-        places.setdefault(tuple(corners[k] for k in kept), []).append(rule)
-    members = [places[corners] for corners in sorted(places)]
+        rules_at.setdefault(tuple(corners[k] for k in premises), []).append(rule)
+    members = [rules_at[corners] for corners in sorted(rules_at)]
     means = [
         np.array([stack[rules].mean(axis=0) for rules in members]) for stack in (model.A, model.B)
     ]
@@ -152,21 +158,21 @@ def model_of_premises(model: TSModel, kept: list[int]) -> tuple[TSModel, Indices
         *means,
         states=model.states,
         inputs=model.inputs,
-        premises=[model.premises[k] for k in kept],
-        rules=sorted(places),
+        premises=[model.premises[k] for k in premises],
+        rules=sorted(rules_at),
         box=model.box,
         sample_time=model.sample_time,
         name=model.name,
     )
-    where = np.empty(len(model.A), dtype=np.intp)
+    reduced_rule = np.empty(len(model.A), dtype=np.intp)
     for number, rules in enumerate(members):
-        where[rules] = number
-    return smaller, where
+        reduced_rule[rules] = number
+    return smaller, reduced_rule
 
 
 def _head(model: TSModel) -> str:
     """Return rules and the premises of most effect, with ranges and units."""
-    ranked = np.argsort(-effects(model), kind="stable")[:SHOWN]
+    ranked = np.argsort(-effects(model), kind="stable")[:MOST_PREMISES]
     ranges = [
         f"{p.name}{_formula(model, k)} in [{float(p.lower):.4g}, {float(p.upper):.4g}]"
         + (f" {p.unit}" if p.unit != "-" else "")
@@ -182,33 +188,33 @@ def _formula(model: TSModel, premise: int) -> str:
     if form is None:
         return ""
     expression = list(form.factored.premises.values())[premise]
-    shown = str(expression)
-    if len(shown) <= READABLE:
-        return f" = {shown}"
+    text = str(expression)
+    if len(text) <= READABLE:
+        return f" = {text}"
     return f", which depends on {', '.join(sorted(map(str, expression.free_symbols)))},"
 
 
-def _less(model: TSModel, asked: PlantSettings, single: WorkEstimate) -> str:
+def _less(model: TSModel, settings: PlantSettings, single: WorkEstimate) -> str:
     """Return what takes less time."""
     if len(model.premises) < 2:
         return f"--relaxation {ONE_GAIN} takes {single.words}."
-    least = model.premises[int(np.argmin(effects(model)))]
+    weakest = model.premises[int(np.argmin(effects(model)))]
     sizes = (len(model.states), len(model.inputs))
-    fewer = work_of(len(model.A) // 2, sizes, asked, one_gain=False)
+    fewer = work_of(len(model.A) // 2, sizes, settings, one_gain=False)
     return (
-        f"What takes less: a plant with one premise less, {fewer.time}; {least.name} has the least "
-        "effect. A given --decay-rate, which is one problem in the place of several. --relaxation "
-        f"{ONE_GAIN}, {single.time}."
+        f"What takes less: a plant with one premise less, {fewer.time}; {weakest.name} has the "
+        "least effect. A given --decay-rate, which is one problem in the place of several. "
+        f"--relaxation {ONE_GAIN}, {single.time}."
     )
 
 
-# Problems that are solved where no decay rate is asked for, and for the largest one.
-RATES, SEARCHED = 8, 20
-# Measured (docs/plants.md): seconds for a problem, for an inequality in it, for an inequality
-# times unknowns times entries, and for the proof of an inequality; then MB at the start, and MB for
-# the same product.
-FIXED, EACH, SOLVED, PROVED = 0.3, 4e-3, 5e-6, 0.05
-BASE, STORED = 150.0, 16e-6
+# Problems that are solved, by what is asked of the decay rate; one for a rate in numbers.
+PROBLEMS: dict[object, int] = {None: 8, "max": 20}
+# Measured (docs/plants.md), in seconds: for a problem, for an inequality in it, for an inequality
+# times unknowns times entries, and for the proof of an inequality.
+PROBLEM_TIME, INEQUALITY_TIME, PRODUCT_TIME, PROOF_TIME = 0.3, 4e-3, 5e-6, 0.05
+# In MB: at the start, and for the same product.
+START_MEMORY, PRODUCT_MEMORY = 150.0, 16e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,7 +238,12 @@ class WorkEstimate:
 
 
 def work_of(
-    rules: int, sizes: tuple[int, int], asked: PlantSettings, *, one_gain: bool, merged: bool = True
+    rules: int,
+    sizes: tuple[int, int],
+    settings: PlantSettings,
+    *,
+    one_gain: bool,
+    merged: bool = True,
 ) -> WorkEstimate:
     """Return the estimate.
 
@@ -252,10 +263,11 @@ def work_of(
         inequalities = rules * (rules + 1) // 2
     entries = n * (n + 1) // 2
     unknowns = entries + (1 if one_gain else rules) * m * n
-    problems = {None: RATES, "max": SEARCHED}.get(asked.decay_rate, 1)  # type: ignore[arg-type]
+    problems = PROBLEMS.get(settings.decay_rate, 1)
     product = inequalities * entries * unknowns
-    seconds = problems * (FIXED + EACH * inequalities + SOLVED * product) + PROVED * inequalities
-    return WorkEstimate(inequalities, unknowns, seconds, BASE + STORED * product)
+    seconds = problems * (PROBLEM_TIME + INEQUALITY_TIME * inequalities + PRODUCT_TIME * product)
+    seconds += PROOF_TIME * inequalities
+    return WorkEstimate(inequalities, unknowns, seconds, START_MEMORY + PRODUCT_MEMORY * product)
 
 
 def effects(model: TSModel) -> Floats:
@@ -265,15 +277,15 @@ def effects(model: TSModel) -> Floats:
     not matter where there are ranges.
     """
     s, tau = (_half_widths(model, names) for names in (model.states, model.inputs))
-    whole = np.concatenate([model.A * s / s[:, None], model.B * tau / s[:, None]], axis=2)
+    vertices = np.concatenate([model.A * s / s[:, None], model.B * tau / s[:, None]], axis=2)
     rules = np.array(model.rules)
-    size = np.abs(whole).mean(axis=0).max() or 1.0
-    found = []
+    size = np.abs(vertices).mean(axis=0).max() or 1.0
+    sizes = []
     for k in range(len(model.premises)):
-        ends = [whole[rules[:, k] == corner] for corner in (0, 1)]
-        moved = ends[1].mean(axis=0) - ends[0].mean(axis=0) if len(ends[1]) else np.zeros(1)
-        found.append(float(np.abs(moved).max() / size))
-    return np.array(found)
+        ends = [vertices[rules[:, k] == corner] for corner in (0, 1)]
+        change = ends[1].mean(axis=0) - ends[0].mean(axis=0) if len(ends[1]) else np.zeros(1)
+        sizes.append(float(np.abs(change).max() / size))
+    return np.array(sizes)
 
 
 def _half_widths(model: TSModel, names: tuple[str, ...]) -> Floats:

@@ -12,13 +12,13 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from takagi.models.equilibrium_line import own_states
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.file_units import file_unit
-from takagi.models.tracking import held_rests, own_states
+from takagi.models.plant.plant import file_unit
+from takagi.models.tracking import held_rests
 
 if TYPE_CHECKING:
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
 
 
 def moving_slopes(plant: Plant) -> list[Variable]:
@@ -26,38 +26,38 @@ def moving_slopes(plant: Plant) -> list[Variable]:
     import sympy as sp
 
     rows = sp.Matrix([sp.sympify(row) for row in plant.equations])
-    own = [*plant.states, *plant.inputs]
-    slopes = rows.jacobian([v.symbol for v in own])
-    return [v for v in own if v.range is not None and v.symbol in slopes.free_symbols]
+    variables = [*plant.states, *plant.inputs]
+    slopes = rows.jacobian([v.symbol for v in variables])
+    return [v for v in variables if v.range is not None and v.symbol in slopes.free_symbols]
 
 
-def with_ranges(plant: Plant, moved: dict[str, Variable]) -> Plant:
+def with_ranges(plant: Plant, replaced: dict[str, Variable]) -> Plant:
     """Return the plant with these variables in the place of those of the same name."""
     return replace(
         plant,
-        states=tuple(moved.get(v.name, v) for v in plant.states),
-        inputs=tuple(moved.get(v.name, v) for v in plant.inputs),
-        disturbances=tuple(moved.get(v.name, v) for v in plant.disturbances),
+        states=tuple(replaced.get(v.name, v) for v in plant.states),
+        inputs=tuple(replaced.get(v.name, v) for v in plant.inputs),
+        disturbances=tuple(replaced.get(v.name, v) for v in plant.disturbances),
     )
 
 
 def narrowed(plant: Plant, group: Sequence[Variable], share: Fraction) -> dict[str, Variable]:
     """Return the variables with this share of the distance from where they rest to each end."""
-    own = [plant.states[k] for k in own_states(plant)]
+    states = [plant.states[k] for k in own_states(plant)]
     values = held_rests(plant).values
     rests = {
         v.name: (Fraction(float(low)), Fraction(float(high)))
         for v, low, high in zip(
-            (*own, *plant.inputs), values.min(axis=0), values.max(axis=0), strict=True
+            (*states, *plant.inputs), values.min(axis=0), values.max(axis=0), strict=True
         )
     }
-    found = {}
+    narrower = {}
     for v in group:
         assert v.range is not None  # such variables are narrowed
         low, high = rests.get(v.name, (v.rest, v.rest))
         ends = (low + share * (v.range.lower - low), high + share * (v.range.upper - high))
-        found[v.name] = replace(v, range=Interval(*(Fraction(f"{float(e):.6g}") for e in ends)))
-    return found
+        narrower[v.name] = replace(v, range=Interval(*(Fraction(f"{float(e):.6g}") for e in ends)))
+    return narrower
 
 
 def range_in_words(variable: Variable) -> str:

@@ -49,11 +49,11 @@ if TYPE_CHECKING:
 
 # Decay rates of the estimation error that are tried, as multiples of the rate of the gains.  A
 # faster observer has larger gains, which amplify noise more.
-FASTER = (1.0, 2.0, 4.0, 8.0)
+ERROR_RATE_FACTORS = (1.0, 2.0, 4.0, 8.0)
 # The slowest observer is taken whose set of starts has this share of the best one's mean width.
-NEARLY = 0.8
+NEARLY_BEST = 0.8
 # The gains are designed for slightly more than the required rate: the joint proof needs the rest.
-MORE = 1.02
+RATE_FACTOR = 1.02
 # Share of the gains' own rate for the search of the set, if no rate is required.
 SHARE_OF_RATE = 0.5
 # With more matrices than this, all rules get one gain, which reduces the number.
@@ -65,7 +65,7 @@ class ObservedWork:
     """The data to design and certify an observer and gains for one model."""
 
     plant: Plant
-    asked: PlantSettings
+    settings: PlantSettings
     model: TSModel
     requirements: ClaimRequirements
     files: tuple[Path, ...]
@@ -78,7 +78,7 @@ class ObservedWork:
     def of(
         cls,
         plant: Plant,
-        asked: PlantSettings,
+        settings: PlantSettings,
         model: TSModel,
         requirements: ClaimRequirements,
         files: Sequence[Path],
@@ -86,7 +86,7 @@ class ObservedWork:
     ) -> ObservedWork:
         """Return it, after the checks of ``observer_question``."""
         with clock("model"):
-            question = observer_question(plant, model, asked)
+            question = observer_question(plant, model, settings)
             data, claims, _ = plant_and_claim(model)
             assert data is not None  # the question has written it already
             if question.slopes is not None:
@@ -96,7 +96,7 @@ class ObservedWork:
                 data |= content_of(files)
         return cls(
             plant=plant,
-            asked=asked,
+            settings=settings,
             model=model,
             requirements=requirements,
             files=tuple(files),
@@ -109,8 +109,9 @@ class ObservedWork:
     def loop(self, gains: Floats, L: Floats) -> ClaimedLoop:
         """Return the loop with gains K (r, m, n) and L (r or 1, n, p)."""
         at_estimate = self.question.at_estimate
-        own = observer_member(L, self.question.measured, at_estimate=at_estimate)
-        law = pdc_law_data(self.model, gains) | law_members(self.model_data) | {"observer": own}
+        observer = observer_member(L, self.question.measured, at_estimate=at_estimate)
+        law = pdc_law_data(self.model, gains) | law_members(self.model_data)
+        law |= {"observer": observer}
         return ClaimedLoop.of(self.model, gains, model_data=self.model_data, law=law)
 
     def certified(
@@ -133,7 +134,7 @@ class ObservedWork:
                 model=self.model_data,
                 gains=loop.gains_data,
                 claims=[*self.claims, attempt.claim],
-                provenance=provenance(self.asked, {"observed-loop": attempt.solver}),
+                provenance=provenance(self.settings, {"observed-loop": attempt.solver}),
                 files=self.files,
             )
             checked = check_document(document)
@@ -144,8 +145,8 @@ class ObservedWork:
         members = plant_members(self.plant, self.model, law, checked, notes)
         certificate = Certificate(bound(document, members), checked, attempt.tried)
         seconds = dict(self.clock.seconds)
-        parts = (self.plant, self.asked, self.model, design, gains, None, certificate)
-        return PlantDesign(*parts, notes, seconds, output_law=run, observer=observer)
+        values = (self.plant, self.settings, self.model, design, gains, None, certificate)
+        return PlantDesign(*values, notes, seconds, output_law=run, observer=observer)
 
 
 def design_observed(work: ObservedWork, digits: Sequence[int]) -> PlantDesign | NoDesign:
@@ -158,30 +159,32 @@ def design_observed(work: ObservedWork, digits: Sequence[int]) -> PlantDesign | 
     from takagi.certificates.design.plant.gains import find_gains
     from takagi.certificates.design.plant.plain_words import obstacle
 
-    asked, question = work.asked, work.question
-    rate = asked.decay_rate
-    wanted = replace(asked, decay_rate=MORE * rate) if isinstance(rate, float) else asked
+    settings, question = work.settings, work.question
+    rate = settings.decay_rate
+    if isinstance(rate, float):
+        settings = replace(settings, decay_rate=RATE_FACTOR * rate)
     with work.clock("gains"):
-        found = find_gains(work.plant, work.model, wanted)
-        if found.design.found and _count(work) > MOST_LOOPS:
-            found = find_gains(work.plant, work.model, replace(wanted, relaxation="common-gain"))
-    if not found.design.found:
-        first = obstacle(found.design.answer, work.plant, work.model, wanted)
-        return NoDesign("\n".join(part for part in (first, found.design.answer.diagnosis) if part))
-    K = np.asarray(found.design.require()[0])
-    own = float(found.design.decay_rate)
-    notes = (*found.notes, question.note)
+        found_gains = find_gains(work.plant, work.model, settings)
+        if found_gains.design.found and _count(work) > MOST_LOOPS:
+            common = replace(settings, relaxation="common-gain")
+            found_gains = find_gains(work.plant, work.model, common)
+    if not found_gains.design.found:
+        cause = obstacle(found_gains.design.answer, work.plant, work.model, settings)
+        return NoDesign("\n".join(filter(None, (cause, found_gains.design.answer.diagnosis))))
+    K = np.asarray(found_gains.design.require()[0])
+    gain_rate = float(found_gains.design.decay_rate)
+    notes = (*found_gains.notes, question.note)
     with work.clock("observer"):
-        choice = _observer(work, rounded_gains(K, digits[0]), own, digits[0])
+        choice = _observer(work, rounded_gains(K, digits[0]), gain_rate, digits[0])
     if isinstance(choice, NoDesign):
         return choice
     last: PlantDesign | None = None
     for count in digits:
         L = rounded_gains(choice.L, count)
-        whole = (*notes, choice.note, f"gains to {count} significant digits")
+        all_notes = (*notes, choice.note, f"gains to {count} significant digits")
         P = choice.P if count == digits[0] else None
         gains = rounded_gains(K, count)
-        last = work.certified(gains, L, found.design, whole, P, choice.design)
+        last = work.certified(gains, L, found_gains.design, all_notes, P, choice.design)
         if last.proved:
             break
     assert last is not None  # there is always a number of digits
@@ -206,22 +209,22 @@ def _count(work: ObservedWork) -> int:
     return rules * (rules + 1) // 2 * slopes
 
 
-def _observer(work: ObservedWork, K: Floats, own: float, digits: int) -> _Choice | NoDesign:
+def _observer(work: ObservedWork, K: Floats, gain_rate: float, digits: int) -> _Choice | NoDesign:
     """Return the slowest observer whose set of starts is nearly the largest."""
     tried: list[str] = []
-    found = list(_candidates(work, K, own, digits, tried))
-    if not found:
+    choices = list(_candidates(work, K, gain_rate, digits, tried))
+    if not choices:
         return NoDesign(
             "gains were found for the states, but no observer with which the loop is proved "
             f"within the ranges; tried: {'; '.join(tried)}. Ask for a lower decay rate, narrow "
             "the ranges of what is not measured, or measure more"
         )
-    best = max(one.size for one in found)
-    return next(one for one in found if one.size >= NEARLY * best)
+    best = max(choice.size for choice in choices)
+    return next(choice for choice in choices if choice.size >= NEARLY_BEST * best)
 
 
 def _candidates(
-    work: ObservedWork, K: Floats, own: float, digits: int, tried: list[str]
+    work: ObservedWork, K: Floats, gain_rate: float, digits: int, tried: list[str]
 ) -> Iterator[_Choice]:
     from takagi.lmi import observer
     from takagi.lmi.analysis.start_set import start_set
@@ -233,18 +236,20 @@ def _candidates(
     rate = work.requirements.decay_rate
     if question.slopes is not None:
         S, R = slope_vertices(question)
-        seen = SimpleNamespace(A=S, C=R, sample_time=model.sample_time, states=model.states)
+        observed = SimpleNamespace(A=S, C=R, sample_time=model.sample_time, states=model.states)
         relaxation = "common-gain"
     else:
         C = model.C[:, list(question.rows)]
-        seen = SimpleNamespace(A=model.A, C=C, sample_time=model.sample_time, states=model.states)
-        seen.premises, seen.rules = model.premises, model.rules
+        observed = SimpleNamespace(
+            A=model.A, C=C, sample_time=model.sample_time, states=model.states
+        )
+        observed.premises, observed.rules = model.premises, model.rules
         relaxation = "wang-tanaka-griffin"
-    for factor in FASTER:
-        speed = factor * max(own, rate or 0.0)
+    for factor in ERROR_RATE_FACTORS:
+        speed = factor * max(gain_rate, rate or 0.0)
         words = f"errors that decay at {speed:.3g} 1/s"
         try:
-            design = observer(seen, decay_rate=speed, relaxation=relaxation)
+            design = observer(observed, decay_rate=speed, relaxation=relaxation)
         except ModelError as error:
             # A vertex of the hull hides a mode: no observer follows it, however slow.
             tried.append(str(error))
@@ -258,9 +263,9 @@ def _candidates(
         loop = work.loop(K, rounded_gains(L, digits))
         G, rows = loops_and_limits(loop, limits)
         N = starts_of(loop)
-        asked_rate = SHARE_OF_RATE * own if rate is None else 1.0001 * rate
+        set_rate = SHARE_OF_RATE * gain_rate if rate is None else 1.0001 * rate
         step = model.sample_time
-        ellipsoid = start_set(G, rows, N, decay_rate=asked_rate, sample_time=step)
+        ellipsoid = start_set(G, rows, N, decay_rate=set_rate, sample_time=step)
         if ellipsoid.P is None:
             tried.append(f"{words}: {ellipsoid.diagnosis}")
             continue
@@ -270,7 +275,7 @@ def _candidates(
 
 
 # Options that are not proved for a loop with an observer.
-LEFT_OUT = ("damping", "fastest", "sample_time", "initial", "gain_bound")
+NOT_PROVED_OPTIONS = ("damping", "fastest", "sample_time", "initial", "gain_bound")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -294,7 +299,7 @@ class ObserverQuestion:
     note: str
 
 
-def observer_question(plant: Plant, model: TSModel, asked: PlantSettings) -> ObserverQuestion:
+def observer_question(plant: Plant, model: TSModel, settings: PlantSettings) -> ObserverQuestion:
     """Return the kind of observer that the plant needs.
 
     Raises
@@ -303,8 +308,8 @@ def observer_question(plant: Plant, model: TSModel, asked: PlantSettings) -> Obs
         not know, an unstable mode that no measured output shows, slopes that cannot be bounded.
     """
     assert plant.measured is not None  # checked by the caller
-    for name in LEFT_OUT:
-        if getattr(asked, name):
+    for name in NOT_PROVED_OPTIONS:
+        if getattr(settings, name):
             raise ModelError(
                 f"plant {plant.name!r}: {name} was given, which is not proved for a law with "
                 "measured outputs; leave it out, or leave out 'measured' for a law of all states"
@@ -313,8 +318,9 @@ def observer_question(plant: Plant, model: TSModel, asked: PlantSettings) -> Obs
     rows = tuple(names.index(name) for name in plant.measured)
     check_detectable(plant, model, rows, range(len(plant.states)))
     # By itself and unchanged: the program computes premises of what it reads.
-    alone = {y.expression for y in plant.outputs if y.name in plant.measured}
-    seen = {label for v, label in zip(plant.states, model.states, strict=True) if v.symbol in alone}
+    expressions = {y.expression for y in plant.outputs if y.name in plant.measured}
+    pairs = zip(plant.states, model.states, strict=True)
+    by_themselves = {label for v, label in pairs if v.symbol in expressions}
     scheduled = ClaimedLoop.of(model, model_data=_data(model)).exact.scheduled_by or ()
     outside = [label for label in scheduled if label not in model.states]
     if outside:
@@ -322,19 +328,19 @@ def observer_question(plant: Plant, model: TSModel, asked: PlantSettings) -> Obs
             f"plant {plant.name!r}: a premise depends on {', '.join(outside)}, which an observer "
             "does not know; choose premises of states alone in [premises], or leave out 'measured'"
         )
-    hidden = [label for label in scheduled if label not in seen]
-    shown = ", ".join(plant.measured)
+    hidden = [label for label in scheduled if label not in by_themselves]
+    measured = ", ".join(plant.measured)
     if not hidden:
-        told = "its weights are the plant's own" if scheduled else "the plant is linear"
+        reason = "its weights are the plant's own" if scheduled else "the plant is linear"
         return ObserverQuestion(
-            rows, plant.measured, False, None, f"an observer of {shown}; {told}"
+            rows, plant.measured, False, None, f"an observer of {measured}; {reason}"
         )
-    unknown = ", ".join(label.split(" [")[0] for label in hidden)
+    unmeasured = ", ".join(label.split(" [")[0] for label in hidden)
     note = (
-        f"an observer of {shown}; premises depend on {unknown}, which is not measured, so that its "
-        "weights are those at the estimate"
+        f"an observer of {measured}; premises depend on {unmeasured}, which is not measured, so "
+        "that its weights are those at the estimate"
     )
-    return ObserverQuestion(rows, plant.measured, True, _slopes(plant, asked, unknown), note)
+    return ObserverQuestion(rows, plant.measured, True, _slopes(plant, settings, unmeasured), note)
 
 
 def slope_vertices(question: ObserverQuestion) -> tuple[Floats, Floats]:
@@ -342,10 +348,10 @@ def slope_vertices(question: ObserverQuestion) -> tuple[Floats, Floats]:
     assert question.slopes is not None
     S = question.slopes.A
     R = question.slopes.C[:, list(question.rows)]
-    both = np.concatenate([S, R], axis=1)
-    _, first = np.unique(both.reshape(len(both), -1), axis=0, return_index=True)
-    kept = np.sort(first)
-    return S[kept], R[kept]
+    pairs = np.concatenate([S, R], axis=1)
+    _, first_indices = np.unique(pairs.reshape(len(pairs), -1), axis=0, return_index=True)
+    distinct = np.sort(first_indices)
+    return S[distinct], R[distinct]
 
 
 def _data(model: TSModel) -> dict[str, object] | None:
@@ -360,22 +366,23 @@ def _data(model: TSModel) -> dict[str, object] | None:
     return data
 
 
-def _slopes(plant: Plant, asked: PlantSettings, unknown: str) -> TSModel:
+def _slopes(plant: Plant, settings: PlantSettings, unknown: str) -> TSModel:
     from takagi.certificates.design.plant.secant_model import secant_model
 
     try:
-        found = secant_model(plant, rest=asked.rest)
-        slopes_data(found)
+        model = secant_model(plant, rest=settings.rest)
+        slopes_data(model)
     except ModelError as error:
         # The message begins with the formula of the slope, which may be long.
-        _, depends, rest = str(error).partition(" depends on ")
-        why = f"a slope depends on {rest}" if depends else str(error)
+        _, depends, formula = str(error).partition(" depends on ")
+        reason = f"a slope depends on {formula}" if depends else str(error)
         raise ModelError(
             f"premises depend on {unknown}, which is not measured; an observer at its estimate "
-            f"needs bounded slopes of the plant, and has none: {why}. Measure {unknown} too, give "
-            "ranges to what the slopes depend on, or write the equations without tables and kinks"
+            f"needs bounded slopes of the plant, and has none: {reason}. Measure {unknown} too, "
+            "give ranges to what the slopes depend on, or write the equations without tables and "
+            "kinks"
         ) from error
-    return found
+    return model
 
 
 def check_detectable(
@@ -391,34 +398,34 @@ def check_detectable(
     ------
     ModelError : there is one; names what it moves.
     """
-    from takagi.lmi.stabilisability import fixed_mode
+    from takagi.lmi.argument_checks import fixed_mode
 
-    h, own = _weights_at_rest(model), list(states)
-    A = np.tensordot(h, model.A, axes=1)[np.ix_(own, own)]
-    C = np.tensordot(h, model.C[:, list(rows)], axes=1)[:, own]
+    h, estimated = _weights_at_rest(model), list(states)
+    A = np.tensordot(h, model.A, axes=1)[np.ix_(estimated, estimated)]
+    C = np.tensordot(h, model.C[:, list(rows)], axes=1)[:, estimated]
     # States scaled to order one, so that one tolerance fits all.
     units = np.array([
         1.0 if label not in model.box else max(float(abs(e)) for e in model.box[label])
-        for label in (model.states[k] for k in own)
+        for label in (model.states[k] for k in estimated)
     ])  # fmt: skip
     A, C = A * units / units[:, None], C * units
-    found = fixed_mode(A.T[None], C.T[None], 0.0, step=model.sample_time)
-    if found is None:
+    mode = fixed_mode(A.T[None], C.T[None], 0.0, step=model.sample_time)
+    if mode is None:
         return
-    _, eigenvalue, _ = found
+    _, eigenvalue, _ = mode
     # The right eigenvector has the states that move in this mode.
     values, vectors = np.linalg.eig(A)
     moving = np.abs(vectors[:, np.argmin(np.abs(values - eigenvalue))])
-    shown = ", ".join(
+    moving_states = ", ".join(
         plant.states[k].name
-        for k, size in zip(own, moving, strict=True)
+        for k, size in zip(estimated, moving, strict=True)
         if size > 0.05 * moving.max()
     )
     value = f"{eigenvalue:.4g}" if eigenvalue.imag else f"{eigenvalue.real:.4g}"
     raise ModelError(
-        f"at rest the mode at {value} (it moves {shown}) does not decay and shows in nothing that "
-        f"is measured ({', '.join(plant.measured or ())}); no observer can follow it: measure "
-        f"one of {shown} too"
+        f"at rest the mode at {value} (it moves {moving_states}) does not decay and shows in "
+        f"nothing that is measured ({', '.join(plant.measured or ())}); no observer can follow "
+        f"it: measure one of {moving_states} too"
     )
 
 

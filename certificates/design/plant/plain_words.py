@@ -16,7 +16,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant.file_units import file_unit, rate_in_file_units
+from takagi.models.plant.plant import file_unit, rate_in_file_units
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.lmi.answer import Answer
     from takagi.models.plant.design_settings import PlantSettings
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
     from takagi.models.ts.model import TSModel
 
 # Number of points from rest to each end of a range, and of bisections between the last two.
@@ -53,7 +52,7 @@ def completed(words: str, plant: Plant) -> str:
     # The notation of powers in a plant file.
     words = words.replace("**", "^")
     added = []
-    if any(part in words for part in _SINGULAR):
+    if any(phrase in words for phrase in _SINGULAR):
         added.append(_singular(words, plant))
     if _STUCK in words:
         added.append(
@@ -67,17 +66,17 @@ def completed(words: str, plant: Plant) -> str:
 def in_file_rates(words: str, plant: Plant) -> str:
     """Return the text with rates in the unit of time of the plant's file."""
 
-    def shown(found: re.Match[str]) -> str:
-        value = float(found.group(1))
+    def shown(match: re.Match[str]) -> str:
+        value = float(match.group(1))
         if value <= 0:
-            return found.group(0)
+            return match.group(0)
         number, unit = rate_in_file_units(plant, value)
-        return found.group(0) if unit == "1/s" else f"{number:.4g} {unit}"
+        return match.group(0) if unit == "1/s" else f"{number:.4g} {unit}"
 
     return _RATE.sub(shown, words)
 
 
-def require_sensible(plant: Plant, model: TSModel, asked: PlantSettings) -> None:
+def require_sensible(plant: Plant, model: TSModel, settings: PlantSettings) -> None:
     """Refuse a plant for which there can be no gains, in the words of its file.
 
     Raises
@@ -85,11 +84,11 @@ def require_sensible(plant: Plant, model: TSModel, asked: PlantSettings) -> None
     ModelError : an input that no equation has; a state that rests at the end of its range; starts
         that are not inside a range.
     """
-    used = {symbol for row in plant.equations for symbol in row.free_symbols}
+    symbols = {symbol for row in plant.equations for symbol in row.free_symbols}
     if plant.mass is not None:
-        used |= plant.mass.free_symbols
+        symbols |= plant.mass.free_symbols
     for variable in plant.inputs:
-        if variable.symbol not in used:
+        if variable.symbol not in symbols:
             raise ModelError(
                 f"input {variable.name} stands in no equation, so it does nothing; write it into "
                 "the equation that it acts in, or remove it from [inputs]"
@@ -99,21 +98,22 @@ def require_sensible(plant: Plant, model: TSModel, asked: PlantSettings) -> None
             continue
         low, high = model.box[label]
         size, unit = file_unit(variable)
-        behind = "" if unit in ("", "-") else f" {unit}"
+        unit_text = "" if unit in ("", "-") else f" {unit}"
         room = float(min(-low, high))
         if room <= 0:
-            rest = float(variable.rest) / size
+            equilibrium = float(variable.rest) / size
             raise ModelError(
-                f"state {variable.name} rests at {rest:.6g}{behind}, the end of its range "
-                f"{_range(variable, size)}{behind}; a set about rest needs room to either side: "
-                "widen the range, or move the rest"
+                f"state {variable.name} rests at {equilibrium:.6g}{unit_text}, the end of its "
+                f"range {_range(variable, size)}{unit_text}; a set about rest needs room to "
+                "either side: widen the range, or move the rest"
             )
-        start = asked.initial.get(variable.name)
+        start = settings.initial.get(variable.name)
         if start is not None and start >= room:
             raise ModelError(
-                f"initial of {variable.name}: {start / size:.6g}{behind} was given, and the range "
-                f"{_range(variable, size)}{behind} ends {room / size:.6g}{behind} from rest; the "
-                "set of starts must lie inside the range: give a smaller initial, or a wider range"
+                f"initial of {variable.name}: {start / size:.6g}{unit_text} was given, and the "
+                f"range {_range(variable, size)}{unit_text} ends {room / size:.6g}{unit_text} "
+                "from rest; the set of starts must lie inside the range: give a smaller initial, "
+                "or a wider range"
             )
 
 
@@ -125,7 +125,7 @@ def stuck_blend(model: TSModel) -> str:
     these values.  The mode of an unstable eigenvalue s is not controllable if [A - s I, B] does not
     have full rank.
     """
-    A, B = (np.asarray(part, dtype=np.float64) for part in (model.A, model.B))
+    A, B = (np.asarray(stack, dtype=np.float64) for stack in (model.A, model.B))
     r = len(A)
     if r * r > MOST_PAIRS or not B.size or not model.premises:
         return ""
@@ -134,8 +134,8 @@ def stuck_blend(model: TSModel) -> str:
         if np.count_nonzero(rules[i] != rules[j]) != 1:
             continue
         d = B[j] - B[i]
-        least = -float((B[i] * d).sum()) / float((d * d).sum()) if np.any(d) else 0.5
-        for t in (least, 0.5):
+        minimiser = -float((B[i] * d).sum()) / float((d * d).sum()) if np.any(d) else 0.5
+        for t in (minimiser, 0.5):
             if 0 < t < 1 and _is_stuck(
                 (1 - t) * A[i] + t * A[j], (1 - t) * B[i] + t * B[j], discrete=discrete
             ):
@@ -155,14 +155,14 @@ def _is_stuck(A: Floats, B: Floats, *, discrete: bool) -> bool:
 
 
 def _premises_at(model: TSModel, first: Floats, second: Floats, t: float) -> str:
-    named = []
-    for premise, one, two in zip(model.premises, first, second, strict=True):
+    sentences = []
+    for premise, corner, other_corner in zip(model.premises, first, second, strict=True):
         ends = (float(premise.lower), float(premise.upper))
-        value = (1 - t) * ends[int(one)] + t * ends[int(two)]
+        value = (1 - t) * ends[int(corner)] + t * ends[int(other_corner)]
         text = "" if premise.proof is None else f" = {premise.proof.expression}".replace("**", "^")
         unit = "" if premise.unit in ("-", "SI") else f" {premise.unit}"
-        named.append(f"{premise.name}{text} is about {value + 0.0:.3g}{unit}")
-    return " and ".join(named)
+        sentences.append(f"{premise.name}{text} is about {value + 0.0:.3g}{unit}")
+    return " and ".join(sentences)
 
 
 def _row(number: int, written: str, plant: Plant) -> str:
@@ -174,16 +174,16 @@ def _singular(words: str, plant: Plant) -> str:
     """Return where an equation has no value, and which variable's range to change."""
     for variable in (*plant.states, *plant.inputs):
         for end in _ends(variable):
-            found = _first_without_value(plant, variable, end)
-            if found is None:
+            state_and_value = _first_without_value(plant, variable, end)
+            if state_and_value is None:
                 continue
-            state, value = found
+            state, value = state_and_value
             size, unit = file_unit(variable)
-            behind = "" if unit in ("", "-") else f" {unit}"
+            unit_text = "" if unit in ("", "-") else f" {unit}"
             return (
                 f"The equation of {state} has no value where {variable.name} is "
-                f"{value / size:.4g}{behind} or beyond, all else at rest: a root or logarithm of a "
-                "negative number, a division by 0, or a number too large. Let the range of "
+                f"{value / size:.4g}{unit_text} or beyond, all else at rest: a root or logarithm "
+                "of a negative number, a division by 0, or a number too large. Let the range of "
                 f"{variable.name} end before"
             )
     named = [v.name for v in plant.variables if v.range is not None and _named(v.name, words)]
@@ -205,52 +205,55 @@ def _first_without_value(plant: Plant, variable: Variable, end: float) -> tuple[
         for v in plant.variables
         if v.symbol != variable.symbol
     }
-    rest = float(variable.rest)
+    equilibrium = float(variable.rest)
     for state, row in zip(plant.states, plant.equations, strict=True):
-        alone = sp.sympify(row).subs(values)
-        if alone.has(sp.zoo, sp.nan, sp.oo):
+        function_of_variable = sp.sympify(row).subs(values)
+        if function_of_variable.has(sp.zoo, sp.nan, sp.oo):
             continue  # no value at rest: another message says so
-        function = sp.lambdify([variable.symbol], alone, ["scipy", "numpy"])
-        good = rest
-        if not _has_value(function, good):
+        function = sp.lambdify([variable.symbol], function_of_variable, ["scipy", "numpy"])
+        defined = equilibrium
+        if not _has_value(function, defined):
             continue
         for share in np.linspace(0.0, 1.0, POINTS + 1)[1:]:
-            bad = rest + float(share) * (end - rest)
-            if _has_value(function, bad):
-                good = bad
+            undefined = equilibrium + float(share) * (end - equilibrium)
+            if _has_value(function, undefined):
+                defined = undefined
                 continue
             for _ in range(HALVINGS):
-                middle = (good + bad) / 2
-                good, bad = (middle, bad) if _has_value(function, middle) else (good, middle)
+                middle = (defined + undefined) / 2
+                if _has_value(function, middle):
+                    defined = middle
+                else:
+                    undefined = middle
             # Bisection ends close to the border, which is mostly 0.
-            wide = max(abs(one) for one in _ends(variable)) or 1.0
-            return state.name, 0.0 if abs(bad) < 1e-9 * wide else bad
+            width = max(abs(end_) for end_ in _ends(variable)) or 1.0
+            return state.name, 0.0 if abs(undefined) < 1e-9 * width else undefined
     return None
 
 
 def _has_value(function: sp.Lambda, value: float) -> bool:
     with np.errstate(all="ignore"):
         try:
-            found = complex(function(value))
+            result = complex(function(value))
         except (ArithmeticError, ValueError, TypeError):
             return False
-    return bool(np.isfinite(found)) and not found.imag
+    return bool(np.isfinite(result)) and not result.imag
 
 
 def _deviations(words: str, plant: Plant) -> Iterator[str]:
     """Yield the meaning of names such as ``delta_h`` in a message."""
-    known = []
+    meanings = []
     for variable in plant.variables:
         name = f"delta_{variable.name}"
         if _named(name, words):
             size, unit = file_unit(variable)
-            behind = "" if unit in ("", "-") else f" {unit}"
-            known.append(
+            unit_text = "" if unit in ("", "-") else f" {unit}"
+            meanings.append(
                 f"{name} is the deviation of {variable.name} from its rest, "
-                f"{float(variable.rest) / size:.6g}{behind}"
+                f"{float(variable.rest) / size:.6g}{unit_text}"
             )
-    if known:
-        yield f"Here {'; '.join(known)}"
+    if meanings:
+        yield f"Here {'; '.join(meanings)}"
 
 
 def _named(name: str, words: str) -> bool:
@@ -301,7 +304,7 @@ _WISHES = {
 }
 
 
-def obstacle(answer: Answer, plant: Plant, model: TSModel, asked: PlantSettings) -> str:
+def obstacle(answer: Answer, plant: Plant, model: TSModel, settings: PlantSettings) -> str:
     """Return the sentence; empty where the answer does not say which inequalities stop it."""
     from takagi.lmi.decision.outcome import binding_shares
 
@@ -315,29 +318,29 @@ def obstacle(answer: Answer, plant: Plant, model: TSModel, asked: PlantSettings)
             "that leave such values out, or add an input that acts there."
         )
     if answer.status != "infeasible" or answer.condition is None:
-        return _undecided(plant, asked)
+        return _undecided(plant, settings)
     strict = [lmi.name for lmi in answer.condition.lmis if lmi.strict][1:]
     sizes: dict[str, float] = defaultdict(float)
     for share in binding_shares(answer.condition, answer.multipliers, *strict):
         sizes[_wish(share.label)] += share.share
     if not sizes:
         return ""
-    if not asked.decay_rate and asked.gain_bound is not None:
+    if not settings.decay_rate and settings.gain_bound is not None:
         sizes.setdefault("gain_bound", 0.0)
     # That the loop settles is no wish that could be given up, unless it has a rate.
-    wished = {DECAY} if asked.decay_rate else set()
+    wished = {DECAY} if settings.decay_rate else set()
     order = sorted(sizes, key=lambda wish: (wish == DECAY and wish not in wished, -sizes[wish]))
-    first, *others = order
-    second = f" Next in the way: {_what(others[0], plant, asked)}." if others else ""
+    first, *further = order
+    second = f" Next in the way: {_what(further[0], plant, settings)}." if further else ""
     return (
-        f"Most in the way is {_what(first, plant, asked)}. "
-        f"What to change: {_advice(first, asked)}.{second}"
+        f"Most in the way is {_what(first, plant, settings)}. "
+        f"What to change: {_advice(first, settings)}.{second}"
     )
 
 
-def _undecided(plant: Plant, asked: PlantSettings) -> str:
+def _undecided(plant: Plant, settings: PlantSettings) -> str:
     """Return the sentence where the solvers found neither gains nor a reason why there are none."""
-    rate = asked.decay_rate
+    rate = settings.decay_rate
     if isinstance(rate, float | int) and rate > 0:
         number, unit = rate_in_file_units(plant, rate)
         return (
@@ -356,34 +359,34 @@ def _wish(label: str) -> str:
     return next((wish for start, wish in _WISHES.items() if label.startswith(start)), DECAY)
 
 
-def _what(wish: str, plant: Plant, asked: PlantSettings) -> str:
+def _what(wish: str, plant: Plant, settings: PlantSettings) -> str:
     if wish == DECAY:
-        rate = asked.decay_rate
+        rate = settings.decay_rate
         if isinstance(rate, float | int) and rate > 0:
             number, unit = rate_in_file_units(plant, rate)
             return f"the decay rate of {number:.4g} {unit}, which all rules and their blends need"
         return "that one function has to decay along all rules and their blends"
     if wish == "fastest":
-        assert asked.fastest is not None
-        number, unit = rate_in_file_units(plant, asked.fastest)
+        assert settings.fastest is not None
+        number, unit = rate_in_file_units(plant, settings.fastest)
         return f"fastest = {number:.4g} {unit}, the largest size of the poles"
     return {
-        "damping": f"damping = {asked.damping or 0:g}, the least damping ratio of the poles",
-        "gain_bound": f"gain_bound = {asked.gain_bound or 0:g}, on every gain",
+        "damping": f"damping = {settings.damping or 0:g}, the least damping ratio of the poles",
+        "gain_bound": f"gain_bound = {settings.gain_bound or 0:g}, on every gain",
         "initial": "that the set must hold all initial states",
         "range": "that the set must stay in the ranges of the states",
         "input_limit": "that no input may pass its limit",
     }[wish]
 
 
-def _advice(wish: str, asked: PlantSettings) -> str:
+def _advice(wish: str, settings: PlantSettings) -> str:
     if wish == DECAY:
-        rate = asked.decay_rate
-        advice = ["raise gain_bound (--gain-bound)"] if asked.gain_bound is not None else []
+        rate = settings.decay_rate
+        advice = ["raise gain_bound (--gain-bound)"] if settings.gain_bound is not None else []
         if isinstance(rate, float | int) and rate > 0:
             advice.append("lower the rate (--decay-rate, or a longer --settle)")
         advice.append("give the states that stand in the premises smaller ranges")
-        if asked.relaxation is not None:
+        if settings.relaxation is not None:
             advice.append("take richer relaxations (--relaxation auto)")
         return ", or ".join(advice)
     return {

@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked, Verdict
     from takagi.certificates.claims.certification import Certificate
     from takagi.lmi import Design
-    from takagi.models.laws.pdc import OutputFeedback, PdcLaw
-    from takagi.models.laws.reference_feedback import ReferenceFeedback
+    from takagi.models.laws.pdc import OutputFeedback, PdcLaw, ReferenceFeedback
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel

@@ -40,7 +40,7 @@ def secant_model(plant: Plant, *, rest: Rest = "given") -> TSModel:
 
     from takagi.models.equations.equations import Factored
     from takagi.models.equations.problem import box_in_fractions, problem_of_plant
-    from takagi.models.sector.multilinear import vertex_product
+    from takagi.models.sector.assembly import vertex_product
     from takagi.models.sector.premise_bounds import BoundsRequest, counted_premises
     from takagi.models.ts.model import SymbolicForm
 
@@ -57,8 +57,8 @@ def secant_model(plant: Plant, *, rest: Rest = "given") -> TSModel:
         for letter, matrix in slopes.items()
     }
     factored = Factored(matrices, {symbol: slope for slope, symbol in premises.items()})
-    asked = BoundsRequest({}, frozenset(), TOLERANCE)
-    members = counted_premises(problem, factored, asked, MOST_RULES)
+    request = BoundsRequest({}, frozenset(), TOLERANCE)
+    members = counted_premises(problem, factored, request, MOST_RULES)
     corners = [member.corners for member in members]
     products = {
         letter: vertex_product(matrix, list(factored.premises), corners, letter=letter)
@@ -88,36 +88,36 @@ def secant_model(plant: Plant, *, rest: Rest = "given") -> TSModel:
 def _slopes(problem: Problem, plant: Plant) -> dict[str, sp.Matrix]:
     import sympy as sp
 
-    found = problem.equations
-    f, y = sp.Matrix(found.f), sp.Matrix(len(found.outputs), 1, list(found.outputs))
+    equations = problem.equations
+    f, y = sp.Matrix(equations.f), sp.Matrix(len(equations.outputs), 1, list(equations.outputs))
 
     def by(rows: sp.Matrix, symbols: tuple[sp.Symbol, ...]) -> sp.Matrix:
         return rows.jacobian(symbols) if rows and symbols else sp.zeros(rows.rows, len(symbols))
 
-    pushed = by(f, found.disturbances)
+    pushed = by(f, equations.disturbances)
     for column, variable in enumerate(plant.disturbances):
         if variable.unknown and variable.schedules and pushed:
             # Such a signal does not move the rest: differences between two points at one of its
             # values are blends of slopes in states and inputs alone.
             pushed[:, column] = sp.zeros(pushed.rows, 1)
     return {
-        "A": by(f, found.states),
-        "B": by(f, found.inputs),
+        "A": by(f, equations.states),
+        "B": by(f, equations.inputs),
         "E": pushed,
-        "C": by(y, found.states),
-        "D": by(y, found.inputs),
+        "C": by(y, equations.states),
+        "D": by(y, equations.inputs),
     }
 
 
 def _free_stem(plant: Plant, problem: Problem) -> str:
     """Return s, or the first of s_, s__, ... that begins no name s1, s2, ... of the plant."""
-    found = problem.equations
-    symbols = {*found.states, *found.inputs, *found.disturbances}
-    symbols |= {one.symbol for one in (*plant.states, *plant.inputs, *plant.disturbances)}
+    equations = problem.equations
+    symbols = {*equations.states, *equations.inputs, *equations.disturbances}
+    symbols |= {variable.symbol for variable in (*plant.states, *plant.inputs, *plant.disturbances)}
     symbols |= {parameter.symbol for parameter in plant.parameters}
-    taken = {symbol.name for symbol in symbols} | {output.name for output in plant.outputs}
+    names = {symbol.name for symbol in symbols} | {output.name for output in plant.outputs}
     stem = "s"
-    while any(name.removeprefix(stem).isdigit() and name.startswith(stem) for name in taken):
+    while any(name.removeprefix(stem).isdigit() and name.startswith(stem) for name in names):
         stem += "_"
     return stem
 

@@ -23,15 +23,15 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
+    from takagi.models.equilibrium_line import ConstantObserver
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
-    from takagi.models.tracking import ConstantObserver
     from takagi.models.ts.model import TSModel
 
 # T over the plant's time scale, slowest first.
 TIMES = (32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25)
 # Share of the largest jump that a faster integral must still allow.
-KEPT = {"small": 0.97, "moderate": 0.9, "large": 0.75}
+LEAST_JUMP_SHARE = {"small": 0.97, "moderate": 0.9, "large": 0.75}
 SLOWER = 1  # how many slower integrals are tried with an observer
 WISHES = ("initial", "gain_bound", "damping", "fastest", "relaxation", "sample_time")
 
@@ -42,19 +42,24 @@ class TrackingGains:
 
     Attributes
     ----------
-    found : the design, or the last attempt at one.
+    gains : the design, or the last attempt at one.
     observer : of a law with measured outputs; None for a law of all states.
     jump : the least jump over the width of its reference's range that stays in all ranges, in
         floating point; 0 where no set was found.
     """
 
-    found: FoundGains
+    gains: FoundGains
     observer: ConstantObserver | None = None
     jump: float = 0.0
 
 
 def tracking_gains(
-    plant: Plant, model: TSModel, asked: PlantSettings, *, observed: bool = False, few: bool = False
+    plant: Plant,
+    model: TSModel,
+    settings: PlantSettings,
+    *,
+    observed: bool = False,
+    few: bool = False,
 ) -> TrackingGains:
     """Return one gain for all vertices of a model with references.
 
@@ -69,30 +74,30 @@ def tracking_gains(
     """
     from takagi.lmi import lqr_pdc
 
-    _refuse(plant, asked)
-    weights = _weights(plant, model, asked)
-    shift = float(asked.decay_rate) if isinstance(asked.decay_rate, float | int) else 0.0
+    _refuse(plant, settings)
+    weights = _weights(plant, model, settings)
+    shift = float(settings.decay_rate) if isinstance(settings.decay_rate, float | int) else 0.0
     shifted = replace_rate(model, shift)
-    tried: list[tuple[float, float, Design]] = []
+    trials: list[tuple[float, float, Design]] = []
     first: Design | None = None
     for time in _times(model)[1::3] if few else _times(model):
         Q, R = weights(time)
         design = lqr_pdc(shifted, Q, R, relaxation="common-gain")
         first = first or design
         if design.found:
-            tried.append((_jump(plant, model, design, None), time, design))
-            if few and tried[-1][0] > 0:
+            trials.append((_jump(plant, model, design, None), time, design))
+            if few and trials[-1][0] > 0:
                 break
     assert first is not None  # there is always a time
-    most = max((jump for jump, _, _ in tried), default=0.0)
-    if most <= 0:
-        last = tried[-1][2] if tried else first
-        return TrackingGains(FoundGains(last, (), {}, explainable=False))
-    enough = KEPT[asked.effort] * most
-    place = max(k for k, one in enumerate(tried) if one[0] >= enough)
+    largest_jump = max((jump for jump, _, _ in trials), default=0.0)
+    if largest_jump <= 0:
+        last_design = trials[-1][2] if trials else first
+        return TrackingGains(FoundGains(last_design, (), {}, explainable=False))
+    accepted_jump = LEAST_JUMP_SHARE[settings.effort] * largest_jump
+    index = max(k for k, trial in enumerate(trials) if trial[0] >= accepted_jump)
     if observed:
-        return _with_observer(plant, model, asked, tried[max(place - SLOWER, 0) : place + 1])
-    jump, time, design = tried[place]
+        return _with_observer(plant, model, settings, trials[max(index - SLOWER, 0) : index + 1])
+    jump, time, design = trials[index]
     return TrackingGains(FoundGains(design, (_note(time, jump),), {}, explainable=False), jump=jump)
 
 
@@ -111,21 +116,21 @@ def _jump(plant: Plant, model: TSModel, design: Design, observer: ConstantObserv
 
     loop = ClaimedLoop.of(model, np.asarray(design.require()[0]), model_data=_data(model))
     try:
-        found = Tracking("jumps", observer=observer).candidate(loop)
+        evidence = Tracking("jumps", observer=observer).candidate(loop)
     except ModelError:
         # The loop's rests leave no room in the ranges.
         return 0.0
-    return 0.0 if found is None else max(min(jump_shares(plant, found)), 0.0)
+    return 0.0 if evidence is None else max(min(jump_shares(plant, evidence)), 0.0)
 
 
 def _with_observer(
-    plant: Plant, model: TSModel, asked: PlantSettings, tried: list[tuple[float, float, Design]]
+    plant: Plant, model: TSModel, settings: PlantSettings, trials: list[tuple[float, float, Design]]
 ) -> TrackingGains:
     """Return the slowest observer, with the fastest gains, that nearly have the largest jumps."""
     from takagi.certificates.design.plant.tracking_observer import constant_observers
 
-    found = []
-    for _, time, design in tried:
+    candidates = []
+    for _, time, design in trials:
         for observer, share in constant_observers(plant, model, time):
             jump = _jump(plant, model, design, observer)
             notes = (
@@ -134,13 +139,14 @@ def _with_observer(
                 f"the plant's slopes; outputs count as off by {share:.0%} of half their ranges",
             )
             gains = FoundGains(design, notes, {}, explainable=False)
-            found.append(TrackingGains(gains, observer, jump))
-    most = max((one.jump for one in found), default=0.0)
-    if most <= 0:
-        return TrackingGains(FoundGains(tried[-1][2], (), {}, explainable=False))
-    enough = [one for one in found if one.jump >= KEPT[asked.effort] * most]
-    last = enough[-1].found.design
-    return next(one for one in enough if one.found.design is last)
+            candidates.append(TrackingGains(gains, observer, jump))
+    largest_jump = max((candidate.jump for candidate in candidates), default=0.0)
+    if largest_jump <= 0:
+        return TrackingGains(FoundGains(trials[-1][2], (), {}, explainable=False))
+    accepted_jump = LEAST_JUMP_SHARE[settings.effort] * largest_jump
+    accepted = [candidate for candidate in candidates if candidate.jump >= accepted_jump]
+    fastest = accepted[-1].gains.design
+    return next(candidate for candidate in accepted if candidate.gains.design is fastest)
 
 
 def replace_rate(model: TSModel, rate: float) -> TSModel:
@@ -159,10 +165,10 @@ def _data(model: TSModel) -> Mapping[str, Any]:
     return plant_data(model)
 
 
-def _refuse(plant: Plant, asked: PlantSettings) -> None:
-    given = [name for name in WISHES if getattr(asked, name)]
-    if given or asked.decay_rate == "max":
-        name = given[0] if given else 'decay_rate = "max"'
+def _refuse(plant: Plant, settings: PlantSettings) -> None:
+    refused = [name for name in WISHES if getattr(settings, name)]
+    if refused or settings.decay_rate == "max":
+        name = refused[0] if refused else 'decay_rate = "max"'
         raise ModelError(
             f"plant {plant.name!r} follows a reference; its gains are found with decay_rate, "
             f"settle and input_limit, not with {name}: leave that out"
@@ -170,18 +176,18 @@ def _refuse(plant: Plant, asked: PlantSettings) -> None:
 
 
 def _weights(
-    plant: Plant, model: TSModel, asked: PlantSettings
+    plant: Plant, model: TSModel, settings: PlantSettings
 ) -> Callable[[float], tuple[Floats, Floats]]:
     """Return T -> (Q, R)."""
-    limits = input_limits(plant, model, asked)
-    integrals = {one.integral: one for one in plant.references}
+    limits = input_limits(plant, model, settings)
+    integrals = {reference.integral: reference for reference in plant.references}
     signals = {v.name: v for v in plant.disturbances}
     missing = [v.name for v in plant.states if v.range is None and v.name not in integrals]
     if missing or not limits:
-        what = f"state {missing[0]}" if missing else "an input"
+        subject = f"state {missing[0]}" if missing else "an input"
         raise ModelError(
-            f"plant {plant.name!r}: {what} has no range; to follow a reference gains are found and "
-            "proved within ranges, so give every state and input one"
+            f"plant {plant.name!r}: {subject} has no range; to follow a reference gains are found "
+            "and proved within ranges, so give every state and input one"
         )
 
     def at(time: float) -> tuple[Floats, Floats]:
@@ -206,8 +212,8 @@ def _times(model: TSModel) -> list[float]:
         np.array([float(model.box[k][1] - model.box[k][0]) / 2 for k in names if k in model.box])
         for names in (model.states, model.inputs)
     )
-    own = [k for k, name in enumerate(model.states) if name in model.box]
-    A = np.abs(np.asarray(model.A))[:, own][:, :, own]
-    fastest = (A @ halves + np.abs(np.asarray(model.B))[:, own] @ limits).max(axis=0)
+    ranged = [k for k, name in enumerate(model.states) if name in model.box]
+    A = np.abs(np.asarray(model.A))[:, ranged][:, :, ranged]
+    fastest = (A @ halves + np.abs(np.asarray(model.B))[:, ranged] @ limits).max(axis=0)
     scale = float((halves / np.maximum(fastest, 1e-300)).max())
     return [float(f"{share * scale:.2g}") for share in TIMES]

@@ -18,8 +18,8 @@ import numpy as np
 
 from takagi.certificates.design.plant.gains import rounded_gains
 from takagi.models.arrays import Floats
+from takagi.models.equilibrium_line import ConstantObserver, own_states
 from takagi.models.errors import ModelError
-from takagi.models.tracking import ConstantObserver, own_states
 
 if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
@@ -53,18 +53,19 @@ def require_measured(plant: Plant, model: TSModel) -> None:
     from takagi.certificates.design.plant.observed_design import check_detectable
 
     rows = measured_rows(plant)
-    shown = [plant.outputs[row].expression for row in rows]
-    alone = {v.symbol for v in plant.states if v.symbol in shown}
+    measured = [plant.outputs[row].expression for row in rows]
+    alone = {v.symbol for v in plant.states if v.symbol in measured}
     parameters = {p.symbol for p in plant.parameters}
     signals = {v.name: v.symbol for v in plant.disturbances}
     equations = {v.name: row for v, row in zip(plant.states, plant.equations, strict=True)}
-    for one in plant.references:
-        followed = equations[one.integral] + signals[one.name]
-        if followed not in shown and not followed.free_symbols - parameters <= alone:
+    for reference in plant.references:
+        followed = equations[reference.integral] + signals[reference.name]
+        if followed not in measured and not followed.free_symbols - parameters <= alone:
             raise ModelError(
-                f"plant {plant.name!r}: {one.follows} follows {one.name}, but it is not measured "
-                f"({', '.join(plant.measured or ())}): its integral is a part of the law, which "
-                f"needs it; measure {one.follows} too, or let follow what is measured"
+                f"plant {plant.name!r}: {reference.follows} follows {reference.name}, but it is "
+                f"not measured ({', '.join(plant.measured or ())}): its integral is a part of the "
+                f"law, which needs it; measure {reference.follows} too, or let follow what is "
+                "measured"
             )
     if np.any(model.D[:, list(rows)]):
         raise ModelError(
@@ -86,20 +87,20 @@ def constant_observers(
     from takagi.lmi import lqr_pdc
     from takagi.models import TSModel as Model
 
-    own, rows = own_states(plant), list(measured_rows(plant))
-    A, B = model.A[:, own][:, :, own], model.B[:, own]
-    C = model.C[:, rows][:, :, own]
-    half = np.array([float(v.range.width) / 2 for k in own if (v := plant.states[k]).range])
-    seen = np.abs(C).max(axis=0) @ half
+    states, rows = own_states(plant), list(measured_rows(plant))
+    A, B = model.A[:, states][:, :, states], model.B[:, states]
+    C = model.C[:, rows][:, :, states]
+    half = np.array([float(v.range.width) / 2 for k in states if (v := plant.states[k]).range])
+    output_sizes = np.abs(C).max(axis=0) @ half
     dual = Model(A.transpose(0, 2, 1), C.transpose(0, 2, 1))
-    middle = [_short((part.min(axis=0) + part.max(axis=0)) / 2) for part in (A, B, C)]
+    means = [_short((stack.min(axis=0) + stack.max(axis=0)) / 2) for stack in (A, B, C)]
     for share in SHARES:
-        Q, R = np.diag(half**2) / time, np.diag((share * seen) ** 2) * time
+        Q, R = np.diag(half**2) / time, np.diag((share * output_sizes) ** 2) * time
         design = lqr_pdc(dual, Q, R, relaxation="common-gain")
         if not design.found:
             continue
         L = np.asarray(design.require()[0])[:1].transpose(0, 2, 1)
-        A_mean, B_mean, C_mean = middle
+        A_mean, B_mean, C_mean = means
         gain = rounded_gains(L, DIGITS)[0]
         yield ConstantObserver(A_mean, B_mean, C_mean, gain, plant.measured or ()), share
 

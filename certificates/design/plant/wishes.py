@@ -142,12 +142,12 @@ def reach_rates(model: TSModel, box: Floats, input_limit: Floats) -> tuple[list[
     ranged = np.flatnonzero(np.isfinite(box))
 
     def reach(t: float) -> Floats:
-        step, found = expm(A * t / REACH_STEPS), np.zeros(len(A))
-        moved = expm(A * t / REACH_STEPS / 2) @ B  # the middle of each step
+        step, distance = expm(A * t / REACH_STEPS), np.zeros(len(A))
+        pushed = expm(A * t / REACH_STEPS / 2) @ B  # the middle of each step
         for _ in range(REACH_STEPS):
-            found += np.abs(moved) @ input_limit * t / REACH_STEPS
-            moved = step @ moved
-        return found
+            distance += np.abs(pushed) @ input_limit * t / REACH_STEPS
+            pushed = step @ pushed
+        return distance
 
     times = [2.0**k for k in range(-REACH_DOUBLINGS, REACH_DOUBLINGS)]
     arrived = (t for t in times if np.all(reach(t)[ranged] >= box[ranged]))
@@ -202,11 +202,11 @@ def _floats(values: object) -> Floats:
 SHARES = (0.5, 0.25, 0.125)
 
 
-def needs_starts(asked: PlantSettings) -> bool:
+def needs_starts(settings: PlantSettings) -> bool:
     """Return whether limited inputs need starts for what is asked, and none were given."""
-    wishes = (asked.damping, asked.fastest, asked.gain_bound)
-    return not asked.initial and (
-        asked.decay_rate == "max" or any(wish is not None for wish in wishes)
+    wishes = (settings.damping, settings.fastest, settings.gain_bound)
+    return not settings.initial and (
+        settings.decay_rate == "max" or any(wish is not None for wish in wishes)
     )
 
 

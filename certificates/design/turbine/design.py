@@ -57,67 +57,68 @@ def design_turbine(
     ------
     ModelError : an infeasible requirement; names the condition, the wind and what to relax.
     """
-    asked = settings or default_settings(turbine)
-    turbine = derated(turbine, asked.torque_setpoint, speed_setpoint=asked.speed_setpoint)
+    chosen = settings or default_settings(turbine)
+    setpoint = chosen.speed_setpoint
+    turbine = derated(turbine, chosen.torque_setpoint, speed_setpoint=setpoint)
     clock = StepClock(tell)
-    low, high, regional = regional_design(turbine, speed_setpoint=asked.speed_setpoint, clock=clock)
+    low, high, regional = regional_design(turbine, speed_setpoint=setpoint, clock=clock)
     with clock("wind observer"):
-        observer = wind_observer_design(turbine, asked)
-    effort = found = None
+        observer = wind_observer_design(turbine, chosen)
+    effort = gain_design = None
     law: Law
-    stated: Callable[[], dict[str, Any]]
-    if asked.law == "coherent":
-        effort, found = _effort_sharing(turbine, asked, clock)
-        law = found.law
-        stated = partial(
+    make_document: Callable[[], dict[str, Any]]
+    if chosen.law == "coherent":
+        effort, gain_design = _effort_sharing(turbine, chosen, clock)
+        law = gain_design.law
+        make_document = partial(
             loop_document,
             turbine,
             law,
-            found.candidate,
-            asked,
+            gain_design.candidate,
+            chosen,
             files=files,
-            controller=observer_members(observer, asked),
+            controller=observer_members(observer, chosen),
             tell=clock.told,
         )
     else:
         from takagi.certificates.design.turbine.published_law import claimed_law
 
-        law, stated = claimed_law(turbine, asked, (low, high, regional), files, clock)
+        law, make_document = claimed_law(turbine, chosen, (low, high, regional), files, clock)
     with clock("exact proof"):
-        document = stated()
+        document = make_document()
         checked = check_document(document)
     design = TurbineDesign(
         turbine=turbine,
-        settings=asked,
+        settings=chosen,
         law=law,
         partial_load=low,
         full_load=high,
         regional=regional,
         effort=effort,
         observer=observer,
-        candidate=None if found is None else found.candidate,
+        candidate=None if gain_design is None else gain_design.candidate,
         document=document,
         checked=checked,
         seconds=dict(clock.seconds),
-        synthesis=found,
+        synthesis=gain_design,
     )
     return replace(design, document=bound(document, turbine_members(design)))
 
 
 def _effort_sharing(
-    turbine: Turbine, asked: DesignSettings, clock: StepClock
+    turbine: Turbine, settings: DesignSettings, clock: StepClock
 ) -> tuple[EffortDesign, EffortSharingGainDesign]:
     with clock("gains of the effort-sharing law"):
-        effort, law = wind_by_wind_law(turbine, asked)
+        effort, law = wind_by_wind_law(turbine, settings)
     with clock("joint analysis of the blended loop"):
         return effort, effort_sharing_gain_design(
             turbine,
             law,
-            box=asked.box,
-            uncertainty=asked.uncertainty,
-            synthesis=asked.synthesis,
-            objective=asked.objective,
-            remade=lambda other: wind_by_wind_law(other, asked)[1],
+            box=settings.box,
+            uncertainty=settings.uncertainty,
+            synthesis=settings.synthesis,
+            objective=settings.objective,
+            remade=lambda other_turbine: wind_by_wind_law(other_turbine, settings)[1],
             tell=clock.told,
         )
 
@@ -125,7 +126,7 @@ def _effort_sharing(
 def turbine_members(design: TurbineDesign) -> dict[str, Any]:
     """Return the certificate's member ``controller`` for a turbine's design."""
     turbine = design.turbine
-    found: dict[str, Any] = {
+    members: dict[str, Any] = {
         "name": f"{turbine.name}, {law_words(design.law.name)}",
         "turbine": turbine.name,
         "states": list(design.law.state_names),
@@ -133,18 +134,18 @@ def turbine_members(design: TurbineDesign) -> dict[str, Any]:
         **observer_members(design.observer, design.settings),
         "certificate": _certificate(design),
     }
-    programs = ["observer", *(["speed filter"] if "measurement" in found else [])]
+    programs = ["observer", *(["speed filter"] if "measurement" in members else [])]
     law = {"name": design.law.name}
-    if (longest := longest_of_turbine({**found, "law": law}, programs)) is not None:
-        found["sampling"] = longest.member
+    if (longest := longest_of_turbine({**members, "law": law}, programs)) is not None:
+        members["sampling"] = longest.member
     if design.effort_sharing_law is None:
-        found["start"] = _start(design)
-    return found
+        members["start"] = _start(design)
+    return members
 
 
 def observer_members(observer: ObserverDesign, settings: DesignSettings) -> dict[str, Any]:
     """Return the members ``observer`` and, where the speed is filtered, ``measurement``."""
-    found: dict[str, Any] = {
+    members: dict[str, Any] = {
         "observer": {
             "l1": float(observer.gains[0]),
             "l2": float(observer.gains[1]),
@@ -153,11 +154,11 @@ def observer_members(observer: ObserverDesign, settings: DesignSettings) -> dict
         }
     }
     if (filters := speed_filter(settings)) is not None:
-        found["measurement"] = {"speed_filter": float(filters.corner)}
+        members["measurement"] = {"speed_filter": float(filters.corner)}
         if filters.stop:
             stop = {"frequency": float(filters.stop), "passed": float(filters.passed)}
-            found["measurement"]["torsion_filter"] = stop
-    return found
+            members["measurement"]["torsion_filter"] = stop
+    return members
 
 
 def _trim(design: TurbineDesign) -> dict[str, Any]:

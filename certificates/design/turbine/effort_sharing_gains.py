@@ -28,8 +28,7 @@ from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_ga
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw, LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
@@ -91,11 +90,11 @@ def effort_sharing_gain_design(
         first = widened(turbine, law, first, tell=say)
     if why := why_not_proved(first):
         say("joint analysis of smaller uncertainties")
-        ways = [smaller_uncertainty(turbine, law, box, uncertainty)]
+        remedies = [smaller_uncertainty(turbine, law, box, uncertainty)]
         if remade is not None:
             say("joint analysis with a larger smallest pitch")
-            ways.append(larger_least_pitch(turbine, remade, box, uncertainty))
-        tried = "; ".join(filter(None, ways)) or (
+            remedies.append(larger_least_pitch(turbine, remade, box, uncertainty))
+        tried = "; ".join(filter(None, remedies)) or (
             "less uncertainty of the inertia, no frozen wake and a larger smallest pitch were tried"
         )
         raise ModelError(
@@ -106,16 +105,16 @@ def effort_sharing_gain_design(
         return EffortSharingGainDesign(law, widened(turbine, law, first, tell=say), None, "")
     loop = _loop_of(turbine, law, first)
     try:
-        found = one_step_gains(loop, objective=objective, steps=steps, tell=say)
-        kept = f"none of {found.refused} joint steps made the objective better"
+        joint = one_step_gains(loop, objective=objective, steps=steps, tell=say)
+        reason = f"none of {joint.refused} joint steps made the objective better"
     except ModelError as error:
-        found, kept = None, str(error)
-    if found is not None and len(found.history) > 1:
-        better = _stated(turbine, first, found, say)
+        joint, reason = None, str(error)
+    if joint is not None and len(joint.history) > 1:
+        better = _stated(turbine, first, joint, say)
         if better is not None:
-            return EffortSharingGainDesign(found.law, better, found, "")
-        kept = "the gains found together do not hold on the exactly enclosed loop"
-    return EffortSharingGainDesign(law, widened(turbine, law, first, tell=say), None, kept)
+            return EffortSharingGainDesign(joint.law, better, joint, "")
+        reason = "the gains found together do not hold on the exactly enclosed loop"
+    return EffortSharingGainDesign(law, widened(turbine, law, first, tell=say), None, reason)
 
 
 def widened(
@@ -134,12 +133,12 @@ def widened(
     """
     say, loop = StepClock(tell).told, _loop_of(turbine, law, first)
     try:
-        found = one_step_gains(loop, steps=0, tell=say)
+        joint = one_step_gains(loop, steps=0, tell=say)
     except ModelError:
         # That search needs a function with a wind error above 0 in every cell. If there is none,
         # the first candidate is kept.
         return first
-    wider = _stated(turbine, first, found, say)
+    wider = _stated(turbine, first, joint, say)
     return wider if wider is not None and _mean(law, wider) > _mean(law, first) else first
 
 
@@ -173,16 +172,16 @@ def loop_of_gains(
 
 
 def _stated(
-    turbine: Turbine, first: EffortSharingCandidate, found: OneStepDesign, say: Tell
+    turbine: Turbine, first: EffortSharingCandidate, joint: OneStepDesign, say: Tell
 ) -> EffortSharingCandidate | None:
     """Return the candidate for the found gains and function; None if it does not hold."""
     try:
         candidate = effort_sharing_candidate(
             turbine,
-            found.law,
+            joint.law,
             box=first.box,
             uncertainty=first.uncertainty,
-            P=np.asarray(found.functions.P),
+            P=np.asarray(joint.functions.P),
             rates=[cell.wind_rate for cell in first.cells],
             tell=say,
         )
@@ -219,7 +218,7 @@ class ObserverDesign:
     observer: WindObserver
 
 
-def wind_observer_design(turbine: Turbine, asked: DesignSettings) -> ObserverDesign:
+def wind_observer_design(turbine: Turbine, settings: DesignSettings) -> ObserverDesign:
     """Return the wind observer with one gain for all winds.
 
     Raises
@@ -229,7 +228,7 @@ def wind_observer_design(turbine: Turbine, asked: DesignSettings) -> ObserverDes
     from takagi.lmi.gains.observer import observer
     from takagi.models.turbine.wind_observer import WindObserver, wind_observer_model
 
-    model = wind_observer_model(turbine, speed_setpoint=asked.speed_setpoint)
+    model = wind_observer_model(turbine, speed_setpoint=settings.speed_setpoint)
     design = observer(model, decay_rate=OBSERVER_DECAY, relaxation="common-gain")
     if design.gains is None:
         raise ModelError(f"wind observer: {design.answer.diagnosis}")
@@ -238,7 +237,7 @@ def wind_observer_design(turbine: Turbine, asked: DesignSettings) -> ObserverDes
 
 
 def wind_by_wind_law(
-    turbine: Turbine, asked: DesignSettings
+    turbine: Turbine, settings: DesignSettings
 ) -> tuple[EffortDesign, EffortSharingLaw]:
     """Return the effort-sharing law with gains found wind by wind, and what they were found for.
 
@@ -251,10 +250,10 @@ def wind_by_wind_law(
 
     schedule = effort_schedule(
         turbine,
-        overlap=asked.overlap,
-        effectiveness_share=asked.effectiveness_share,
-        speed_setpoint=asked.speed_setpoint,
+        overlap=settings.overlap,
+        effectiveness_share=settings.effectiveness_share,
+        speed_setpoint=settings.speed_setpoint,
     )
-    effort = effort_gains(turbine, schedule, asked.effort)
-    law = EffortSharingLaw.of(turbine, schedule, effort.gains, wind_filter=asked.wind_filter)
+    effort = effort_gains(turbine, schedule, settings.effort)
+    law = EffortSharingLaw.of(turbine, schedule, effort.gains, wind_filter=settings.wind_filter)
     return effort, law

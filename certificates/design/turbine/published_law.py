@@ -25,8 +25,7 @@ from takagi.lmi.turbine.regional import RegionalGains, regional_gains
 from takagi.models.arrays import Floats
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.full_load import full_load_model
-from takagi.models.turbine.partial_load import partial_load_model
+from takagi.models.turbine.region_models import full_load_model, partial_load_model
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
@@ -38,7 +37,7 @@ TORQUE_DIGITS, PITCH_DIGITS = 1, 6
 
 def claimed_law(
     turbine: Turbine,
-    asked: DesignSettings,
+    settings: DesignSettings,
     models: tuple[TSModel, TSModel, RegionalGains],
     files: Sequence[Path],
     clock: StepClock,
@@ -52,7 +51,7 @@ def claimed_law(
     ModelError : a region without gains (the diagnosis says why), or overlaps that do not fit.
     """
     with clock("Schulte's law"):
-        law = designed_law(turbine, asked, models)
+        law = designed_law(turbine, settings, models)
     with clock("joint analysis, wind by wind"):
         candidate = published_candidate(law)
     with clock("joint analysis for other overlaps"):
@@ -62,8 +61,8 @@ def claimed_law(
         return certificate_document(
             model=turbine_data(turbine, files),
             gains=published_law_data(law),
-            claims=[published_claim(one) for one in candidates],
-            provenance=provenance(asked, {"joint analysis": "Lyapunov equations, no solver"}),
+            claims=[published_claim(claimed) for claimed in candidates],
+            provenance=provenance(settings, {"joint analysis": "Lyapunov equations, no solver"}),
             files=files,
         )
 
@@ -71,16 +70,15 @@ def claimed_law(
 
 
 def designed_law(
-    turbine: Turbine, asked: DesignSettings, models: tuple[TSModel, TSModel, RegionalGains]
+    turbine: Turbine, settings: DesignSettings, models: tuple[TSModel, TSModel, RegionalGains]
 ) -> PublishedLaw:
     """Return the law with emitted decimals as gains, equal at the two corners of the premise d.
 
     That premise changes no input alone, so the gains at its two corners agree up to the solver's
     tolerance; their mean is used.
     """
-    from takagi.models.laws.published.coupling_filter import coupling_filter
     from takagi.models.laws.published.law import published_law
-    from takagi.models.laws.published.regional_schedule import regional_schedule
+    from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 
     low, high, regional = models
     schedules = []
@@ -95,7 +93,7 @@ def designed_law(
                 model,
                 k_x=_emitted(k_x, model, digits),
                 k_I=_emitted(k_I[:, None], model, digits)[:, 0],
-                speed_setpoint=asked.speed_setpoint,
+                speed_setpoint=settings.speed_setpoint,
             )
         )
     return published_law(
@@ -104,15 +102,15 @@ def designed_law(
         full=schedules[1],
         coupling=coupling_filter(
             turbine,
-            speed_overlap=asked.speed_overlap,
-            torque_overlap=asked.torque_overlap,
-            placement=asked.ramp_placement,
-            shape=asked.ramp_shape,
-            speed_setpoint=asked.speed_setpoint,
+            speed_overlap=settings.speed_overlap,
+            torque_overlap=settings.torque_overlap,
+            placement=settings.ramp_placement,
+            shape=settings.ramp_shape,
+            speed_setpoint=settings.speed_setpoint,
         ),
-        tracking_time=asked.tracking_time,
-        name="paper" if asked.law == "paper" else "paper-two-integrators",
-        speed_setpoint=asked.speed_setpoint,
+        tracking_time=settings.tracking_time,
+        name="paper" if settings.law == "paper" else "paper-two-integrators",
+        speed_setpoint=settings.speed_setpoint,
     )
 
 
@@ -121,10 +119,10 @@ def _emitted(gains: Floats, model: TSModel, digits: int) -> Floats:
     groups: dict[tuple[int, ...], list[int]] = {}
     for i, rule in enumerate(model.rules):
         groups.setdefault(tuple(rule[:-1]), []).append(i)
-    found = np.array(gains, dtype=np.float64)
+    rounded = np.array(gains, dtype=np.float64)
     for rows in groups.values():
-        found[rows] = np.round(found[rows].mean(axis=0), digits)
-    return found
+        rounded[rows] = np.round(rounded[rows].mean(axis=0), digits)
+    return rounded
 
 
 def regional_design(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.regional import RegionalGains
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.laws.protocol import Law
-    from takagi.models.simulation.speed_filter import SpeedFilter
+    from takagi.models.simulation.turbine_plant import SpeedFilter
     from takagi.models.ts.model import TSModel
     from takagi.models.turbine.data import Turbine
 
@@ -96,7 +96,7 @@ class TurbineDesign(ShortRepr):
 def speed_filter(settings: DesignSettings) -> SpeedFilter | None:
     """Return the filter of the measured speed that the settings ask for, or None."""
     # Imported here: reading a design needs no simulation.
-    from takagi.models.simulation.speed_filter import SpeedFilter
+    from takagi.models.simulation.turbine_plant import SpeedFilter
 
     if settings.law != "coherent" or not settings.speed_filter:
         return None
@@ -167,7 +167,7 @@ def _summary(
     cells = stated["cells"]
     decays = tuple(float(cell["decay_rate"]) for cell in cells)
     low, high = stated["uncertainty"]["inertia"]
-    least, most = stated["uncertainty"].get("power_coefficient", (1.0, 1.0))
+    lowest_power, highest_power = stated["uncertainty"].get("power_coefficient", (1.0, 1.0))
     return ClaimSummary(
         verdict=checked.verdict,
         winds=tuple((float(cell["wind"][0]), float(cell["wind"][1])) for cell in cells),
@@ -180,7 +180,7 @@ def _summary(
         peaks={name: float(value) for name, value in stated["peaks"].items()},
         overspeed=(fastest + float(stated["peaks"]["speed_error"])) / rated_speed - 1,
         inertia=(float(low), float(high)),
-        power_coefficient=(float(least), float(most)),
+        power_coefficient=(float(lowest_power), float(highest_power)),
         frozen_wake=bool(stated["uncertainty"]["frozen_wake"]),
         P=tuple(tuple(float(value) for value in row) for row in stated["P"]),
     )

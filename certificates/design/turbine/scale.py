@@ -48,7 +48,7 @@ from takagi.certificates.design.turbine.settings import (
     TORSION_SHARE,
     DesignSettings,
 )
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox
+from takagi.models.laws.effort_sharing.law import LoopBox
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE
 
@@ -72,17 +72,17 @@ PITCH = 8 * pi / 180 * 28.24e6 / (SPEED * (38759228.0 + 97**2 * 534.116))
 
 def default_settings(turbine: Turbine) -> DesignSettings:
     """Return the settings scaled to the turbine; for the NREL 5-MW turbine ``DesignSettings()``."""
-    asked = DesignSettings()
+    settings = DesignSettings()
     speed = turbine.rated_rotor_speed / SPEED
     corner, stop = speed_filters(turbine, stopped=turbine.torsion is not None)
     box = scaled_box(turbine)
     return replace(
-        asked,
-        overlap=_rounded(asked.overlap * _effort(turbine) / EFFORT),
-        speed_overlap=_rounded(asked.speed_overlap * speed),
-        torque_overlap=_rounded(asked.torque_overlap * turbine.rated_torque / TORQUE),
-        wind_filter=_rounded(asked.wind_filter / _pace(turbine)),
-        effectiveness_share=_rounded(asked.effectiveness_share * cbrt(_pace(turbine))),
+        settings,
+        overlap=_rounded(settings.overlap * _effort(turbine) / EFFORT),
+        speed_overlap=_rounded(settings.speed_overlap * speed),
+        torque_overlap=_rounded(settings.torque_overlap * turbine.rated_torque / TORQUE),
+        wind_filter=_rounded(settings.wind_filter / _pace(turbine)),
+        effectiveness_share=_rounded(settings.effectiveness_share * cbrt(_pace(turbine))),
         speed_filter=corner,
         torsion_filter=stop,
         effort=_effort_settings(turbine, float(box.speed_signal)),
@@ -104,13 +104,13 @@ def speed_filters(turbine: Turbine, *, stopped: bool) -> tuple[float, float]:
 def _effort_settings(turbine: Turbine, speed_error: float) -> EffortSettings:
     from takagi.lmi.turbine.effort import EffortSettings
 
-    asked = EffortSettings()
+    settings = EffortSettings()
     slower = min(1.0, sqrt(LAG / turbine.pitch_time_constant))
     return replace(
-        asked,
-        bandwidth=_rounded(asked.bandwidth * slower * _pace(turbine)),
+        settings,
+        bandwidth=_rounded(settings.bandwidth * slower * _pace(turbine)),
         bandwidth_growth=_rounded(1 / _pace(turbine)),
-        partial_bandwidth=_rounded(asked.partial_bandwidth * slower),
+        partial_bandwidth=_rounded(settings.partial_bandwidth * slower),
         speed_error=speed_error,
     )
 
@@ -141,12 +141,12 @@ def scaled_box(turbine: Turbine) -> LoopBox:
     box = DEFAULT_BOX
     first = turbine.frozen_wake.wind[0]
     pitch = turbine.pitch_rate_limit * frozen_wake_effectiveness(turbine, first) / PITCH
-    wanted = float(box.speed_error) * turbine.rated_rotor_speed / SPEED
+    scaled_error = float(box.speed_error) * turbine.rated_rotor_speed / SPEED
     # At cut-in the tip-speed ratio may rise from TABLE_SHARE of the table to its end; the wind
     # error takes its share of that room, the speed error gets the rest.
     room = 1 - float(box.wind_share) - TABLE_SHARE
     largest = room * turbine.torque.x_range[1] * turbine.cut_in / turbine.rotor_radius
-    error = Fraction(_text(min(wanted, largest), ROUND_DOWN))
+    error = Fraction(_text(min(scaled_error, largest), ROUND_DOWN))
     signal = float(error * box.speed_signal / box.speed_error)
     return replace(
         box,

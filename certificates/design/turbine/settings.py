@@ -11,11 +11,9 @@ import numpy as np
 from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX, DEFAULT_UNCERTAINTY
 from takagi.lmi.turbine.one_step.objective import OBJECTIVES, Objective
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER, LoopBox, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import DEFAULT_EFFECTIVENESS_SHARE
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.trim import TrimPoint, rated_wind, trim
 
 if TYPE_CHECKING:
@@ -123,7 +121,7 @@ LEAST_EXPONENT = 0.05
 WIND_STEP = 0.5  # m/s, between the winds at which the trim is checked
 
 
-def check_limits(turbine: Turbine, asked: DesignSettings) -> None:
+def check_limits(turbine: Turbine, settings: DesignSettings) -> None:
     """Refuse overlaps and a bandwidth for which the law cannot work.
 
     both        a steady state at every wind from cut-in to cut-out, at which more wind gives more
@@ -139,52 +137,55 @@ def check_limits(turbine: Turbine, asked: DesignSettings) -> None:
     ModelError : one of them fails; says what was given, what is needed, at which winds, and a
         number that works.
     """
-    _check_rated_torque(turbine, asked.speed_setpoint)
-    _check_trims(turbine, asked.speed_setpoint)
-    if asked.law == "coherent":
-        _check_overlap(turbine, asked.overlap)
-        if asked.effort is not None:
-            _check_bandwidth(turbine, asked.effort.bandwidth, asked.effort.bandwidth_growth)
+    _check_rated_torque(turbine, settings.speed_setpoint)
+    _check_trims(turbine, settings.speed_setpoint)
+    if settings.law == "coherent":
+        _check_overlap(turbine, settings.overlap)
+        if settings.effort is not None:
+            _check_bandwidth(turbine, settings.effort.bandwidth, settings.effort.bandwidth_growth)
         return
-    _check_torque_overlap(turbine, asked.torque_overlap)
-    _check_speed_ramp(turbine, asked)
+    _check_torque_overlap(turbine, settings.torque_overlap)
+    _check_speed_ramp(turbine, settings)
 
 
 def _check_rated_torque(turbine: Turbine, setpoint: float | None) -> None:
     """Refuse a rated torque that is not reached at smallest pitch at any wind inside the table."""
     speed = setpoint or turbine.rated_rotor_speed
-    least = speed * turbine.rotor_radius / turbine.torque.x_range[1]
+    first_wind = speed * turbine.rotor_radius / turbine.torque.x_range[1]
     last = speed * turbine.rotor_radius / turbine.torque.x_range[0] * (1 - 1e-9)
     # Just inside the table's ends, where rounding could leave it.
-    first = max(least * (1 + 1e-9), turbine.cut_in)
+    first = max(first_wind * (1 + 1e-9), turbine.cut_in)
     winds = np.linspace(first, min(last, turbine.cut_out), WIND_STEPS)
-    found = rotor_torque(turbine, speed, turbine.pitch_min, winds) / turbine.gear_ratio
-    low, high = float(found[0]), float(found.max())
+    torques = rotor_torque(turbine, speed, turbine.pitch_min, winds) / turbine.gear_ratio
+    low, high = float(torques[0]), float(torques.max())
     if not low < turbine.rated_torque <= high:
         raise ModelError(
             f"{turbine.name}: rated torque {turbine.rated_torque:.6g} N m was given; at "
             f"{speed:.4g} rad/s and smallest pitch the rotor gives {low:.6g} N m at "
             f"{winds[0]:.4g} m/s, where the table begins, and at most {high:.6g} N m, at "
-            f"{float(winds[int(found.argmax())]):.4g} m/s; rated torque must lie between these two"
+            f"{float(winds[int(torques.argmax())]):.4g} m/s; rated torque must lie between these "
+            "two"
         )
 
 
 def _check_trims(turbine: Turbine, setpoint: float | None) -> None:
     """Refuse a turbine without a steady state somewhere between cut-in and cut-out."""
-    good: list[float] = []
+    winds: list[float] = []
     for v in np.arange(turbine.cut_in, turbine.cut_out + WIND_STEP / 2, WIND_STEP):
         wind = min(float(v), turbine.cut_out)
         try:
             point = trim(turbine, wind, speed_setpoint=setpoint)
         except ModelError as error:
-            held = f"it exists from {good[0]:.4g} to {good[-1]:.4g} m/s" if good else "none exists"
+            existence = "none exists"
+            if winds:
+                existence = f"it exists from {winds[0]:.4g} to {winds[-1]:.4g} m/s"
             raise ModelError(
                 f"{error}. A steady state is needed from cut-in {turbine.cut_in:.4g} to cut-out "
-                f"{turbine.cut_out:.4g} m/s; {held}, looked at in steps of {WIND_STEP:g} m/s: give "
-                "such winds as cut_in and cut_out, or change the torque and pitch limits"
+                f"{turbine.cut_out:.4g} m/s; {existence}, looked at in steps of {WIND_STEP:g} m/s: "
+                "give such winds as cut_in and cut_out, or change the torque and pitch limits"
             ) from error
         _check_observed(turbine, point)
-        good.append(wind)
+        winds.append(wind)
 
 
 def _check_observed(turbine: Turbine, point: TrimPoint) -> None:
@@ -232,20 +233,21 @@ def _check_bandwidth(turbine: Turbine, bandwidth: float, growth: float) -> None:
 
 def _check_torque_overlap(turbine: Turbine, overlap: float) -> None:
     rated, largest = turbine.rated_torque, turbine.maximum_torque
-    most = min(LARGEST_SHARE * rated, 2 * (largest - rated))
-    if not 0 < overlap <= most:
+    largest_overlap = min(LARGEST_SHARE * rated, 2 * (largest - rated))
+    if not 0 < overlap <= largest_overlap:
         raise ModelError(
-            f"torque overlap {overlap:.6g} N m was given; above 0 and at most {most:.6g} N m is "
-            f"needed: it rounds the corner at rated torque, {rated:.6g} N m, up to half of it "
-            f"higher, and the largest torque is {largest:.6g} N m; at rated wind, "
+            f"torque overlap {overlap:.6g} N m was given; above 0 and at most "
+            f"{largest_overlap:.6g} N m is needed: it rounds the corner at rated torque, "
+            f"{rated:.6g} N m, up to half of it higher, and the largest torque is {largest:.6g} "
+            f"N m; at rated wind, "
             f"{rated_wind(turbine):.4g} m/s, a wider one leaves no torque that is held; try "
-            f"{_short(most / 4)}"
+            f"{_short(largest_overlap / 4)}"
         )
 
 
-def _check_speed_ramp(turbine: Turbine, asked: DesignSettings) -> None:
-    setpoint = asked.speed_setpoint or turbine.rated_rotor_speed
-    placement, overlap = asked.ramp_placement, asked.speed_overlap
+def _check_speed_ramp(turbine: Turbine, settings: DesignSettings) -> None:
+    setpoint = settings.speed_setpoint or turbine.rated_rotor_speed
+    placement, overlap = settings.ramp_placement, settings.speed_overlap
     room = setpoint - turbine.minimum_rotor_speed
     below = (1 - placement) * overlap
     if below >= room:
@@ -261,8 +263,8 @@ def _check_speed_ramp(turbine: Turbine, asked: DesignSettings) -> None:
             f"above the set-point; at most {room:.4g} rad/s is needed there, or pitch acts fully "
             f"at no speed that the rotor should reach; try {_short(setpoint / 12)}"
         )
-    if asked.law == "paper" and placement >= 1:
-        rated = rated_wind(turbine, speed_setpoint=asked.speed_setpoint)
+    if settings.law == "paper" and placement >= 1:
+        rated = rated_wind(turbine, speed_setpoint=settings.speed_setpoint)
         raise ModelError(
             f"ramp placement {placement:.4g} was given; below 1 is needed for Schulte's "
             "law: at the set-point torque is held at rated and f_1 is 0, so that no actuator "

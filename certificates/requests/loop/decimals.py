@@ -26,13 +26,13 @@ def short(P: Floats, digits: int) -> Floats:
     """
     scale = np.sqrt(np.abs(np.diag(P)))
     size = np.maximum(np.outer(scale, scale), 1e-30)
-    places = np.clip(digits - 1 - np.floor(np.log10(size)), -30, 30).astype(int)
-    whole = np.zeros_like(P, dtype=np.float64)
+    decimals = np.clip(digits - 1 - np.floor(np.log10(size)), -30, 30).astype(int)
+    rounded = np.zeros_like(P, dtype=np.float64)
     for i in range(len(P)):
-        row = [round(float(P[i, j]), int(places[i, j])) for j in range(i + 1)]
-        whole[i, : i + 1] = row
-        whole[: i + 1, i] = row
-    return whole
+        row = [round(float(P[i, j]), int(decimals[i, j])) for j in range(i + 1)]
+        rounded[i, : i + 1] = row
+        rounded[: i + 1, i] = row
+    return rounded
 
 
 def rounded_down(value: float, digits: int = 6) -> float:

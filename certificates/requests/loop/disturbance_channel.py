@@ -17,7 +17,7 @@ from takagi.models.errors import ModelError
 Path: TypeAlias = tuple[Floats, Floats, Floats, Floats]
 Output: TypeAlias = Sequence[ArrayLike | None]
 """(C, D, F) of y = C x + D u + F w, each (r, ., .) or (., .); D and F may be None or left out."""
-WAYS = ("disturbances", "inputs")
+ENTRANCES = ("disturbances", "inputs")
 
 
 def channel_evidence(
@@ -37,7 +37,7 @@ def channel_evidence(
         embedding.
     """
     model = loop.model
-    evidence: dict[str, Any] = {"disturbance": way_of(loop, disturbance)}
+    evidence: dict[str, Any] = {"disturbance": entrance_of(loop, disturbance)}
     if output is None:
         if not loop.exact.C:
             raise ModelError(
@@ -46,10 +46,10 @@ def channel_evidence(
         return evidence
     if not 1 <= len(output) <= 3:
         raise ModelError("output is (C, D, F), or its first one or two")
-    given = dict(zip("CDF", output, strict=False))
+    matrices = dict(zip("CDF", output, strict=False))
     evidence["output"] = {
         letter: _stack(letter, value, len(model.A))
-        for letter, value in given.items()
+        for letter, value in matrices.items()
         if value is not None
     }
     if any(len(stack) > 1 for stack in evidence["output"].values()):
@@ -57,31 +57,31 @@ def channel_evidence(
     return evidence
 
 
-def way_of(loop: ClaimedLoop, disturbance: str | None) -> str:
-    """Return the way of a disturbance into the model; None takes the first that it has.
+def entrance_of(loop: ClaimedLoop, disturbance: str | None) -> str:
+    """Return where a disturbance enters, one of ``ENTRANCES``; None takes the model's first.
 
     Raises
     ------
-    ModelError : no such way.
+    ModelError : the model has no such disturbance.
     """
     matrices = {"disturbances": loop.exact.E, "inputs": loop.exact.B}
-    way = disturbance or next((name for name in WAYS if matrices[name]), "disturbances")
-    if not matrices.get(way):
+    entrance = disturbance or next((name for name in ENTRANCES if matrices[name]), "disturbances")
+    if not matrices.get(entrance):
         raise ModelError(
-            f"disturbance {way!r}: the model {loop.model.name!r} has none such; it needs a matrix "
-            "E ('disturbances') or B ('inputs') that is not zero"
+            f"disturbance {entrance!r}: the model {loop.model.name!r} has none such; it needs a "
+            "matrix E ('disturbances') or B ('inputs') that is not zero"
         )
-    return way
+    return entrance
 
 
 def disturbance_channel(loop: ClaimedLoop, evidence: dict[str, Any]) -> Path:
     """Return A, B, C, D of the blends, (N, ., .) each, in the checker's order."""
-    found = list(disturbance_channels(as_read(evidence), loop.seen, "claim"))
+    channels = list(disturbance_channels(as_read(evidence), loop.searched, "claim"))
     return (
-        np.array([floats(path.A) for path in found]),
-        np.array([floats(path.B) for path in found]),
-        np.array([floats(path.C) for path in found]),
-        np.array([floats(path.through) for path in found]),
+        np.array([floats(channel.A) for channel in channels]),
+        np.array([floats(channel.B) for channel in channels]),
+        np.array([floats(channel.C) for channel in channels]),
+        np.array([floats(channel.through) for channel in channels]),
     )
 
 

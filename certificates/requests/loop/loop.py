@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import chain, product
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -20,7 +20,7 @@ from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.document.plant_embedding import law_members
-from takagi.certificates.requests.loop.weight_pieces import Cuts, Point, seen_at, weights_at
+from takagi.certificates.requests.loop.weight_pieces import Cuts, Point, loop_at, weights_at
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import finite_array
@@ -41,7 +41,7 @@ class ClaimedLoop:
     pairs, sizes : (vertex, gain) of all blends one after the other, (2, pairs), and how many of
         them each blend has, (N,).
     shares : of each pair in its blend, (pairs,); they sum to 1 in each.
-    seen : the loop whose blends are used: ``exact`` itself, or some points of its weights.
+    searched : the loop whose blends are used: ``exact`` itself, or some points of its weights.
     points : the weights of the blends, where they are points.
     cuts : how many pieces of the weights may still be tried for a claim; None means that claims
         are proved without pieces.
@@ -55,7 +55,7 @@ class ClaimedLoop:
     pairs: Indices
     sizes: Indices
     shares: Floats
-    seen: PolytopicLoop
+    searched: PolytopicLoop
     points: tuple[Point, ...] = ()
     cuts: Cuts | None = None
 
@@ -82,7 +82,7 @@ class ClaimedLoop:
         """
         if law is not None and gains is None:
             gains = law["K"]
-        K = None if gains is None else _gains(model, gains, own_rules=law is not None)
+        K = None if gains is None else _gains(model, gains, law_rules=law is not None)
         if model_data is None:
             model_data = ts_model_data(model)
         if law is None and K is not None:
@@ -92,19 +92,17 @@ class ClaimedLoop:
                 law = {key: law[key] for key in law if key not in ("premises", "rules")}
         exact = read_model_loop(_read(model_data), _read(law))
         groups = [pairs for _, pairs in exact.groups()]
-        every = np.array([pair for pairs in groups for pair in pairs], dtype=np.intp).T
         sizes = np.array([len(pairs) for pairs in groups], dtype=np.intp)
-        shares = np.repeat(1 / sizes, sizes)
         return cls(
             model=model,
             gains=K,
             model_data=model_data,
             gains_data=law,
             exact=exact,
-            pairs=every,
+            pairs=np.array(list(chain(*groups)), dtype=np.intp).T,
             sizes=sizes,
-            shares=shares,
-            seen=exact,
+            shares=np.repeat(1 / sizes, sizes),
+            searched=exact,
         )
 
     @property
@@ -119,16 +117,17 @@ class ClaimedLoop:
         of them.  A candidate for these points is then tried on pieces of the weights.
         """
         rows = [weights_at(self.exact, point) for point in points]
-        used = [[i for i, share in enumerate(h) if share] for h in rows]
-        every = np.array([pair for some in used for pair in product(some, some)], dtype=np.intp).T
-        sizes = np.array([len(some) ** 2 for some in used], dtype=np.intp)
-        shares = [float(h[i] * h[j]) for h, s in zip(rows, used, strict=True) for i in s for j in s]
+        active_rules = [[i for i, share in enumerate(h) if share] for h in rows]
+        groups = [list(product(rules, rules)) for rules in active_rules]
+        shares = [
+            float(h[i] * h[j]) for h, pairs in zip(rows, groups, strict=True) for i, j in pairs
+        ]
         return replace(
             self,
-            pairs=every,
-            sizes=sizes,
+            pairs=np.array(list(chain(*groups)), dtype=np.intp).T,
+            sizes=np.array([len(pairs) for pairs in groups], dtype=np.intp),
             shares=np.array(shares),
-            seen=seen_at(self.exact, rows),
+            searched=loop_at(self.exact, rows),
             points=tuple(points),
             cuts=Cuts.of(self.exact),
         )
@@ -166,18 +165,18 @@ class ClaimedLoop:
         """
         return self._means(stack[self.pairs[0 if of == "vertex" else 1]])
 
-    def refuse_averages(self, what: str) -> None:
+    def refuse_averages(self, subject: str) -> None:
         """Refuse a request that needs the weights of a secant embedding, which cannot be evaluated.
 
         Parameters
         ----------
-        what : "observer", "function" or "output".
+        subject : "observer", "function" or "output".
 
         Raises
         ------
         ModelError : the model is a secant embedding.
         """
-        if why := why_averages_fail(self.exact, what):
+        if why := why_averages_fail(self.exact, subject):
             raise ModelError(f"model {self.model.name!r}: {why}")
 
     def replay(self, claim: Mapping[str, Any]) -> Claim:
@@ -190,14 +189,14 @@ class ClaimedLoop:
         read = read_text(json.dumps(claim), "claim")
         return in_words(replay(read, None, self.exact, [], "claim"))
 
-    def shown(self, claim: Mapping[str, Any]) -> tuple[Mapping[str, Any], Claim]:
+    def with_pieces(self, claim: Mapping[str, Any]) -> tuple[Mapping[str, Any], Claim]:
         """Return a claim with the pieces of the weights that it needs, and the verdict on it."""
         checked = self.replay(claim)
         if self.cuts is None or checked.verdict is not Verdict.UNDECIDED:
             return claim, checked
         halvings = self.cuts.halvings(read_text(json.dumps(claim), "claim"), self.exact)
-        whole = {**claim, "halvings": halvings}
-        return (whole, self.replay(whole)) if halvings else (claim, checked)
+        claim_on_pieces = {**claim, "halvings": halvings}
+        return (claim_on_pieces, self.replay(claim_on_pieces)) if halvings else (claim, checked)
 
     def _closed(self, X: Floats, Y: Floats) -> Floats:
         i, j = self.pairs
@@ -214,10 +213,10 @@ def _read(data: Mapping[str, Any] | None) -> Any:
     return None if data is None else read_text(json.dumps(data), "model or gains")
 
 
-def _gains(model: TSModel, gains: ArrayLike, *, own_rules: bool) -> Floats:
+def _gains(model: TSModel, gains: ArrayLike, *, law_rules: bool) -> Floats:
     K = finite_array("K", gains)
     r, n, m = model.B.shape
-    if own_rules and K.ndim == 3 and K.shape[1:] == (m, n):
+    if law_rules and K.ndim == 3 and K.shape[1:] == (m, n):
         # A law with weights of its own may have another number of rules.
         return K if np.any(K != K[0]) else np.broadcast_to(K[:1], (r, m, n)).copy()
     if K.shape in ((m, n), (1, m, n)):

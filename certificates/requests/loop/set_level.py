@@ -33,7 +33,7 @@ def fall_rate(A: Floats, P: Floats, *, discrete: bool) -> float:
     return float(np.linalg.eigvalsh(inverse @ _fall(A, P, discrete) @ inverse.T)[:, 0].min())
 
 
-def held_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: bool) -> float:
+def invariant_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: bool) -> float:
     """Return the least c such that V <= c is invariant with this multiplier; inf if there is none.
 
     The result is inf as well if F - s P is singular in floating point.
@@ -44,12 +44,12 @@ def held_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: 
     ----------
     W : (N, n, q), or (C, N, n, 1) for corners of a box.
     """
-    left = _fall(A, P, discrete) - multiplier * P
-    if np.linalg.eigvalsh(left)[:, 0].min() <= 0:
+    decrease = _fall(A, P, discrete) - multiplier * P
+    if np.linalg.eigvalsh(decrease)[:, 0].min() <= 0:
         return np.inf
     reach = A.transpose(0, 2, 1) @ P @ W if discrete else P @ W
     try:
-        total = np.swapaxes(reach, -1, -2) @ np.linalg.solve(left, reach)
+        total = np.swapaxes(reach, -1, -2) @ np.linalg.solve(decrease, reach)
     except np.linalg.LinAlgError:
         return np.inf
     if discrete:
@@ -59,13 +59,13 @@ def held_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: 
 
 
 def best_multiplier(
-    A: Floats, W: Floats, P: Floats, *, discrete: bool, known: float = 0.0
+    A: Floats, W: Floats, P: Floats, *, discrete: bool, start: float = 0.0
 ) -> tuple[float, float]:
     """Return (c, s): the least invariant level of V under the disturbances, and its multiplier.
 
     Parameters
     ----------
-    known : the multiplier used in the search of P, if any. The least level is usually there, often
+    start : the multiplier used in the search of P, if any. The least level is usually there, often
         close to the decay rate.
     """
     rate = fall_rate(A, P, discrete=discrete)
@@ -73,27 +73,27 @@ def best_multiplier(
         return np.inf, 0.0
 
     def level(share: float) -> float:
-        return held_level(A, W, P, share * rate, discrete=discrete)
+        return invariant_level(A, W, P, share * rate, discrete=discrete)
 
-    shares = np.append(SHARES, [known / rate] if 0 < known < rate else [])
-    found = min((level(float(share)), float(share)) for share in shares)
-    if np.isfinite(found[0]):
+    shares = np.append(SHARES, [start / rate] if 0 < start < rate else [])
+    best = min((level(float(share)), float(share)) for share in shares)
+    if np.isfinite(best[0]):
         # The level hardly changes near its minimum, so a search between the neighbours suffices.
-        around = np.sort(np.append(SHARES, [0.0, 1.0]))
-        low, high = around[around < found[1]].max(), around[around > found[1]].min()
-        better = minimize_scalar(
+        neighbours = np.sort(np.append(SHARES, [0.0, 1.0]))
+        low, high = neighbours[neighbours < best[1]].max(), neighbours[neighbours > best[1]].min()
+        minimum = minimize_scalar(
             lambda share: min(level(float(share)), LARGEST),
             bounds=(float(low), float(high)),
             method="bounded",
             options={"xatol": FINE},
         )
-        found = min(found, (level(float(better.x)), float(better.x)))
-    return found[0], found[1] * rate
+        best = min(best, (level(float(minimum.x)), float(minimum.x)))
+    return best[0], best[1] * rate
 
 
 def box_corners(E: Floats, bounds: Floats) -> Floats:
     """Return E w at the corners of |w_k| <= b_k, one of each opposite pair, (C, N, n, 1)."""
-    signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=len(bounds) - 1)])
+    signs = np.array(list(product((1.0,), *[(1.0, -1.0)] * (len(bounds) - 1))))
     return np.asarray(np.einsum("knq,cq->ckn", E, signs * bounds)[..., None])
 
 

@@ -1,6 +1,4 @@
-r"""Quadratic functions of a single matrix, from its eigenvectors and from its Lyapunov equation.
-
-A fast floating-point test that rejects candidates which exact arithmetic would refuse.
+r"""Quadratic functions of a single matrix, and a test in floats that rejects hopeless candidates.
 
 Cholesky's factorisation of S + c I in floats breaks down only where S is not positive semidefinite,
 for c = (gamma / (1 - gamma)) tr |S| with gamma = (n + 1) u and the unit roundoff u; c is increased
@@ -46,16 +44,18 @@ def equation_function(G: Floats, rate: float, step: float | None) -> Floats | No
     from scipy.linalg import LinAlgError, solve_continuous_lyapunov, solve_discrete_lyapunov
 
     balanced, s = _balanced(G)
-    one = np.eye(len(G))
+    identity = np.eye(len(G))
     try:
         # SciPy warns of nearly singular equations; the checker decides about the result anyway.
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             if step is None:
-                P = solve_continuous_lyapunov((balanced + rate * one).T, -one)
+                P = solve_continuous_lyapunov((balanced + rate * identity).T, -identity)
             else:
                 # If all eigenvalues exceed rho, the function is valid for every smaller rho too.
-                P = solve_discrete_lyapunov((balanced * np.exp(min(rate * step, FASTEST))).T, one)
+                P = solve_discrete_lyapunov(
+                    (balanced * np.exp(min(rate * step, FASTEST))).T, identity
+                )
     except (LinAlgError, np.linalg.LinAlgError, ValueError):
         return None
     size = np.abs(P).max()
@@ -79,10 +79,10 @@ def _balanced(G: Floats) -> tuple[Floats, Floats]:
 
 def _in_states(P: Floats, s: Floats) -> Floats:
     """Return S^-1 P S^-1, scaled to a size around 1."""
-    found = (P + P.T) / 2 / s / s[:, None]
-    diagonal = np.abs(np.diag(found))
+    function = (P + P.T) / 2 / s / s[:, None]
+    diagonal = np.abs(np.diag(function))
     middle = np.sqrt(diagonal.max()) * np.sqrt(diagonal[diagonal > 0].min(initial=diagonal.max()))
-    return np.asarray(found / np.exp2(np.round(np.log2(middle)))) if middle > 0 else found
+    return np.asarray(function / np.exp2(np.round(np.log2(middle)))) if middle > 0 else function
 
 
 ROUNDOFF = float(np.finfo(np.float64).eps)

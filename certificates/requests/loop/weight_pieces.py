@@ -1,10 +1,8 @@
-r"""Weights of single blends: one rule alone, or shares in whole numbers.
+r"""Weights of single blends, and pieces of the weights on each of which a claim is proved.
 
-If the weights are products over the premises, a point has one row of shares for each premise;
-otherwise it has one row for all rules.  A row divided by its sum gives the weights.  The claim
+A point has shares in whole numbers: a row for each premise if the weights are products over the
+premises, else one row for all rules.  A row divided by its sum gives the weights.  The claim
 ``no-common-decay`` names its blends in this way.
-
-Searches pieces of the weights such that a claim can be proved on each of them.
 
 The checker's functions show which mean of pairs fails on a piece.  The corners are tested first: if
 one fails, the claim is wrong for a blend of the loop, and no pieces help.  The pairs come next,
@@ -30,6 +28,7 @@ from takagi.certificates.checker.loop.halvings import halved
 from takagi.certificates.checker.loop.polytopic_loop import Blend, PolytopicLoop, Stack
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.words.saying import in_words
+from takagi.certificates.requests.loop.decimals import stack_of
 from takagi.models.arrays import Floats
 
 Point: TypeAlias = tuple[tuple[int, ...], ...]
@@ -44,7 +43,7 @@ def points_of(exact: PolytopicLoop) -> list[Point]:
     return [tuple(_unit(2, c) for c in row) for row in exact.corners]
 
 
-def grid(exact: PolytopicLoop, parts: int, most: int) -> list[Point]:
+def grid(exact: PolytopicLoop, denominator: int, most_points: int) -> list[Point]:
     """Return all points with shares in multiples of 1/parts; none if they exceed ``most``.
 
     If some combination of corners has no rule, only the rules alone are returned.
@@ -55,9 +54,9 @@ def grid(exact: PolytopicLoop, parts: int, most: int) -> list[Point]:
         sizes = [2] * len(exact.corners[0])
         if 2 ** len(sizes) != exact.rules:
             return points_of(exact)
-    if prod(comb(size + parts - 1, parts) for size in sizes) > most:
+    if prod(comb(size + denominator - 1, denominator) for size in sizes) > most_points:
         return []
-    return list(product(*(list(_shares(size, parts)) for size in sizes)))
+    return list(product(*(list(_shares(size, denominator)) for size in sizes)))
 
 
 def corners_of(exact: PolytopicLoop) -> Corners:
@@ -68,17 +67,17 @@ def corners_of(exact: PolytopicLoop) -> Corners:
     )
 
 
-def halved_corners(corners: Corners, premise: int, kept: int, moved: int) -> Corners:
+def halved_corners(corners: Corners, premise: int, fixed: int, halved: int) -> Corners:
     """Return the corners of the half whose corner ``moved`` is in the middle of the two."""
     rows = list(corners[premise])
-    rows[moved] = tuple((a + b) / 2 for a, b in zip(rows[kept], rows[moved], strict=True))
+    rows[halved] = tuple((a + b) / 2 for a, b in zip(rows[fixed], rows[halved], strict=True))
     return (*corners[:premise], tuple(rows), *corners[premise + 1 :])
 
 
 def point_at(exact: PolytopicLoop, corners: Corners, rule: int) -> Point:
     """Return the corner of a piece that replaces a rule."""
-    own = (rule,) if exact.corners is None else exact.corners[rule]
-    rows = [rows[c] for rows, c in zip(corners, own, strict=True)]
+    corner = (rule,) if exact.corners is None else exact.corners[rule]
+    rows = [rows[c] for rows, c in zip(corners, corner, strict=True)]
     return tuple(tuple(int(v * lcm(*(w.denominator for w in row))) for v in row) for row in rows)
 
 
@@ -94,32 +93,35 @@ def weights_at(exact: PolytopicLoop, point: Point) -> list[Fraction]:
     ]
 
 
-def _shares(size: int, parts: int) -> Iterator[tuple[int, ...]]:
-    for chosen in combinations_with_replacement(range(size), parts):
-        yield tuple(chosen.count(c) for c in range(size))
+def _shares(size: int, denominator: int) -> Iterator[tuple[int, ...]]:
+    for drawn in combinations_with_replacement(range(size), denominator):
+        yield tuple(drawn.count(c) for c in range(size))
 
 
-def _unit(size: int, place: int) -> tuple[int, ...]:
-    return tuple(int(c == place) for c in range(size))
+def _unit(size: int, index: int) -> tuple[int, ...]:
+    return tuple(int(c == index) for c in range(size))
 
 
-def seen_at(exact: PolytopicLoop, rows: Sequence[Sequence[Fraction]]) -> PolytopicLoop:
-    """Return a exact whose blends are those of the weights h in ``rows`` alone."""
-    own = {one.name: getattr(exact, one.name) for one in fields(PolytopicLoop)}
-    return _Seen(**own, weights_seen=tuple(map(tuple, rows)))
+def loop_at(exact: PolytopicLoop, rows: Sequence[Sequence[Fraction]]) -> PolytopicLoop:
+    """Return the loop whose blends are those of the weights h in ``rows`` alone."""
+    return _LoopAtPoints(**_members(exact), point_weights=tuple(map(tuple, rows)))
+
+
+def _members(loop: PolytopicLoop) -> dict[str, Any]:
+    return {member.name: getattr(loop, member.name) for member in fields(PolytopicLoop)}
 
 
 @dataclass(frozen=True)
-class _Seen(PolytopicLoop):
+class _LoopAtPoints(PolytopicLoop):
     """The loop at some weights; no proof uses it, because it does not enclose the loop."""
 
-    weights_seen: tuple[tuple[Fraction, ...], ...] = ()
+    point_weights: tuple[tuple[Fraction, ...], ...] = ()
 
     def groups(self) -> list[tuple[str, tuple[tuple[int, int], ...]]]:
-        return [(f"point {k + 1}", ((0, 0),)) for k in range(len(self.weights_seen))]
+        return [(f"point {k + 1}", ((0, 0),)) for k in range(len(self.point_weights))]
 
     def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
-        return [_At(self, f"point {k + 1}", (), h) for k, h in enumerate(self.weights_seen)]
+        return [_At(self, f"point {k + 1}", (), h) for k, h in enumerate(self.point_weights)]
 
 
 @dataclass(frozen=True)
@@ -129,8 +131,8 @@ class _At(Blend):
     def of(self, stack: Stack, side: int = 0) -> Matrix:
         if len(stack) <= 1:
             return stack[0]
-        parts = [share * X for share, X in zip(self.h, stack, strict=True) if share]
-        return sum(parts[1:], parts[0]).reduced()
+        terms = [share * X for share, X in zip(self.h, stack, strict=True) if share]
+        return sum(terms[1:], terms[0]).reduced()
 
     def _closed(self, X: Stack, Y: Stack) -> Matrix:
         K = self.loop.K
@@ -138,9 +140,9 @@ class _At(Blend):
 
 
 FAILED = re.compile(r"rules? (\d+)(?: and (\d+))?$")
-# The largest number of pieces for one request. MOST_WORK bounds it further for large loops: EACH
-# is the constant part of the work for a blend; the fourth power of the order is added to it.
-MOST_PIECES, MOST_WORK, EACH = 2000, 3e7, 2000
+# The largest number of pieces for one request. MOST_WORK bounds it further for large loops:
+# WORK_OF_A_BLEND is a blend's constant part, to which the fourth power of the order is added.
+MOST_PIECES, MOST_WORK, WORK_OF_A_BLEND = 2000, 3e7, 2000
 
 
 @dataclass(slots=True)
@@ -150,43 +152,44 @@ class Cuts:
     ``failed`` : blends of the loop at which a claim failed; the next claim is tested there first.
     """
 
-    left: int
+    pieces_left: int
     failed: list[Point] = field(default_factory=list)
 
     @classmethod
     def of(cls, exact: PolytopicLoop) -> Cuts:
         """Return the number of pieces for a loop of this size."""
-        work = len(exact.groups()) * (exact.order**4 + EACH)
+        work = len(exact.groups()) * (exact.order**4 + WORK_OF_A_BLEND)
         return cls(min(MOST_PIECES, int(MOST_WORK / work)))
 
     def halvings(self, claim: Any, exact: PolytopicLoop) -> list[list[int]]:
         """Return the tree of ``halvings`` that proves a claim; empty if none was found."""
-        most = self.left - self.left // 2
+        most_entries = self.pieces_left - self.pieces_left // 2
         if self.failed:
-            seen = seen_at(exact, [weights_at(exact, point) for point in self.failed])
-            if replay(claim, None, seen, [], "claim").verdict is not Verdict.PROVED:
+            loop_at_failed = loop_at(exact, [weights_at(exact, point) for point in self.failed])
+            if replay(claim, None, loop_at_failed, [], "claim").verdict is not Verdict.PROVED:
                 return []
-        found: list[list[int]] = []
-        left = [(_piece(exact, ()), corners_of(exact))]
-        while left and len(found) < most:
-            piece, places = left.pop()
+        tree: list[list[int]] = []
+        open_pieces = [(_piece(exact, ()), corners_of(exact))]
+        while open_pieces and len(tree) < most_entries:
+            piece, corners = open_pieces.pop()
             checked = replay(claim, None, piece, [], "claim")
             if checked.verdict is Verdict.PROVED:
-                found.append([])
+                tree.append([])
                 continue
             pair = FAILED.search(in_words(checked).text)
             if pair is not None and pair[2] is None:
-                self.failed.append(point_at(exact, places, int(pair[1]) - 1))
+                self.failed.append(point_at(exact, corners, int(pair[1]) - 1))
             if pair is None or pair[2] is None:
                 break
             premise, i, j = piece.between(int(pair[1]) - 1, int(pair[2]) - 1)
-            found.append([premise, i, j])
+            tree.append([premise, i, j])
             for step in ((premise, j, i), (premise, i, j)):
-                left.append((_piece(exact, (*piece.path, step)), halved_corners(places, *step)))
+                half = _piece(exact, (*piece.path, step))
+                open_pieces.append((half, halved_corners(corners, *step)))
         else:
-            self.left -= len(found)
-            return [] if left else found
-        self.left -= len(found) + 1
+            self.pieces_left -= len(tree)
+            return [] if open_pieces else tree
+        self.pieces_left -= len(tree) + 1
         return []
 
 
@@ -200,49 +203,45 @@ class _Piece(PolytopicLoop):
     path: tuple[tuple[int, int, int], ...] = ()
 
     @property
-    def own(self) -> PolytopicLoop:
+    def loop(self) -> PolytopicLoop:
         """The loop on the piece."""
-        found = PolytopicLoop(
-            **{one.name: getattr(self, one.name) for one in fields(PolytopicLoop)}
-        )
+        loop = PolytopicLoop(**_members(self))
         for step in self.path:
-            found = halved(found, *step)
-        return found
+            loop = halved(loop, *step)
+        return loop
 
     def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
-        own = self.own
-        B, K, D = map(_floats, (own.B, own.K, own.D))
+        loop = self.loop
+        B, K, D = map(stack_of, (loop.B, loop.K, loop.D))
 
         def straight(blend: Blend) -> float:
             i, j = blend.pairs[0]
             return -np.inf if i == j else -(_bend(B, K, i, j) + _bend(D, K, i, j))
 
-        return sorted(own.blends(), key=straight)
+        return sorted(loop.blends(), key=straight)
 
     def between(self, first: int, second: int) -> tuple[int, int, int]:
         """Return the premise of a pair's largest difference, and its corners; or the two rules."""
         if self.corners is None:
             return 0, first, second
-        own = self.own
-        B, K, D = map(_floats, (own.B, own.K, own.D))
-        place = {corner: i for i, corner in enumerate(self.corners)}
-        bends = {}
-        for p, pair in enumerate(zip(self.corners[first], self.corners[second], strict=True)):
-            if pair[0] != pair[1]:
+        loop = self.loop
+        B, K, D = map(stack_of, (loop.B, loop.K, loop.D))
+        rule_of = {corner: i for i, corner in enumerate(self.corners)}
+        bend_of = {}
+        for p, sides in enumerate(zip(self.corners[first], self.corners[second], strict=True)):
+            if sides[0] != sides[1]:
                 across = [
-                    (i, place[(*corner[:p], 1 - corner[p], *corner[p + 1 :])])
-                    for corner, i in place.items()
+                    (i, rule_of[(*corner[:p], 1 - corner[p], *corner[p + 1 :])])
+                    for corner, i in rule_of.items()
                 ]
                 cuts = sum(step[0] == p for step in self.path)
                 bend = sum(_bend(B, K, i, j) + _bend(D, K, i, j) for i, j in across)
-                bends[p] = bend, -cuts
-        return max(bends, key=lambda p: bends[p]), 0, 1
+                bend_of[p] = bend, -cuts
+        return max(bend_of, key=lambda p: bend_of[p]), 0, 1
 
 
 def _piece(exact: PolytopicLoop, path: tuple[tuple[int, int, int], ...]) -> _Piece:
-    return _Piece(
-        **{one.name: getattr(exact, one.name) for one in fields(PolytopicLoop)}, path=path
-    )
+    return _Piece(**_members(exact), path=path)
 
 
 def _bend(B: Floats, K: Floats, i: int, j: int) -> float:
@@ -250,7 +249,3 @@ def _bend(B: Floats, K: Floats, i: int, j: int) -> float:
     if len(B) <= 1 or len(K) <= 1:
         return 0.0
     return float(np.linalg.norm((B[i] - B[j]) @ (K[i] - K[j])))
-
-
-def _floats(stack: Stack) -> Floats:
-    return np.array([np.array(M.rows, dtype=float) / float(M.below) for M in stack])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import Vertices, sample_time_of, vertex_stack
 from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.decision.outcome import Outcome
@@ -37,12 +37,12 @@ class DisturbanceChannel:
 
     def at(self, vertices: Indices) -> DisturbanceChannel:
         """Return the path at some of the vertices."""
-        A, B, C, D = (part[vertices] for part in (self.A, self.B, self.C, self.D))
+        A, B, C, D = (stack[vertices] for stack in (self.A, self.B, self.C, self.D))
         return DisturbanceChannel(A, B, C, D, self.sample_time)
 
     def in_states(self, T: Floats) -> DisturbanceChannel:
         """Return the path in the states xhat of x = T xhat."""
-        A, B = (np.asarray(np.linalg.solve(T, part), np.float64) for part in (self.A @ T, self.B))
+        A, B = (np.asarray(np.linalg.solve(T, stack), np.float64) for stack in (self.A @ T, self.B))
         return DisturbanceChannel(A, B, self.C @ T, self.D, self.sample_time)
 
     def scaled(self, units: ChannelUnits) -> DisturbanceChannel:
@@ -90,12 +90,12 @@ class ChannelUnits:
         rate = speed if step is None else 1.0
         plain = channel.scaled(cls(states, rate, 1.0, 1.0))
         share = 1.0 if step is None else speed
-        reach, shown = float(np.abs(plain.B).max()) / share**0.5, float(np.abs(plain.C).max())
-        gain, most = largest_response(plain), reach * shown / share**0.5
-        if gain <= ZERO * most or not np.isfinite(gain):
-            gain = most or 1.0
+        reach, shown_size = float(np.abs(plain.B).max()) / share**0.5, float(np.abs(plain.C).max())
+        gain, gain_bound = largest_response(plain), reach * shown_size / share**0.5
+        if gain <= ZERO * gain_bound or not np.isfinite(gain):
+            gain = gain_bound or 1.0
         # w scaled by d and y by c multiply the gain by d / c and P by c / d.
-        ratio = np.sqrt(shown / reach) if reach and shown else 1.0
+        ratio = np.sqrt(shown_size / reach) if reach and shown_size else 1.0
         disturbance = _power(ratio / np.sqrt(gain))
         output = _power(ratio * np.sqrt(gain))
         if noise:
@@ -130,25 +130,25 @@ def disturbance_channel(
     """
     A = vertex_stack(model).astype(np.float64)
     step = sample_time_of(model, sample_time)
-    given = {"B": B, "C": C, "D": D, "E": None}
+    matrices = {"B": B, "C": C, "D": D, "E": None}
     if hasattr(model, "A"):
-        extra = [letter for letter, value in given.items() if value is not None]
+        extra = [letter for letter, value in matrices.items() if value is not None]
         if extra:
             raise ModelError(
                 f"a model and {', '.join(extra)} were given; give the model alone, or A, B, C, D "
                 "as arrays"
             )
-        given = {letter: getattr(model, letter, None) for letter in given}
-    if given["C"] is None or 0 in np.shape(given["C"]):
+        matrices = {letter: getattr(model, letter, None) for letter in matrices}
+    if matrices["C"] is None or 0 in np.shape(matrices["C"]):
         raise ModelError("there is no output; C is needed, (p, n) or one for each vertex")
-    disturbed = given["E"] is not None and 0 not in np.shape(given["E"])
-    if not disturbed and (given["B"] is None or 0 in np.shape(given["B"])):
+    disturbed = matrices["E"] is not None and 0 not in np.shape(matrices["E"])
+    if not disturbed and (matrices["B"] is None or 0 in np.shape(matrices["B"])):
         raise ModelError("there is no disturbance and no input; E (or B) is needed")
     # D leads from the input to the output, so it is not part of the path from E.
     unused = ("B", "D") if disturbed else ("E",)
     arrays, _ = vertex_arrays(
         A,
-        {letter: None if letter in unused else value for letter, value in given.items()},
+        {letter: None if letter in unused else value for letter, value in matrices.items()},
         dict.fromkeys(("states", "inputs", "outputs", "disturbances")),
     )
     C_ = arrays["C"]
@@ -183,8 +183,8 @@ def hiding_states(channel: DisturbanceChannel) -> Floats | None:
     reached = np.concatenate(list(channel.B / s[:, None]), axis=1)
     V = np.zeros((len(s), 0))
     while reached.shape[1]:
-        left, sizes, _ = np.linalg.svd(reached - V @ (V.T @ reached), full_matrices=False)
-        new = left[:, sizes > ZERO * max(float(np.linalg.norm(reached, 2)), 1e-300)]
+        directions, sizes, _ = np.linalg.svd(reached - V @ (V.T @ reached), full_matrices=False)
+        new = directions[:, sizes > ZERO * max(float(np.linalg.norm(reached, 2)), 1e-300)]
         V = np.linalg.qr(np.hstack([V, new]))[0] if new.shape[1] else V
         reached = np.concatenate(list(A @ new), axis=1)
     if np.abs(C @ V).max(initial=0.0) > ZERO * np.abs(C).max():
@@ -209,11 +209,11 @@ def largest_response(channel: DisturbanceChannel) -> float:
     else:
         turns = np.concatenate([[[0.0, np.pi]] * len(A), np.abs(np.angle(poles))], axis=1)
         points = np.exp(1j * turns)
-    one = np.eye(A.shape[1])
+    eye = np.eye(A.shape[1])
     through = float(np.linalg.norm(D, 2, axis=(1, 2)).max())
     with np.errstate(all="ignore"):
         try:
-            inside = points[:, :, None, None] * one - A[:, None]
+            inside = points[:, :, None, None] * eye - A[:, None]
             response = C[:, None] @ np.linalg.solve(inside, B[:, None]) + D[:, None]
         except np.linalg.LinAlgError:
             return through

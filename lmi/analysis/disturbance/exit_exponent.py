@@ -26,8 +26,8 @@ from scipy.optimize import minimize_scalar
 
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.decision.item_rounds import optimise_by_rounds
 from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.decision.rounds import optimise_by_rounds
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -57,8 +57,8 @@ class NoisyVertices:
     def in_states(self, T: Floats) -> NoisyVertices:
         """Return the same in states xhat of x = T xhat."""
         A, D, S = (
-            np.asarray(np.linalg.solve(T, part), np.float64)
-            for part in (self.A @ T, self.D, self.S)
+            np.asarray(np.linalg.solve(T, stack), np.float64)
+            for stack in (self.A @ T, self.D, self.S)
         )
         return NoisyVertices(A, D, S, self.rows @ T)
 
@@ -110,11 +110,11 @@ def exit_condition(system: NoisyVertices, *, rate: float, price: float) -> Condi
         raise ModelError(f"rate = {rate:g}, price = {price:g}: positive numbers are needed")
     P = Unknown("P", n, n, symmetric=True)
     c, kappa = Unknown("c", 1, 1), Unknown("kappa", 1, 1, latex=r"\kappa")
-    one, corner = np.eye(n)[None], (2, 2) if m else (1, 1)
+    eye, corner = np.eye(n)[None], (2, 2) if m else (1, 1)
     terms = [
-        Term(unknown=P, left=one, right=system.A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=rate * one, right=one, latex=("a", "")),
-        Term(unknown=P, left=one, right=system.S, at=(0, corner[0]), latex=("", "S_{i}")),
+        Term(unknown=P, left=eye, right=system.A, plus_transpose=True, latex=("", "A_{i}")),
+        Term(unknown=P, left=rate * eye, right=eye, latex=("a", "")),
+        Term(unknown=P, left=eye, right=system.S, at=(0, corner[0]), latex=("", "S_{i}")),
         Term(unknown=kappa, left=-np.eye(q)[None], at=corner, latex=("-", "I")),
     ]
     columns = system.S.transpose(0, 2, 1).reshape(N * q, n, 1)
@@ -134,7 +134,7 @@ def exit_condition(system: NoisyVertices, *, rate: float, price: float) -> Condi
         unknowns.append(b)
         units = [np.diag(np.eye(m)[j])[None] for j in range(m)]
         members = [np.full(1, j) for j in range(m)]
-        terms.append(Term(unknown=P, left=one, right=system.D, at=(0, 1), latex=("", "D_{i}")))
+        terms.append(Term(unknown=P, left=eye, right=system.D, at=(0, 1), latex=("", "D_{i}")))
         for j in range(m):
             terms.append(
                 Term(
@@ -178,7 +178,7 @@ def exit_condition(system: NoisyVertices, *, rate: float, price: float) -> Condi
             LMI(
                 name="box",
                 blocks=(n,),
-                terms=(Term(unknown=P, left=one, right=one),),
+                terms=(Term(unknown=P, left=eye, right=eye),),
                 constants=(
                     Constant(
                         value=-system.rows[:, :, None] * system.rows[:, None],
@@ -222,14 +222,14 @@ def exit_function(
         return None
     T = _unit_states(system, slowest)
     scaled, back = system.in_states(T), np.linalg.inv(T)
-    found: dict[float, ExitFunction] = {}
+    functions: dict[float, ExitFunction] = {}
 
     def bound(a: float) -> float:
-        one = _at_rate(scaled, a, found)
-        if one is None:
+        function = _at_rate(scaled, a, functions)
+        if function is None:
             return np.inf
-        found[a] = one
-        return one.logarithm(horizon, start)
+        functions[a] = function
+        return function.logarithm(horizon, start)
 
     if rate is not None:
         bound(rate)
@@ -237,36 +237,42 @@ def exit_function(
         tried = {share: bound(share * slowest) for share in SHARES}
         best = min(tried, key=lambda share: tried[share])
         if np.isfinite(tried[best]):
-            places = np.log([share * slowest for share in SHARES])
+            log_rates = np.log([share * slowest for share in SHARES])
             k = SHARES.index(best)
-            sides = places[max(k - 1, 0)], places[min(k + 1, len(SHARES) - 1)]
+            sides = log_rates[max(k - 1, 0)], log_rates[min(k + 1, len(SHARES) - 1)]
             minimize_scalar(
                 lambda s: bound(float(np.exp(s))),
                 bounds=sides,
                 method="bounded",
                 options={"xatol": REFINED, "maxiter": 8},
             )
-    if not found:
+    if not functions:
         return None
-    one = min(found.values(), key=lambda f: f.logarithm(horizon, start))
-    return ExitFunction(back.T @ one.P @ back, one.factor, one.rate, one.multipliers, one.level)
+    function = min(functions.values(), key=lambda f: f.logarithm(horizon, start))
+    return ExitFunction(
+        back.T @ function.P @ back,
+        function.factor,
+        function.rate,
+        function.multipliers,
+        function.level,
+    )
 
 
 def _at_rate(
-    system: NoisyVertices, rate: float, known: dict[float, ExitFunction]
+    system: NoisyVertices, rate: float, functions: dict[float, ExitFunction]
 ) -> ExitFunction | None:
     """Return the function with the largest k (1 - c/a) at this rate, by Dinkelbach's method."""
-    price, best = max([f.exponent for f in known.values()], default=1.0), None
+    price, best = max([f.exponent for f in functions.values()], default=1.0), None
     price = max(price, 0.05)
     for _ in range(STEPS):
-        one = _solved(optimise_by_rounds(exit_condition(system, rate=rate, price=price)), rate)
-        if one is None:
+        function = _solved(optimise_by_rounds(exit_condition(system, rate=rate, price=price)), rate)
+        if function is None:
             break
-        gained = best is None or one.exponent > best.exponent
-        best = one if gained else best
-        if one.exponent <= 0 or abs(one.exponent - price) <= ENOUGH * price:
+        gained = best is None or function.exponent > best.exponent
+        best = function if gained else best
+        if function.exponent <= 0 or abs(function.exponent - price) <= ENOUGH * price:
             break
-        price = max(one.exponent, 0.5 * price)
+        price = max(function.exponent, 0.5 * price)
     return best
 
 

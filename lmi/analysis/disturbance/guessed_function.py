@@ -55,14 +55,14 @@ from scipy.optimize import minimize_scalar
 
 from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, largest_response
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.parameter_search.least_over_rate import least_over_rate
+from takagi.lmi.parameter_search.parameter_sweep import least_over_rate
 from takagi.models.arrays import Floats
 
 # Frequencies beside those of the poles: so many decades about them, so many in each.
 AROUND, DENSITY = 3.0, 20
 # R weighs each state by its size in the output, in P or in Q, but with at least this share of the
 # largest size: some states hardly appear in the output, or hardly move.
-LEAST = 1e-6
+SMALLEST_WEIGHT = 1e-6
 # Newton's steps: with gains of 1e4 the error of the first solution is larger than the margin of R.
 STEPS = 4
 # The share of the tolerance that R may use.
@@ -84,26 +84,28 @@ def bounded_real(A: Floats, B: Floats, C: Floats, D: Floats, *, tolerance: float
     A, B, C = A * s / s[:, None], B / s[:, None], C * s
     if not np.linalg.eigvals(A).real.max() < 0:
         return None
-    least = norm_seen(A, B, C, D)
+    norm = norm_seen(A, B, C, D)
     # The size of a state is that of its own effect on the output.
     size = np.diag(_quiet(solve_continuous_lyapunov, A.T, -C.T @ C))
-    if not (np.isfinite(least) and least > 0 and np.isfinite(size).all() and size.max() > 0):
+    if not (np.isfinite(norm) and norm > 0 and np.isfinite(size).all() and size.max() > 0):
         return None
-    root = np.diag(np.sqrt(np.maximum(size, LEAST * size.max())))
-    shown = norm_seen(A, B, root, np.zeros((len(A), B.shape[1])))
+    root = np.diag(np.sqrt(np.maximum(size, SMALLEST_WEIGHT * size.max())))
+    regularised_norm = norm_seen(A, B, root, np.zeros((len(A), B.shape[1])))
     # The squares of the outputs' norms add up at most.
-    root *= np.sqrt(2.0 * SHARE * tolerance) * least / shown if shown > 0 else 0.0
-    gamma = (1.0 + tolerance) * least
+    root *= (
+        np.sqrt(2.0 * SHARE * tolerance) * norm / regularised_norm if regularised_norm > 0 else 0.0
+    )
+    gamma = (1.0 + tolerance) * norm
     S = gamma * np.eye(B.shape[1]) - D.T @ D / gamma
     weight = (C.T @ C + root @ root) / gamma
-    both = C.T @ D / gamma
+    cross = C.T @ D / gamma
     try:
-        P = _quiet(solve_continuous_are, A, B, weight, -S, s=both)
+        P = _quiet(solve_continuous_are, A, B, weight, -S, s=cross)
         for _ in range(STEPS):
             P = (P + P.T) / 2.0
-            F = np.linalg.solve(S, B.T @ P + both.T)
-            missed = A.T @ P + P @ A + (P @ B + both) @ F + weight
-            P = P + _quiet(solve_continuous_lyapunov, (A + B @ F).T, -(missed + missed.T) / 2.0)
+            F = np.linalg.solve(S, B.T @ P + cross.T)
+            residual = A.T @ P + P @ A + (P @ B + cross) @ F + weight
+            P = P + _quiet(solve_continuous_lyapunov, (A + B @ F).T, -(residual + residual.T) / 2.0)
     except (np.linalg.LinAlgError, ValueError):
         return None
     P = (P + P.T) / 2.0
@@ -125,22 +127,22 @@ def norm_seen(A: Floats, B: Floats, C: Floats, D: Floats) -> float:
         at = 1j * frequency * np.eye(len(A)) - A
         return float(np.linalg.norm(C @ np.linalg.solve(at, B) + D, 2))
 
-    seen = np.array([gain(float(one)) for one in grid])
-    found = [gain(0.0), float(np.linalg.norm(D, 2)), float(seen.max())]
+    gains = np.array([gain(float(omega)) for omega in grid])
+    peaks = [gain(0.0), float(np.linalg.norm(D, 2)), float(gains.max())]
     last = len(grid) - 1
     for k in range(len(grid)):
-        before, after = max(k - 1, 0), min(k + 1, last)
+        lower, upper = max(k - 1, 0), min(k + 1, last)
         # Only a peak that may be the highest one is refined.
-        if seen[k] < max(seen[before], seen[after], 0.5 * seen.max()):
+        if gains[k] < max(gains[lower], gains[upper], 0.5 * gains.max()):
             continue
         best = minimize_scalar(
             lambda at: -gain(float(np.exp(at))),
-            bounds=(float(np.log(grid[before])), float(np.log(grid[after]))),
+            bounds=(float(np.log(grid[lower])), float(np.log(grid[upper]))),
             method="bounded",
             options={"xatol": 1e-9},
         )
-        found.append(-float(best.fun))
-    return max(found)
+        peaks.append(-float(best.fun))
+    return max(peaks)
 
 
 def _quiet(solve: Callable[..., Any], *arguments: Floats, **named: Floats) -> Floats:
@@ -173,13 +175,13 @@ def gramian_with_room(
     if P is None:
         return None
     size = np.diag(P)
-    more = _solved(A, np.diag(np.maximum(size, LEAST * size.max())), sample_time)
-    if more is None:
+    extra = _solved(A, np.diag(np.maximum(size, SMALLEST_WEIGHT * size.max())), sample_time)
+    if extra is None:
         return None
-    least, added = float(np.sum(B * (P @ B))), float(np.sum(B * (more @ B)))
-    if not (least > 0 and added > 0):
+    trace, added = float(np.sum(B * (P @ B))), float(np.sum(B * (extra @ B)))
+    if not (trace > 0 and added > 0):
         return None
-    P = P + tolerance * least / added * more
+    P = P + tolerance * trace / added * extra
     # Floats cannot decide whether an ill-conditioned P is definite; the exact check decides later.
     return P / s / s[:, None] if np.isfinite(P).all() and np.diag(P).min() > 0 else None
 
@@ -202,7 +204,7 @@ def _solved(A: Floats, weight: Floats, sample_time: float | None) -> Floats | No
 ABOVE = (1.05, 2.0, 10.0)
 # The weight that is added for every state to that of the observability Gramian, as a share of its
 # largest weight.
-MORE = 1e-6
+EXTRA_WEIGHT = 1e-6
 
 
 def guessed_of_energy(channel: DisturbanceChannel) -> Floats | None:
@@ -210,15 +212,15 @@ def guessed_of_energy(channel: DisturbanceChannel) -> Floats | None:
     solve = solve_continuous_are if channel.sample_time is None else solve_discrete_are
     A, B, C, D, s = _mean(channel)
     size = largest_response(channel)
-    for more in ABOVE:
-        level = (more * size) ** 2 * np.eye(B.shape[1])
+    for factor in ABOVE:
+        level = (factor * size) ** 2 * np.eye(B.shape[1])
         try:
             P = np.asarray(solve(A, B, C.T @ C, D.T @ D - level, s=C.T @ D), np.float64)
         except (np.linalg.LinAlgError, ValueError):
             continue
-        found = _in_plain_states(P, s)
-        if found is not None:
-            return found
+        P_guess = _in_plain_states(P, s)
+        if P_guess is not None:
+            return P_guess
     return guessed_of_variance(channel)
 
 
@@ -226,7 +228,7 @@ def guessed_of_variance(channel: DisturbanceChannel) -> Floats | None:
     """Return the observability Gramian with a small weight on every state; None if not found."""
     A, _, C, _, s = _mean(channel)
     weight = C.T @ C
-    weight = weight + MORE * (np.abs(weight).max() or 1.0) * np.eye(len(A))
+    weight = weight + EXTRA_WEIGHT * (np.abs(weight).max() or 1.0) * np.eye(len(A))
     P = _solved(A, weight, channel.sample_time)
     return None if P is None else _in_plain_states(P, s)
 
@@ -234,7 +236,7 @@ def guessed_of_variance(channel: DisturbanceChannel) -> Floats | None:
 def _mean(channel: DisturbanceChannel) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return the mean vertex in balanced states, and their units."""
     s = state_units(channel.A, None, step=channel.sample_time)
-    A, B, C, D = (part.mean(axis=0) for part in (channel.A, channel.B, channel.C, channel.D))
+    A, B, C, D = (stack.mean(axis=0) for stack in (channel.A, channel.B, channel.C, channel.D))
     return A * s / s[:, None], B / s[:, None], C * s, D, s
 
 
@@ -290,15 +292,15 @@ class OneVertex:
 
     def best_rate(self) -> float | None:
         """Return about the decay rate with the least gamma in 1/s; None where none exists."""
-        most = self.most
-        if not most > 0:
+        fastest = self.most
+        if not fastest > 0:
             return None
 
         def value(odds: float) -> float:
-            return self.gain_at(most * odds / (1.0 + odds))
+            return self.gain_at(fastest * odds / (1.0 + odds))
 
         best = least_over_rate(value, [float(odds) for odds in ODDS])
-        return None if best is None else self._rate(most * best / (1.0 + best))
+        return None if best is None else self._rate(fastest * best / (1.0 + best))
 
     def gain_at(self, sigma: float) -> float:
         """Return gamma; inf where nothing is shown at this sigma."""
@@ -321,14 +323,14 @@ class OneVertex:
         if Q is None:
             return None
         size = np.diag(Q)
-        more = self._solved(np.diag(np.maximum(size, LEAST * size.max())), sigma)
-        if more is None:
+        extra = self._solved(np.diag(np.maximum(size, SMALLEST_WEIGHT * size.max())), sigma)
+        if extra is None:
             return None
-        least, added = (_largest(self.C @ one @ self.C.T) for one in (Q, more))
-        if not (least > 0 and added > 0):
+        gain_squared, added = (_largest(self.C @ ellipsoid @ self.C.T) for ellipsoid in (Q, extra))
+        if not (gain_squared > 0 and added > 0):
             return None
         # At the t of Q gamma^2 grows by 2 tolerance least / (1 - t), which is a share of it.
-        Q = Q + 2.0 * tolerance * least / added * more
+        Q = Q + 2.0 * tolerance * gain_squared / added * extra
         if not np.diag(Q).min() > 0:
             return None
         s = 1.0 / np.sqrt(np.diag(Q))
@@ -349,12 +351,12 @@ class OneVertex:
         return -float(np.log1p(-sigma)) / (2.0 * self.step)
 
     def _gain(self, Q: Floats) -> float:
-        shown, through = self.C @ Q @ self.C.T, self.D @ self.D.T
+        response, through = self.C @ Q @ self.C.T, self.D @ self.D.T
         if not self.D.any():
-            return float(np.sqrt(max(_largest(shown), 0.0)))
+            return float(np.sqrt(max(_largest(response), 0.0)))
 
         def square(t: float) -> float:
-            return _largest(shown / (1.0 - t) + through / t)
+            return _largest(response / (1.0 - t) + through / t)
 
         ends = (NARROWEST, 1.0 - NARROWEST)
         return float(np.sqrt(minimize_scalar(square, bounds=ends, method="bounded").fun))
@@ -374,13 +376,13 @@ class OneVertex:
                     shifted = self.A + 0.5 * sigma * np.eye(len(self.A))
                     Q = np.asarray(solve_continuous_lyapunov(shifted, -weight), dtype=np.float64)
                 else:
-                    left = self.A / np.sqrt(1.0 - sigma)
-                    Q = np.asarray(solve_discrete_lyapunov(left, weight), dtype=np.float64)
+                    scaled_A = self.A / np.sqrt(1.0 - sigma)
+                    Q = np.asarray(solve_discrete_lyapunov(scaled_A, weight), dtype=np.float64)
             except np.linalg.LinAlgError:
                 return None
         Q = (Q + Q.T) / 2.0
         # A disturbance may reach some states only: then Q is singular, and rounding decides.
-        good = np.isfinite(Q).all() and np.diag(Q).min() >= -LEAST * np.abs(Q).max()
+        good = np.isfinite(Q).all() and np.diag(Q).min() >= -SMALLEST_WEIGHT * np.abs(Q).max()
         return Q if good else None
 
 

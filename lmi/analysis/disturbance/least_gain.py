@@ -16,12 +16,12 @@ from takagi.lmi.analysis.disturbance.channel import (
     hiding_states,
     near_least,
 )
-from takagi.lmi.analysis.slow_modes import slow_vertex
 from takagi.lmi.answer import Answer, ObjectiveUnit, Try
+from takagi.lmi.argument_checks import slow_vertex
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, optimise_by_rounds
 from takagi.lmi.decision.outcome import Outcome, binding_items, not_least, promised
+from takagi.lmi.decision.rounds import ALL_AT_ONCE, optimise_by_rounds
 from takagi.models.arrays import Floats
 
 # The condition, of a path in the given units.
@@ -81,16 +81,16 @@ def least_gain(
     P = guess(path) if guess is not None and scales is None else None
     T = None if P is None else states_of(P)
     tries: tuple[Try, ...] = ()
-    found, sure = None, False
+    answer, sure = None, False
     if T is not None:
-        found, sure = question.in_states(T)
-        tries = found.tries
-    if found is None or found.gain is None:
-        found, sure = question.attempt(path, s)
-        found = replace(found, tries=(*tries, *found.tries))
-    if found.gain is None:
-        return _answer_without(path, s, found, decay_rate)
-    return found if sure else question.confirmed(found)
+        answer, sure = question.in_states(T)
+        tries = answer.tries
+    if answer is None or answer.gain is None:
+        answer, sure = question.attempt(path, s)
+        answer = replace(answer, tries=(*tries, *answer.tries))
+    if answer.gain is None:
+        return _answer_without(path, s, answer, decay_rate)
+    return answer if sure else question.confirmed(answer)
 
 
 def gain_of_hidden(
@@ -106,12 +106,12 @@ def gain_of_hidden(
 
     Nothing is near a least gain of zero by a share of it, so nothing is minimised.
     """
-    ones = np.ones(len(T))
-    units = ChannelUnits.of(inside, ones, noise=noise)
+    unit_scales = np.ones(len(T))
+    units = ChannelUnits.of(inside, unit_scales, noise=noise)
     scaled = inside.scaled(units)
     step = inside.sample_time
     stable = common_lyapunov(
-        scaled.A, decay_rate=decay_rate / units.rate, scales=ones, sample_time=step
+        scaled.A, decay_rate=decay_rate / units.rate, scales=unit_scales, sample_time=step
     )
     if stable.P is None:
         return None
@@ -148,7 +148,9 @@ class _Question:
         outcome = optimise_by_rounds(condition, slack=self.slack)
         gain, P, why = self._gain_of(outcome, scaled, units)
         good = gain is not None and not why
-        sure = outcome.objective - outcome.least <= (self.slack + SURE) * abs(outcome.least)
+        sure = outcome.objective - outcome.lower_bound <= (self.slack + SURE) * abs(
+            outcome.lower_bound
+        )
         answer = replace(
             outcome.as_answer(condition, s),
             status="candidate" if good else outcome.status,
@@ -162,27 +164,27 @@ class _Question:
 
     def in_states(self, T: Floats) -> tuple[Answer, bool]:
         """Return the answer posed in x = T xhat, and whether its lower bound confirms it."""
-        found, sure = self.attempt(self.path.in_states(T), np.ones(len(T)))
-        if found.P is None:
-            return replace(found, coordinates=None), sure
+        answer, sure = self.attempt(self.path.in_states(T), np.ones(len(T)))
+        if answer.P is None:
+            return replace(answer, coordinates=None), sure
         back = np.linalg.inv(T)
-        return replace(found, P=back.T @ found.P @ back, coordinates=None), sure
+        return replace(answer, P=back.T @ answer.P @ back, coordinates=None), sure
 
-    def confirmed(self, found: Answer) -> Answer:
+    def confirmed(self, answer: Answer) -> Answer:
         """Return the answer in states where the first P is |x|^2, if its gain is less.
 
         In unsuitable coordinates a solver may report "solved" for a gain that is a per cent above
         the least. Only a second solution in other coordinates shows this.
         """
-        assert found.P is not None and found.gain is not None  # a gain comes with its P
-        T = None if len(self.path.A) > ALL_AT_ONCE else states_of(found.P)
+        assert answer.P is not None and answer.gain is not None  # a gain comes with its P
+        T = None if len(self.path.A) > ALL_AT_ONCE else states_of(answer.P)
         if T is None:
-            return found
-        other, _ = self.in_states(T)
-        tries = (*found.tries, *other.tries)
-        if other.gain is None or other.P is None or not other.gain < (1 - AGREED) * found.gain:
-            return replace(found, tries=tries)
-        return replace(other, tries=tries)
+            return answer
+        second, _ = self.in_states(T)
+        tries = (*answer.tries, *second.tries)
+        if second.gain is None or second.P is None or not second.gain < (1 - AGREED) * answer.gain:
+            return replace(answer, tries=tries)
+        return replace(second, tries=tries)
 
     def _unit(self, units: ChannelUnits) -> ObjectiveUnit:
         """Return what the objective means; under white noise a variance, per unit of time."""
@@ -205,10 +207,14 @@ class _Question:
         if near_least(outcome):
             return gain, P, ""
         # The objective under white noise is a variance, and per unit of time.
-        least = np.sqrt(max(outcome.least, 0.0) * units.rate) if self.noise else outcome.least
-        least = float(least) * units.output / units.disturbance
-        near = np.isfinite(least) and abs(gain - least) <= promised(0.0) * least
-        return gain, P, "" if near else not_least(gain, least)
+        lower_bound = outcome.lower_bound
+        if self.noise:
+            lower_bound = np.sqrt(max(lower_bound, 0.0) * units.rate)
+        lower_bound = float(lower_bound) * units.output / units.disturbance
+        is_least = (
+            np.isfinite(lower_bound) and abs(gain - lower_bound) <= promised(0.0) * lower_bound
+        )
+        return gain, P, "" if is_least else not_least(gain, lower_bound)
 
 
 def states_of(P: Floats) -> Floats | None:
@@ -235,19 +241,19 @@ def motion_of(channel: DisturbanceChannel, P: Floats) -> tuple[Floats, Floats, F
 def _hopeless_vertex(channel: DisturbanceChannel, states: Floats, alpha: float) -> str:
     """Return why no bound can be finite: a vertex that is too slow; empty when none is."""
     A = channel.A * states / states[:, None]
-    found = slow_vertex(A, alpha, step=channel.sample_time)
-    if found is None:
+    slow = slow_vertex(A, alpha, step=channel.sample_time)
+    if slow is None:
         return ""
-    vertex, eigenvalue, _ = found
-    which = f"vertex {vertex + 1} of {len(channel.A)}"
+    vertex, eigenvalue, _ = slow
+    vertex_name = f"vertex {vertex + 1} of {len(channel.A)}"
     if alpha > 0:
         return (
-            f"{which}: its eigenvalue {eigenvalue:.6g} does not decay faster than {alpha:g} 1/s, "
-            "so no bound is finite at this decay rate; lower it, or stabilise the vertex"
+            f"{vertex_name}: its eigenvalue {eigenvalue:.6g} does not decay faster than {alpha:g} "
+            "1/s, so no bound is finite at this decay rate; lower it, or stabilise the vertex"
         )
     return (
-        f"{which} is not stable: its eigenvalue {eigenvalue:.6g} does not decay, so no bound is "
-        "finite; stabilise it, or shrink the box so that this vertex moves"
+        f"{vertex_name} is not stable: its eigenvalue {eigenvalue:.6g} does not decay, so no bound "
+        "is finite; stabilise it, or shrink the box so that this vertex moves"
     )
 
 
@@ -266,8 +272,8 @@ def _answer_without(
         if stable.found
         else f"whether the vertices have a common P{rate} is not settled, and"
     )
-    said = tried.diagnosis or "no solver came near the least one"
-    diagnosis = f"{why} {said}; give scales, or leave out fast states"
+    reason = tried.diagnosis or "no solver came near the least one"
+    diagnosis = f"{why} {reason}; give scales, or leave out fast states"
     if no and stable.condition is not None:
         binding = binding_items(stable.condition, stable.multipliers, "vertex")
         diagnosis = (

@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi.analysis.decay_rate import fast_decay
+from takagi.lmi.analysis.decay_rate import fast_decay, vertex_weight
 from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
@@ -50,14 +50,13 @@ from takagi.lmi.analysis.disturbance.least_gain import (
     motion_of,
     states_of,
 )
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.vertex_rounds import first_vertices
-from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
+from takagi.lmi.decision.rounds import first_vertices
+from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -109,20 +108,20 @@ def peak_gain_condition(
 
 def _invariance(P: Unknown, mu: Unknown, path: DisturbanceChannel) -> LMI:
     r, n, q = path.B.shape
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     noise = Term(unknown=mu, left=-np.eye(q)[None], at=(1, 1), latex=("-", "I"))
     terms: tuple[Term, ...]
     if path.sample_time is None:
         terms = (
-            Term(unknown=P, left=one, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
-            Term(unknown=P, left=2 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
-            Term(unknown=P, left=one, right=path.B, at=(0, 1), latex=("", "B_{i}")),
+            Term(unknown=P, left=eye, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
+            Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
+            Term(unknown=P, left=eye, right=path.B, at=(0, 1), latex=("", "B_{i}")),
         )
     else:
         A, B = path.A.transpose(0, 2, 1), path.B.transpose(0, 2, 1)
         terms = (
             Term(unknown=P, left=A, right=path.A, latex=(r"A_{i}^\top", "A_{i}")),
-            Term(unknown=P, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
+            Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
             Term(unknown=P, left=A, right=path.B, at=(0, 1), latex=(r"A_{i}^\top", "B_{i}")),
             Term(unknown=P, left=B, right=path.B, at=(1, 1), latex=(r"B_{i}^\top", "B_{i}")),
         )
@@ -158,14 +157,14 @@ def _peak(P: Unknown, mu: Unknown, gamma: Unknown, path: DisturbanceChannel) -> 
 
 def _share(P: Unknown, step: float | None) -> tuple[Term, ...]:
     """Return sigma P."""
-    one = np.eye(P.rows)[None]
+    eye = np.eye(P.rows)[None]
     if step is None:
         return (
-            Term(unknown=P, left=2 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
+            Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
         )
     return (
-        Term(unknown=P, left=one, right=one),
-        Term(unknown=P, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
+        Term(unknown=P, left=eye, right=eye),
+        Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
     )
 
 
@@ -241,13 +240,13 @@ def peak_gain(
     Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
-    given = None if decay_rate is None else positive_rate(decay_rate)
+    fixed_rate = None if decay_rate is None else positive_rate(decay_rate)
     T = hiding_states(path)
-    hidden = None if T is None else _of_hidden(path.in_states(T), T, given)
+    hidden = None if T is None else _of_hidden(path.in_states(T), T, fixed_rate)
     if hidden is not None:
         return hidden
     search = _Search.of(path, state_units(path.A, scales, step=path.sample_time))
-    rate = search.best() if given is None else search.at(given)
+    rate = search.best() if fixed_rate is None else search.at(fixed_rate)
     answer = least_gain(
         path.in_states(search.states),
         np.ones(path.A.shape[1]),
@@ -261,18 +260,18 @@ def peak_gain(
     return replace(answer, P=back.T @ answer.P @ back, decay_rate=rate, coordinates=None)
 
 
-def _of_hidden(inside: DisturbanceChannel, T: Floats, given: float | None) -> Answer | None:
+def _of_hidden(inside: DisturbanceChannel, T: Floats, fixed_rate: float | None) -> Answer | None:
     """Return the peak's gain of a path that shows none; None without a common decay rate."""
-    ones = np.ones(len(T))
-    fast = fast_decay(inside.A, tolerance=1e-2, scales=ones, sample_time=inside.sample_time)
-    rate = (fast.decay_rate or 0.0) / 2 if given is None else given
+    unit_scales = np.ones(len(T))
+    fast = fast_decay(inside.A, tolerance=1e-2, scales=unit_scales, sample_time=inside.sample_time)
+    rate = (fast.decay_rate or 0.0) / 2 if fixed_rate is None else fixed_rate
     if inside.sample_time is not None:
         rate = min(rate, FASTEST / inside.sample_time)
     if not rate > 0:
         return None
     pose, measure = partial(_condition, rate=rate), partial(_gain_and_P, rate=rate)
-    found = gain_of_hidden(inside, T, pose, measure, rate)
-    return None if found is None else replace(found, decay_rate=rate)
+    answer = gain_of_hidden(inside, T, pose, measure, rate)
+    return None if answer is None else replace(answer, decay_rate=rate)
 
 
 def peak_bound(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[float, Floats]:
@@ -287,12 +286,15 @@ def peak_bound(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[flo
     step = channel.sample_time
     sigma = 2.0 * rate if step is None else -np.expm1(-2.0 * rate * step)
     fall, reach, direct = motion_of(channel, P)
-    left = fall - sigma * P
-    if min(np.linalg.eigvalsh(left).min(), np.linalg.eigvalsh(P)[0]) <= 0:
+    margin_matrix = fall - sigma * P
+    if min(np.linalg.eigvalsh(margin_matrix).min(), np.linalg.eigvalsh(P)[0]) <= 0:
         return np.inf, P
     # A disturbance that reaches no state leaves any ellipsoid, however small, invariant.
     mu = max(
-        largest_eigenvalue(direct + reach.transpose(0, 2, 1) @ np.linalg.solve(left, reach)), 1e-30
+        largest_eigenvalue(
+            direct + reach.transpose(0, 2, 1) @ np.linalg.solve(margin_matrix, reach)
+        ),
+        1e-30,
     )
     spread = C @ np.linalg.solve(sigma * P, C.transpose(0, 2, 1))
     if not D.any():
@@ -330,8 +332,8 @@ class _Search:
     @classmethod
     def of(cls, path: DisturbanceChannel, s: Floats) -> _Search:
         """Return a search over some of the vertices, where there are many."""
-        moved = motion(path.A * s / s[:, None], path.sample_time)
-        return cls(path.at(first_vertices(moved)), np.diag(s))
+        scaled_motion = motion(path.A * s / s[:, None], path.sample_time)
+        return cls(path.at(first_vertices(scaled_motion)), np.diag(s))
 
     def best(self) -> float:
         """Return about the rate [1/s] with the least gain; a tiny one if no gain is finite."""
@@ -339,9 +341,9 @@ class _Search:
             return rate
         ceiling = self._ceiling()
         if ceiling > 0:
-            found = least_over_rate(self._value, [share * ceiling for share in SHARES])
-            if found is not None:
-                return self.at(found)
+            best_share = least_over_rate(self._value, [share * ceiling for share in SHARES])
+            if best_share is not None:
+                return self.at(best_share)
         size = vertex_weight(motion(self.path.A, self.path.sample_time)) / 2
         return SMALLEST * size / (self.path.sample_time or 1.0)
 
@@ -366,11 +368,11 @@ class _Search:
     def _ceiling(self) -> float:
         step = self.path.sample_time
         inside = self.path.in_states(self.states)
-        ones = np.ones(len(self.states))
-        most = fast_decay(inside.A, tolerance=1e-2, scales=ones, sample_time=step)
-        rate = most.decay_rate or 0.0
-        if rate > 0 and most.P is not None:
-            self._adapt(most.P)
+        unit_scales = np.ones(len(self.states))
+        fastest = fast_decay(inside.A, tolerance=1e-2, scales=unit_scales, sample_time=step)
+        rate = fastest.decay_rate or 0.0
+        if rate > 0 and fastest.P is not None:
+            self._adapt(fastest.P)
         return rate if step is None else min(rate, FASTEST / step)
 
     def _adapt(self, P: Floats) -> None:
@@ -382,10 +384,10 @@ class _Search:
         inside = self.path.in_states(self.states)
         units = ChannelUnits.of(inside, np.ones(len(self.states)))
         scaled = inside.scaled(units)
-        found = unknowns_near_least(_condition(scaled, units, rate=rate))
-        if not found:
+        unknowns = unknowns_near_least(_condition(scaled, units, rate=rate))
+        if not unknowns:
             return np.inf
-        P = found["P"][0]
+        P = unknowns["P"][0]
         gamma, _ = peak_bound(scaled, P, rate / units.rate)
         if np.isfinite(gamma):
             self._adapt(P / units.states / units.states[:, None])

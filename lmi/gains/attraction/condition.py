@@ -28,8 +28,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from takagi.lmi.analysis.loop_pairs import pairs_of
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.actuator_rates import pairs_of
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown, triangle
@@ -73,13 +73,13 @@ def points_measure(Q: Unknown, points: Array) -> Measure:
     The multiple is gamma^(-1/2).
     """
     gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-    one = np.eye(Q.rows)[None]
+    eye = np.eye(Q.rows)[None]
     inside = LMI(
         name="multiple of the points",
         blocks=(1, Q.rows),
         terms=(
             Term(unknown=gamma, left=np.ones((1, 1, 1))),
-            Term(unknown=Q, left=one, right=one, at=(1, 1)),
+            Term(unknown=Q, left=eye, right=eye, at=(1, 1)),
         ),
         constants=(Constant(value=points[:, None, :], at=(0, 1), latex=r"x_k^\top"),),
         count=len(points),
@@ -116,10 +116,10 @@ def volume_measure(Q: Unknown) -> Measure:
 def _factor_lmi(Q: Unknown, T: Unknown, c: Unknown) -> LMI:
     """Pose [[Q, T], [T', z]] >= 0: T lower triangular, z its diagonal, the leaves of the tree."""
     n = Q.rows
-    one = np.eye(n)
-    single = one[:, :, None] * one[:, None, :]
+    eye = np.eye(n)
+    single = eye[:, :, None] * eye[:, None, :]
     row, column = np.tril_indices(n, -1)
-    below = one[row][:, :, None] * one[column][:, None, :]
+    below = eye[row][:, :, None] * eye[column][:, None, :]
     leaves = np.arange(c.count - n, c.count)
     dots = ", " if n == 2 else r", \dots, "
     here, there = np.zeros(n, dtype=np.intp), np.zeros(len(row), dtype=np.intp)
@@ -127,7 +127,7 @@ def _factor_lmi(Q: Unknown, T: Unknown, c: Unknown) -> LMI:
         name="factor of Q",
         blocks=(n, n),
         terms=(
-            Term(unknown=Q, left=one[None], right=one[None]),
+            Term(unknown=Q, left=eye[None], right=eye[None]),
             Term(
                 unknown=T,
                 left=below,
@@ -206,8 +206,8 @@ def attraction_condition(task: AttractionRequest) -> Condition:
     n, r = task.A.shape[1], len(task.A)
     Q = Unknown("Q", n, n, symmetric=True)
     gain, unknowns = _gain(task, Q)
-    sums, more, lmis = _loops(task, Q, gain)
-    unknowns += more
+    sums, loop_unknowns, lmis = _loops(task, Q, gain)
+    unknowns += loop_unknowns
     single = task.relaxation == "common-gain" or gain is None
     alike = task.saturation is None and isinstance(gain, np.ndarray) and len(gain) == 1
     pose = relaxation_named("common-gain" if single or alike or r == 1 else task.relaxation)
@@ -269,10 +269,10 @@ def _loops(
 
 
 def _parameters(task: AttractionRequest) -> dict[str, float]:
-    found = rate_parameter(task.decay_rate, task.step)
+    parameters = rate_parameter(task.decay_rate, task.step)
     if task.saturation is not None:
-        (found[SATURATED],) = rate_parameter(task.saturated_decay_rate, task.step).values()
-    return found
+        (parameters[SATURATED],) = rate_parameter(task.saturated_decay_rate, task.step).values()
+    return parameters
 
 
 def _commanded(

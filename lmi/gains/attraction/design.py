@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.loop_pairs import gain_stack, pairs_of
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.actuator_rates import gain_stack, pairs_of
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.answer import Answer, Design
-from takagi.lmi.argument_checks import Vertices, input_stack, vertex_stack
+from takagi.lmi.argument_checks import Vertices, check_stabilisable, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, balanced_states, nearest_power
 from takagi.lmi.decision.decide import optimise
@@ -19,7 +19,6 @@ from takagi.lmi.gains.attraction.condition import attraction_condition
 from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.stabilisability import check_stabilisable
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -38,16 +37,16 @@ def largest_ellipsoid(task: AttractionRequest) -> tuple[Condition, Outcome, Floa
     if task.saturation != "secant" or task.overdrive == 1.0:
         return _rounds(task)
     tried = list(np.geomspace(1.0, task.overdrive, SLOPES))
-    found = [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in tried]
+    results = [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in tried]
     for _ in range(ZOOMS):
-        best = max(range(len(tried)), key=lambda k: _size(found[k], task))
+        best = max(range(len(tried)), key=lambda k: _size(results[k], task))
         order = np.sort(tried)
-        place = int(np.searchsorted(order, tried[best]))
-        low, high = order[max(place - 1, 0)], order[min(place + 1, len(order) - 1)]
+        position = int(np.searchsorted(order, tried[best]))
+        low, high = order[max(position - 1, 0)], order[min(position + 1, len(order) - 1)]
         finer = np.geomspace(low, high, SLOPES)[1:-1]
-        found += [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in finer]
+        results += [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in finer]
         tried += list(finer)
-    return max(found, key=lambda one: _size(one, task))
+    return max(results, key=lambda result: _size(result, task))
 
 
 def _rounds(task: AttractionRequest) -> tuple[Condition, Outcome, Floats, Floats]:
@@ -65,11 +64,13 @@ def _rounds(task: AttractionRequest) -> tuple[Condition, Outcome, Floats, Floats
         if axes.max() <= 4 and axes.min() >= 0.25:
             break
         nearer = s * nearest_power(axes)
-        again = attraction_condition(task.scaled(nearer, tau))
-        found = optimise(again, slack=SLACK)
-        if found.status != "candidate" and (outcome.status == "candidate" or not found.feasible):
+        rescaled = attraction_condition(task.scaled(nearer, tau))
+        new_outcome = optimise(rescaled, slack=SLACK)
+        if new_outcome.status != "candidate" and (
+            outcome.status == "candidate" or not new_outcome.feasible
+        ):
             break
-        condition, outcome, s = again, found, nearer
+        condition, outcome, s = rescaled, new_outcome, nearer
     return condition, outcome, s, tau
 
 
@@ -100,9 +101,9 @@ def _closed(task: AttractionRequest) -> Floats:
     return pairs_of(task.A, task.B, K)
 
 
-def _size(found: tuple[Condition, Outcome, Floats, Floats], task: AttractionRequest) -> float:
+def _size(result: tuple[Condition, Outcome, Floats, Floats], task: AttractionRequest) -> float:
     """Return the measure in the model's states; -inf where there is no ellipsoid."""
-    _, outcome, s, _ = found
+    _, outcome, s, _ = result
     if outcome.status != "candidate":
         return -np.inf
     Q = outcome.values["Q"][0] * s * s[:, None]
@@ -188,7 +189,7 @@ def attraction_ellipsoid(
                 'the gains differ from rule to rule, which the relaxation "common-gain" does not '
                 'allow; take another, such as "tanaka-wang"'
             )
-    elif any(part is not None for part in (input_limit, input_rate_limit, saturation)):
+    elif any(limit is not None for limit in (input_limit, input_rate_limit, saturation)):
         raise ModelError("limits on inputs and saturation are about u = -K x; give gains")
     task = attraction_request(
         model,
@@ -207,7 +208,7 @@ def attraction_ellipsoid(
             sample_time=sample_time,
         ),
     )
-    if all(part is None for part in (task.state_box, task.input_limit, task.rate_limit)):
+    if all(limit is None for limit in (task.state_box, task.input_limit, task.rate_limit)):
         raise ModelError(
             "nothing limits the ellipsoid; give state_box, or input_limit with gains (for a loop "
             "without limits common_lyapunov shows that it decays from everywhere)"

@@ -19,7 +19,7 @@ MEASURES = ("volume", "trace")
 
 
 def state_box_of(
-    model: object, given: ArrayLike | None, n: int, input_limit: Array | None
+    model: object, state_box: ArrayLike | None, n: int, input_limit: Array | None
 ) -> Array | None:
     """Return (n,) half-widths, inf for none: those given, within the model's own box.
 
@@ -33,8 +33,10 @@ def state_box_of(
             "the model equals its plant on a band or a union of cells only, and no box inside it "
             "is known; derive the model on a box (sector_model without domain)"
         )
-    limits = limits_of(n, 1, input_limit=None, initial_box=None, state_box=given, gain_bound=None)
-    own = np.full(n, np.inf)
+    limits = limits_of(
+        n, 1, input_limit=None, initial_box=None, state_box=state_box, gain_bound=None
+    )
+    model_box = np.full(n, np.inf)
     inputs = tuple(getattr(model, "inputs", ()))
     for variable, (lower, upper) in getattr(model, "box", {}).items():
         half = min(-float(lower), float(upper))
@@ -44,7 +46,7 @@ def state_box_of(
                     f"the model's box of {variable} is {float(lower):g} ... {float(upper):g}; an "
                     "ellipsoid about 0 needs 0 inside it"
                 )
-            own[model.states.index(variable)] = half  # type: ignore[attr-defined]
+            model_box[model.states.index(variable)] = half  # type: ignore[attr-defined]
         elif variable in inputs and (
             input_limit is None or input_limit[inputs.index(variable)] > half
         ):
@@ -52,7 +54,7 @@ def state_box_of(
                 f"the model equals its plant only for |{variable}| <= {half:g}; give an "
                 "input_limit within that"
             )
-    box = own if limits.states is None else np.minimum(own, limits.states)
+    box = model_box if limits.states is None else np.minimum(model_box, limits.states)
     return box if np.isfinite(box).any() else None
 
 
@@ -177,7 +179,7 @@ class GivenRegion:
 
 
 def attraction_request(
-    model: object, A: Array, B: Array, gains: Array | None, given: GivenRegion
+    model: object, A: Array, B: Array, gains: Array | None, region: GivenRegion
 ) -> AttractionRequest:
     """Return the task in the model's own coordinates, for gains that are known.
 
@@ -185,48 +187,50 @@ def attraction_request(
     ------
     ModelError : whatever ``attraction_ellipsoid`` raises.
     """
-    relaxation_named(given.relaxation)
+    relaxation_named(region.relaxation)
     n, m = B.shape[1:]
-    if given.saturation is not None and given.saturation not in SATURATIONS:
+    if region.saturation is not None and region.saturation not in SATURATIONS:
         raise ModelError(
-            f"saturation {given.saturation!r} is not known; there are None, "
+            f"saturation {region.saturation!r} is not known; there are None, "
             + ", ".join(SATURATIONS)
-            + did_you_mean(str(given.saturation), list(SATURATIONS))
+            + did_you_mean(str(region.saturation), list(SATURATIONS))
         )
     limit = (
-        None if given.input_limit is None else positive_vector("input_limit", given.input_limit, m)
+        None
+        if region.input_limit is None
+        else positive_vector("input_limit", region.input_limit, m)
     )
-    if given.saturation is not None and limit is None:
+    if region.saturation is not None and limit is None:
         raise ModelError(
-            f"saturation {given.saturation!r} needs input_limit, where the inputs saturate"
+            f"saturation {region.saturation!r} needs input_limit, where the inputs saturate"
         )
-    if given.saturation is not None and given.rates[0] is not None:
+    if region.saturation is not None and region.rates[0] is not None:
         raise ModelError(
             "input_rate_limit is about a law that does not saturate; leave saturation out, or "
             "make the inputs states (with_input_states)"
         )
-    step = sample_time_of(model, given.sample_time)
-    fast, slow = _decay_rates(given.decay_rates)
+    step = sample_time_of(model, region.sample_time)
+    fast, slow = _decay_rates(region.decay_rates)
     # Without inputs u = 0, which every box of the inputs holds.
-    held = np.zeros(_inputs_of(model)) if m == 0 else limit
-    box = state_box_of(model, given.state_box, n, held)
-    rows, most = _rate_rows(A, B, gains, given.rates, discrete=step is not None)
+    input_bound = np.zeros(_inputs_of(model)) if m == 0 else limit
+    box = state_box_of(model, region.state_box, n, input_bound)
+    rows, rate_limit = _rate_rows(A, B, gains, region.rates, discrete=step is not None)
     return AttractionRequest(
         A=A,
         B=B,
         gains=gains,
         sought=False,
         input_limit=limit,
-        saturation=given.saturation,
-        overdrive=float(number("overdrive", given.overdrive, at_least=1.0)),
+        saturation=region.saturation,
+        overdrive=float(number("overdrive", region.overdrive, at_least=1.0)),
         state_box=box,
         rate_rows=rows,
-        rate_limit=most,
+        rate_limit=rate_limit,
         decay_rate=fast,
         saturated_decay_rate=slow,
         step=step,
-        relaxation=given.relaxation,
-        measure=measure_of(given.measure, n),
+        relaxation=region.relaxation,
+        measure=measure_of(region.measure, n),
         units=np.ones(n) if box is None else np.where(np.isfinite(box), box, 1.0),
         corners=corners_of(model),
     )
@@ -236,9 +240,9 @@ def _inputs_of(model: object) -> int:
     return len(getattr(model, "inputs", ()))
 
 
-def _decay_rates(given: tuple[float, float]) -> tuple[float, float]:
-    fast = float(number("decay_rate", given[0], at_least=0.0))
-    slow = float(number("saturated_decay_rate", given[1], at_least=0.0))
+def _decay_rates(rates: tuple[float, float]) -> tuple[float, float]:
+    fast = float(number("decay_rate", rates[0], at_least=0.0))
+    slow = float(number("saturated_decay_rate", rates[1], at_least=0.0))
     if slow > fast:
         raise ModelError(
             f"saturated_decay_rate is {slow:g}, decay_rate only {fast:g} 1/s; saturation slows a "

@@ -38,8 +38,7 @@ from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.summands import SumPart
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
@@ -52,7 +51,7 @@ def secant_sums(
     B: Array,
     Q: Unknown,
     gain: Unknown | Array,
-    least: Array,
+    smallest_secants: Array,
     *,
     weight: float,
     discrete: bool = False,
@@ -65,7 +64,7 @@ def secant_sums(
     ----------
     A, B : (r, n, n), (r, n, m).
     gain : the unknown M, or known gains K, (r, m, n).
-    least : s, (m,), in (0, 1]; 1 for an input that does not saturate.
+    smallest_secants : s, (m,), in (0, 1]; 1 for an input that does not saturate.
     weight, discrete, corners : as in ``closed_loop``.
     saturated : name of the parameter that is alpha, or e^(-2 alpha T), where an input saturates;
         None for ``alpha`` and ``contraction`` as everywhere.
@@ -74,17 +73,17 @@ def secant_sums(
     ------
     ModelError : an s outside (0, 1], too many inputs.
     """
-    least = np.broadcast_to(np.asarray(least, dtype=np.float64), B.shape[2:])
-    if not np.all((least > 0) & (least <= 1)):
-        raise ModelError(f"least secants are {least}; each must lie in (0, 1]")
-    choices = [(1.0,) if s == 1 else (1.0, float(s)) for s in least]
-    found = []
+    smallest_secants = np.broadcast_to(np.asarray(smallest_secants, dtype=np.float64), B.shape[2:])
+    if not np.all((smallest_secants > 0) & (smallest_secants <= 1)):
+        raise ModelError(f"least secants are {smallest_secants}; each must lie in (0, 1]")
+    choices = [(1.0,) if s == 1 else (1.0, float(s)) for s in smallest_secants]
+    sums = []
     for theta in _corners(choices):
         rate = None if np.all(theta == 1) else saturated
         plain = _open_loop(A, B, Q, weight, discrete, corners, rate)
         fed = gain_part(-B * theta, gain, Q, at=_moved(discrete), before=_masked(theta))
-        found.append(replace(plain, parts=(*plain.parts, fed), name=_named("secants", theta)))
-    return tuple(found)
+        sums.append(replace(plain, parts=(*plain.parts, fed), name=_named("secants", theta)))
+    return tuple(sums)
 
 
 def polytope_sums(
@@ -110,18 +109,20 @@ def polytope_sums(
     ------
     ModelError : too many inputs.
     """
-    found = []
-    for kept in _corners([(1.0, 0.0)] * B.shape[2]):
-        rate = None if kept.all() else saturated
+    sums = []
+    for linear in _corners([(1.0, 0.0)] * B.shape[2]):
+        rate = None if linear.all() else saturated
         plain = _open_loop(A, B, Q, weight, discrete, corners, rate)
         at = _moved(discrete)
         parts = list(plain.parts)
-        if kept.any():
-            parts.append(gain_part(-B * kept, gain, Q, at=at, before=_masked(kept)))
-        if not kept.all():
-            parts.append(gain_part(-B * (1 - kept), auxiliary, Q, at=at, before=_masked(1 - kept)))
-        found.append(replace(plain, parts=tuple(parts), name=_named("unsaturated", kept)))
-    return tuple(found)
+        if linear.any():
+            parts.append(gain_part(-B * linear, gain, Q, at=at, before=_masked(linear)))
+        if not linear.all():
+            parts.append(
+                gain_part(-B * (1 - linear), auxiliary, Q, at=at, before=_masked(1 - linear))
+            )
+        sums.append(replace(plain, parts=tuple(parts), name=_named("unsaturated", linear)))
+    return tuple(sums)
 
 
 def dead_zone_sum(
@@ -148,16 +149,16 @@ def dead_zone_sum(
     row, last = _moved(discrete)[0], len(plain.blocks)
     # Rows of psi measured so that S weighs as much as the rest.
     unit = float(nearest_power(np.array(np.abs(B).max())))
-    one = np.eye(m)
+    eye = np.eye(m)
     S = tuple(Unknown(f"S{k}", 1, 1, latex=f"S_{{{k}}}") for k in range(1, m + 1))
     parts = [
         *plain.parts,
         gain_part(-B, gain, Q, at=_moved(discrete), before="-B_{i}"),
-        gain_part(unit * one[None], gain, Q, at=(last, 0), before=""),
-        gain_part(-unit * one[None], auxiliary, Q, at=(last, 0), before="-"),
+        gain_part(unit * eye[None], gain, Q, at=(last, 0), before=""),
+        gain_part(-unit * eye[None], auxiliary, Q, at=(last, 0), before="-"),
     ]
     for k in range(m):
-        single = np.outer(one[k], one[k])[None]
+        single = np.outer(eye[k], eye[k])[None]
         parts += [
             SumPart(
                 unknown=S[k],
@@ -172,8 +173,8 @@ def dead_zone_sum(
                 latex=("-2", rf"e_{{{k + 1}}} e_{{{k + 1}}}^\top"),
             ),
         ]
-    whole = replace(plain, blocks=(*plain.blocks, m), parts=tuple(parts), name="dead zone")
-    return whole, S
+    dead_zone = replace(plain, blocks=(*plain.blocks, m), parts=tuple(parts), name="dead zone")
+    return dead_zone, S
 
 
 def gain_part(
@@ -186,15 +187,15 @@ def gain_part(
     left : (1, p, m) or (r, p, m), by the vertex's rule.
     gain : M, or K (r, m, n), or (1, m, n) for a gain that all rules share.
     """
-    one = np.eye(Q.rows)[None]
-    own = at[0] == at[1]
+    eye = np.eye(Q.rows)[None]
+    on_diagonal = at[0] == at[1]
     if isinstance(gain, Unknown):
         return SumPart(
             unknown=gain,
             left=left,
-            right=one,
+            right=eye,
             at=at,
-            plus_transpose=own,
+            plus_transpose=on_diagonal,
             member=gain_member(gain),
             latex=(before, ""),
             symbol=gain_symbol(gain),
@@ -203,15 +204,20 @@ def gain_part(
         return SumPart(
             unknown=Q,
             left=left @ gain,
-            right=one,
+            right=eye,
             at=at,
-            plus_transpose=own,
+            plus_transpose=on_diagonal,
             latex=(f"{before}K", ""),
         )
     r = len(gain)
-    both = np.broadcast_to(left[:, None] @ gain[None], (r, r, left.shape[1], Q.rows))
+    products = np.broadcast_to(left[:, None] @ gain[None], (r, r, left.shape[1], Q.rows))
     return SumPart(
-        unknown=Q, left=both, right=one, at=at, plus_transpose=own, latex=(f"{before}K_{{j}}", "")
+        unknown=Q,
+        left=products,
+        right=eye,
+        at=at,
+        plus_transpose=on_diagonal,
+        latex=(f"{before}K_{{j}}", ""),
     )
 
 
@@ -227,10 +233,10 @@ def _open_loop(
     """Return ``closed_loop`` without its gains, its rate the parameter ``rate``."""
     M = Unknown("M", B.shape[2], Q.rows)
     loop = closed_loop(A, B, Q, M, weight=weight, discrete=discrete, corners=corners)
-    kept = [part for part in loop.parts if part.unknown is not M]
+    loop_parts = [part for part in loop.parts if part.unknown is not M]
     if rate is not None:
-        kept = [_at_rate(part, rate) for part in kept]
-    return replace(loop, parts=tuple(kept))
+        loop_parts = [_at_rate(part, rate) for part in loop_parts]
+    return replace(loop, parts=tuple(loop_parts))
 
 
 def _at_rate(part: SumPart, rate: str) -> SumPart:
@@ -266,5 +272,5 @@ def _corners(choices: Sequence[tuple[float, ...]]) -> list[Array]:
     return [np.array(corner) for corner in product(*choices)]
 
 
-def _named(what: str, corner: Array) -> str:
-    return f"{what} ({', '.join(f'{value:.4g}' for value in corner)})"
+def _named(name: str, corner: Array) -> str:
+    return f"{name} ({', '.join(f'{value:.4g}' for value in corner)})"

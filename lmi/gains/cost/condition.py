@@ -50,9 +50,8 @@ from takagi.lmi.gains.requirements.closed_loop import (
     gain_unknown,
 )
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.errors import ModelError
 
 # Largest S in states where P is about 1: keeps S finite where a state costs nothing, at a cost of
@@ -92,7 +91,7 @@ def _sampled_cost_loop(
     plain = closed_loop(motion(A, 1.0), B, S, M, weight=1.0, corners=corners)
     loop = [replace(part, latex=_named(part.latex)) for part in plain.parts[:2]]
     scaled = [replace(part, left=part.left / span, latex=_over("e", part.latex)) for part in loop]
-    after = [
+    next_state = [
         replace(
             part,
             left=part.left / root,
@@ -110,7 +109,7 @@ def _sampled_cost_loop(
         blocks=(n, n, q, m),
         parts=(
             *scaled,
-            *after,
+            *next_state,
             last,
             *_spent(F / root, G / root, S, M, 2, (r"\tfrac{1}{\sqrt{e}}", r"\tfrac{1}{\sqrt{e}}")),
         ),
@@ -123,13 +122,13 @@ def _spent(
     F: Array, G: Array, S: Unknown, M: Unknown, row: int, factors: tuple[str, str]
 ) -> tuple[SumPart, SumPart]:
     """Return F S and G M_j below the loop, the first in this block row."""
-    one = np.eye(S.rows)[None]
+    eye = np.eye(S.rows)[None]
     return (
-        SumPart(unknown=S, left=F[None], right=one, at=(row, 0), latex=(f"{factors[0]}F", "")),
+        SumPart(unknown=S, left=F[None], right=eye, at=(row, 0), latex=(f"{factors[0]}F", "")),
         SumPart(
             unknown=M,
             left=G[None],
-            right=one,
+            right=eye,
             at=(row + 1, 0),
             member=gain_member(M),
             latex=(f"{factors[1]}G", ""),
@@ -239,13 +238,13 @@ def initial_factor(deviations: ArrayLike, size: int) -> Array:
 
 def _cost_bound(W: Unknown, S: Unknown, factor: Array) -> LMI:
     """Pose [[W, L'], [L, S]] > 0, which is S > 0 and W > L' S^-1 L."""
-    one = np.eye(S.rows)[None]
+    eye = np.eye(S.rows)[None]
     return LMI(
         name="bound of the cost",
         blocks=(S.rows, S.rows),
         terms=(
-            Term(unknown=W, left=one, right=one),
-            Term(unknown=S, left=one, right=one, at=(1, 1)),
+            Term(unknown=W, left=eye, right=eye),
+            Term(unknown=S, left=eye, right=eye, at=(1, 1)),
         ),
         constants=(Constant(value=factor.T[None], at=(0, 1), latex=r"L^\top"),),
     )

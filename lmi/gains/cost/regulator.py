@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import near_least
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Design, ObjectiveUnit, Status
 from takagi.lmi.argument_checks import input_stack, sample_time_of, symmetric, vertex_stack
 from takagi.lmi.condition.term import Condition
@@ -182,8 +182,8 @@ class _CostUnits:
     def of(cls, task: _Task, P: Floats) -> _CostUnits:
         """Return coordinates where x' P x is |xhat|^2 and the weight R is I."""
         T = np.linalg.inv(np.linalg.cholesky(P)).T
-        moved = motion(np.linalg.solve(T, task.A @ T), task.sample_time)
-        rate = vertex_weight(moved) / 2
+        scaled_motion = motion(np.linalg.solve(T, task.A @ T), task.sample_time)
+        rate = vertex_weight(scaled_motion) / 2
         rate = rate if task.sample_time is None else min(rate, 1.0)
         return cls(T, np.sqrt(rate) * np.linalg.inv(np.linalg.cholesky(task.R)).T, rate)
 
@@ -204,14 +204,14 @@ def _mean_cost(task: _Task, s: Floats) -> Floats:
     riccati = solve_continuous_are if task.sample_time is None else solve_discrete_are
     A, B = task.A.mean(axis=0) * s / s[:, None], task.B.mean(axis=0) / s[:, None]
     weight = task.Q * s * s[:, None]
-    least = LEAST_COST * (np.abs(weight).max() or 1.0) * np.eye(len(s))
+    regularisation = LEAST_COST * (np.abs(weight).max() or 1.0) * np.eye(len(s))
     try:
-        P = np.asarray(riccati(A, B, weight + least, task.R))
+        P = np.asarray(riccati(A, B, weight + regularisation, task.R))
     except np.linalg.LinAlgError:
         P = weight
     P = weight if not np.isfinite(P).all() else (P + P.T) / 2
     values, vectors = np.linalg.eigh(P)
-    values = np.maximum(values, max(LEAST_COST * values[-1], least[0, 0]))
+    values = np.maximum(values, max(LEAST_COST * values[-1], regularisation[0, 0]))
     return np.asarray((vectors * values) @ vectors.T / s / s[:, None])
 
 
@@ -233,8 +233,10 @@ def _cost_of(task: _Task, gains: Floats, P: Floats) -> Floats:
 
 def _without_gains(plain: Design) -> Design:
     """Return the no of ``pdc``: without gains that stabilise there is no finite cost."""
-    said = plain.answer.diagnosis.replace("lower the decay rate, or ", "")
-    answer = replace(plain.answer, diagnosis=said.replace("lower the decay rate a little, or ", ""))
+    diagnosis = plain.answer.diagnosis.replace("lower the decay rate, or ", "")
+    answer = replace(
+        plain.answer, diagnosis=diagnosis.replace("lower the decay rate a little, or ", "")
+    )
     return replace(plain, answer=answer)
 
 
@@ -246,8 +248,8 @@ def _unit_of_cost(task: _Task, units: _CostUnits) -> float:
 def _unsettled(outcome: Outcome, task: _Task, units: _CostUnits) -> str:
     """Return why there is no least cost; the objective is the cost for deviations of norm 1."""
     size = _unit_of_cost(task, units)
-    said = not_least(size * outcome.objective, size * outcome.least)
-    return f"gains exist, but {said}; {UNSETTLED}"
+    reason = not_least(size * outcome.objective, size * outcome.lower_bound)
+    return f"gains exist, but {reason}; {UNSETTLED}"
 
 
 def _cost_design(
@@ -293,8 +295,8 @@ def guaranteed_cost_condition(A: Floats, B: Floats) -> Condition:
     ----------
     A, B : (r, n, n), (r, n, m), in states and inputs of order one.
     """
-    one, inputs = np.eye(A.shape[2]), np.eye(B.shape[2])
-    return lqr_pdc_condition(TSModel(A, B), one, inputs, relaxation="common-gain")
+    eye, inputs = np.eye(A.shape[2]), np.eye(B.shape[2])
+    return lqr_pdc_condition(TSModel(A, B), eye, inputs, relaxation="common-gain")
 
 
 def guaranteed_cost_gain(

@@ -9,13 +9,12 @@ import numpy as np
 from takagi.lmi.answer import Answer, Design, Status
 from takagi.lmi.condition.evaluate import holds, margin, rate_of_values
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.balance import nearest_power
+from takagi.lmi.cone.cone_program import Assembled, assemble, pack
 from takagi.lmi.decision.decide import decide, improve
-from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
-from takagi.lmi.gains.decay.condition import LARGEST_ELLIPSOID
-from takagi.lmi.gains.decay.request import DecayRequest
+from takagi.lmi.decision.rounds import ALL_AT_ONCE, decide_by_rounds
+from takagi.lmi.gains.decay.condition import LARGEST_ELLIPSOID, DecayRequest
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.sums.relaxations import Relaxation
 from takagi.models.arrays import Floats
@@ -24,7 +23,7 @@ from takagi.models.arrays import Floats
 # the first is not enough, in better units or without: huge gains cost the solver digits.
 EFFORTS = (1e4, 1e6, 1e8)
 # The share in the bound on the margin from which the limit on Q may be what excludes gains.
-HELD = 1e-3
+LIMIT_SHARE = 1e-3
 # How far inside its limits an ellipsoid is put, in the squares of them.
 INSIDE = 2.0
 
@@ -43,7 +42,7 @@ class LimitedOutcome:
     effort: float = EFFORTS[0]
 
 
-def stopped_by_limit(found: LimitedOutcome) -> bool:
+def stopped_by_limit(limited: LimitedOutcome) -> bool:
     """Return whether a no says nothing of larger Q or greater effort than were allowed.
 
     Without limits on states and inputs Q may be divided by any number: nothing is lost then.  With
@@ -52,25 +51,25 @@ def stopped_by_limit(found: LimitedOutcome) -> bool:
     of stationarity for unknowns about as large as those that were found only (``cone/duality``):
     where gains exist far from those, that is not a bound.
     """
-    outcome, data = found.outcome, found.data
-    if not found.task.limits.level or outcome.status == "candidate":
+    outcome, data = limited.outcome, limited.data
+    if not limited.task.limits.level or outcome.status == "candidate":
         return False
     if "scale of Q" not in outcome.multipliers:
         return False
     size = LARGEST_ELLIPSOID * float(np.trace(outcome.multipliers["scale of Q"][0]))
-    if size > HELD * abs(outcome.bound) or not outcome.bound < 0:
+    if size > LIMIT_SHARE * abs(outcome.bound) or not outcome.bound < 0:
         return True
     # Q <= 1000 I and [[Q, M'], [M, nu I]] >= 0 allow |Q_ij| <= 1000 and |M_ij|^2 <= 1000 nu.
     effort = EFFORTS[-1]
     allowed = {"Q": LARGEST_ELLIPSOID, "M": np.sqrt(effort * LARGEST_ELLIPSOID), "nu": effort}
-    lmis = found.condition.lmis
+    lmis = limited.condition.lmis
     packed = np.concatenate([pack(outcome.multipliers[lmi.name]).ravel() for lmi in lmis])
-    left = np.abs(data.matrix().T @ packed)
+    residual = np.abs(data.matrix().T @ packed)
     total = 0.0
-    for unknown in found.condition.unknowns:
+    for unknown in limited.condition.unknowns:
         if unknown.name in allowed:
-            part = left[data.offsets[unknown.name] :][: unknown.length]
-            total += float(allowed[unknown.name] * part.sum())
+            residual_part = residual[data.offsets[unknown.name] :][: unknown.length]
+            total += float(allowed[unknown.name] * residual_part.sum())
     return total > abs(outcome.bound)
 
 
@@ -100,8 +99,8 @@ def in_fitting_size(
         high = min(high, float((limits.states / np.sqrt(INSIDE * np.diag(Q))).min()))
     if limits.inputs is not None:
         K = np.linalg.solve(Q, M.transpose(0, 2, 1)).transpose(0, 2, 1)
-        used = np.sqrt(INSIDE * np.einsum("rki,rki->rk", M, K).max(axis=0))
-        high = min(high, float((limits.inputs / np.maximum(used, 1e-300)).min()))
+        largest_inputs = np.sqrt(INSIDE * np.einsum("rki,rki->rk", M, K).max(axis=0))
+        high = min(high, float((limits.inputs / np.maximum(largest_inputs, 1e-300)).min()))
     middle = np.sqrt(low * high) if low and np.isfinite(high) else (low or high)
     d = float(nearest_power(np.array([middle]))[0])
     if not low <= d:
@@ -110,9 +109,9 @@ def in_fitting_size(
         d /= 2.0
     task = replace(task, limits=limited.limits, s=task.s * d, tau=task.tau * d)
     condition = task.condition(rate, pose)
-    found = margin(condition, outcome.values)
-    status: Status = "candidate" if holds(condition, found) else "unknown"
-    outcome = replace(outcome, status=status, margin=found, multipliers={}, bound=np.inf)
+    checked_margin = margin(condition, outcome.values)
+    status: Status = "candidate" if holds(condition, checked_margin) else "unknown"
+    outcome = replace(outcome, status=status, margin=checked_margin, multipliers={}, bound=np.inf)
     return replace(plain, task=task, condition=condition, data=assemble(condition), outcome=outcome)
 
 
@@ -132,21 +131,21 @@ def design_at(task: DecayRequest, decay_rate: float, relaxation: str) -> Design:
     fixed = task.fixed_mode(decay_rate)
     if fixed is not None:
         return _no_by_fixed_mode(task, fixed, decay_rate, relaxation)
-    found = decided(task, decay_rate, relaxation)
-    if found.outcome.status == "candidate":
-        less = improve(found.condition, found.outcome, assembled=found.data)
-        found = replace(found, outcome=less)
-    return design_of(found, decay_rate, relaxation)
+    limited = decided(task, decay_rate, relaxation)
+    if limited.outcome.status == "candidate":
+        less = improve(limited.condition, limited.outcome, assembled=limited.data)
+        limited = replace(limited, outcome=less)
+    return design_of(limited, decay_rate, relaxation)
 
 
-def design_of(found: LimitedOutcome, decay_rate: float, relaxation: str) -> Design:
+def design_of(limited: LimitedOutcome, decay_rate: float, relaxation: str) -> Design:
     """Return an outcome as a design in the model's units."""
-    answer = _answer(found, relaxation)
+    answer = _answer(limited, relaxation)
     return Design(
-        gains=_gains(found.task, found.outcome) if answer.found else None,
+        gains=_gains(limited.task, limited.outcome) if answer.found else None,
         P=answer.P,
         decay_rate=decay_rate,
-        margin=found.outcome.margin,
+        margin=limited.outcome.margin,
         relaxation=relaxation,
         answer=answer,
     )
@@ -167,20 +166,20 @@ def decided(
         return first
     second = _in_better_units(first, decay_rate, relaxation)
     second = _again(second, EFFORTS[2] if second.task is task else EFFORTS[1])
-    before = outcome.margin
+    best_margin = outcome.margin
     for _ in range(ROUNDS):
-        if not (stopped_by_limit(second) or _nearer(second, before)):
+        if not (stopped_by_limit(second) or _nearer(second, best_margin)):
             break
-        before = second.outcome.margin
+        best_margin = second.outcome.margin
         second = _in_better_units(second, decay_rate, relaxation)
         second = _again(second, EFFORTS[2])
-    found, tries = second.outcome, second.outcome.tries
+    second_outcome, tries = second.outcome, second.outcome.tries
     first = replace(first, outcome=replace(outcome, tries=tries))
-    if found.status == "candidate" and found.margin > outcome.margin:
+    if second_outcome.status == "candidate" and second_outcome.margin > outcome.margin:
         return second
     if outcome.status != "unknown" and not stopped_by_limit(first):
         return first
-    if found.status == "infeasible" and not stopped_by_limit(second):
+    if second_outcome.status == "infeasible" and not stopped_by_limit(second):
         return second
     third = _from_no_limits(first, decay_rate, relaxation)
     if third is not None:
@@ -189,33 +188,35 @@ def decided(
             return replace(third, outcome=replace(third.outcome, tries=tries))
     # Held by what was tried, it says nothing of larger ellipsoids and gains.
     last = second if stopped_by_limit(first) else first
-    rest = decide(last.condition, rows={"nu": last.effort}, assembled=last.data, most=most)
-    if rest.status == "infeasible" and stopped_by_limit(replace(last, outcome=rest)):
-        rest = replace(rest, status="unknown", bound=np.inf)
-    return replace(last, outcome=replace(rest, tries=(*tries, *rest.tries)))
+    last_outcome = decide(last.condition, rows={"nu": last.effort}, assembled=last.data, most=most)
+    if last_outcome.status == "infeasible" and stopped_by_limit(
+        replace(last, outcome=last_outcome)
+    ):
+        last_outcome = replace(last_outcome, status="unknown", bound=np.inf)
+    return replace(last, outcome=replace(last_outcome, tries=(*tries, *last_outcome.tries)))
 
 
 def _first_look(condition: Condition, data: Assembled) -> Outcome:
     """Return the largest margin; of very many pairs, about that, where few of them settle it."""
     modest = {"nu": EFFORTS[0]}
     if max(lmi.count for lmi in condition.lmis) > ALL_AT_ONCE:
-        found = decide_by_rounds(condition, rows=modest)
-        if found.margin >= SECOND_LOOK:
-            return found
+        outcome = decide_by_rounds(condition, rows=modest)
+        if outcome.margin >= SECOND_LOOK:
+            return outcome
     return decide(condition, rows=modest, assembled=data, most=1)
 
 
 def _again(posed: LimitedOutcome, effort: float) -> LimitedOutcome:
     """Solve what is posed, and count the tries before it too."""
-    found = decide(posed.condition, rows={"nu": effort}, assembled=posed.data, most=1)
-    outcome = replace(found, tries=(*posed.outcome.tries, *found.tries))
+    new_outcome = decide(posed.condition, rows={"nu": effort}, assembled=posed.data, most=1)
+    outcome = replace(new_outcome, tries=(*posed.outcome.tries, *new_outcome.tries))
     return replace(posed, outcome=outcome, effort=effort)
 
 
-def _nearer(found: LimitedOutcome, before: float) -> bool:
+def _nearer(limited: LimitedOutcome, margin_before: float) -> bool:
     """Return whether other units have left clearly less of what the margin misses."""
-    margin = found.outcome.margin
-    return found.task.limits.level and before < 1.25 * margin < 0.0
+    margin = limited.outcome.margin
+    return limited.task.limits.level and margin_before < 1.25 * margin < 0.0
 
 
 def _in_better_units(
@@ -262,9 +263,9 @@ def _from_no_limits(
     return replace(plain, outcome=replace(plain.outcome, tries=tries))
 
 
-def rate_of(found: LimitedOutcome) -> float:
+def rate_of(limited: LimitedOutcome) -> float:
     """Return the largest decay rate in 1/s that the unknowns of a candidate show."""
-    return rate_of_values(found.condition, found.outcome.values, found.task.sample_time)
+    return rate_of_values(limited.condition, limited.outcome.values, limited.task.sample_time)
 
 
 def _gains(task: DecayRequest, outcome: Outcome) -> Floats:
@@ -284,13 +285,13 @@ def _lyapunov(task: DecayRequest, outcome: Outcome) -> Floats:
     return np.asarray(inverse / task.s / task.s[:, None])
 
 
-def _answer(found: LimitedOutcome, relaxation: str) -> Answer:
-    task, condition, outcome = found.task, found.condition, found.outcome
+def _answer(limited: LimitedOutcome, relaxation: str) -> Answer:
+    task, condition, outcome = limited.task, limited.condition, limited.outcome
     good = outcome.status == "candidate"
     return replace(
         outcome.as_answer(condition, task.s),
         P=_lyapunov(task, outcome) if good else None,
-        decay_rate=rate_of(found) if good else None,
+        decay_rate=rate_of(limited) if good else None,
         diagnosis="" if good else _diagnosis(task, condition, outcome, relaxation),
     )
 

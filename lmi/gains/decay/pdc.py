@@ -8,19 +8,17 @@ from dataclasses import dataclass, replace
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design, RelaxationResult
-from takagi.lmi.condition.region import EigenvalueRegion
-from takagi.lmi.condition.uncertainty import Uncertainty
-from takagi.lmi.gains.decay.condition import Controlled
+from takagi.lmi.condition.region import EigenvalueRegion, Uncertainty
+from takagi.lmi.gains.decay.condition import Controlled, DecayRequest, decay_request
 from takagi.lmi.gains.decay.design import design_at
-from takagi.lmi.gains.decay.largest_rate import design_at_largest
 from takagi.lmi.gains.decay.relaxation_search import (
     Goal,
     RelaxationSearch,
     default_relaxations,
+    design_at_largest,
     goal_of,
     search_relaxations,
 )
-from takagi.lmi.gains.decay.request import DecayRequest, decay_request
 from takagi.lmi.gains.requirements.limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
@@ -100,7 +98,7 @@ def pdc(
     if relaxation != "auto":
         relaxation_named(relaxation)
     goal = goal_of(decay_rate)
-    given = GivenLimits(
+    limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
         initial_ball=initial_ball,
@@ -113,7 +111,7 @@ def pdc(
         overlap=overlap,
         active_rules=active_rules,
     )
-    task = decay_request(model, given, decay_rate=0.0 if goal == "max" else goal)
+    task = decay_request(model, limits, decay_rate=0.0 if goal == "max" else goal)
     if goal == "max":
         require_bounded_gains(task)
     if relaxation == "auto":
@@ -134,22 +132,23 @@ def require_bounded_gains(task: DecayRequest) -> None:
 
 
 def _first_gains(task: DecayRequest, goal: Goal) -> Design:
-    done = search_relaxations(task, goal, default_relaxations(task), stop=True)
-    best = done.best
+    search = search_relaxations(task, goal, default_relaxations(task), stop=True)
+    best = search.best
     if best is None:
-        best = done.designs[-1] if done.no is None else done.no
-        said = _why_none(done, best)
-        best = replace(best, relaxation="auto", answer=replace(best.answer, diagnosis=said))
-    return replace(best, ladder=tuple(done.results))
+        best = search.designs[-1] if search.no is None else search.no
+        reason = _why_none(search, best)
+        best = replace(best, relaxation="auto", answer=replace(best.answer, diagnosis=reason))
+    return replace(best, ladder=tuple(search.results))
 
 
-def _why_none(done: RelaxationSearch, last: Design) -> str:
-    if done.no is not None:
+def _why_none(search: RelaxationSearch, last: Design) -> str:
+    if search.no is not None:
         return last.answer.diagnosis
-    tried = [design.relaxation for design in done.designs]
-    left = [result.relaxation for result in done.results if result.status == "not tried"]
-    rest = f" (not tried: {', '.join(left)})" if left else ""
-    return f"no gains by any of {', '.join(tried)}{rest}; of the last, {last.answer.diagnosis}"
+    tried = [design.relaxation for design in search.designs]
+    not_tried = [result.relaxation for result in search.results if result.status == "not tried"]
+    skipped_text = f" (not tried: {', '.join(not_tried)})" if not_tried else ""
+    names = ", ".join(tried)
+    return f"no gains by any of {names}{skipped_text}; of the last, {last.answer.diagnosis}"
 
 
 HEADS = (
@@ -188,10 +187,10 @@ class Ladder:
         lines = [HEADS, *(tuple(_text(cell) for cell in _cells(result)) for result in self.results)]
         widths = [max(len(line[k]) for line in lines) for k in range(len(HEADS))]
         # Numbers to the right, words to the left.
-        left = {0, 1, len(HEADS) - 1}
+        left_aligned = {0, 1, len(HEADS) - 1}
         return "\n".join(
             "  ".join(
-                cell.ljust(wide) if k in left else cell.rjust(wide)
+                cell.ljust(wide) if k in left_aligned else cell.rjust(wide)
                 for k, (cell, wide) in enumerate(zip(line, widths, strict=True))
             ).rstrip()
             for line in lines
@@ -239,7 +238,7 @@ def relaxation_ladder(
     """
     names = None if relaxations is None else checked_names(relaxations)
     goal = goal_of(decay_rate)
-    given = GivenLimits(
+    limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
         initial_ball=initial_ball,
@@ -252,13 +251,13 @@ def relaxation_ladder(
         overlap=overlap,
         active_rules=active_rules,
     )
-    task = decay_request(model, given, decay_rate=0.0 if goal == "max" else goal)
+    task = decay_request(model, limits, decay_rate=0.0 if goal == "max" else goal)
     if goal == "max":
         require_bounded_gains(task)
-    done = search_relaxations(
+    search = search_relaxations(
         task, goal, default_relaxations(task) if names is None else names, stop=False
     )
-    return Ladder(tuple(done.results), done.best)
+    return Ladder(tuple(search.results), search.best)
 
 
 def checked_names(relaxations: Sequence[str]) -> tuple[str, ...]:
@@ -271,9 +270,9 @@ def checked_names(relaxations: Sequence[str]) -> tuple[str, ...]:
     names = (relaxations,) if isinstance(relaxations, str) else tuple(relaxations)
     if not names:
         raise ModelError("relaxations is empty; name at least one, or leave it out")
-    for place, name in enumerate(names):
+    for position, name in enumerate(names):
         relaxation_named(name)
-        if name in names[:place]:
+        if name in names[:position]:
             raise ModelError(f"relaxations: {name!r} is named twice; name each once")
     return names
 

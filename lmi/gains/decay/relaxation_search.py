@@ -1,4 +1,4 @@
-"""One relaxation after another, from cheap to rich: the cost and the result of each."""
+"""The largest rate with gains, by one relaxation after another."""
 
 from __future__ import annotations
 
@@ -10,21 +10,162 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from takagi.lmi.answer import Design, RelaxationResult, RelaxationStatus
-from takagi.lmi.argument_checks import corners_of, number
+from takagi.lmi.argument_checks import corners_of, number, rate_parameter
 from takagi.lmi.condition.unknown import triangle
-from takagi.lmi.gains.decay.design import ANY, decided, design_at, design_of
-from takagi.lmi.gains.decay.largest_rate import BACK, design_at_largest, largest
-from takagi.lmi.gains.decay.request import DecayRequest
-from takagi.lmi.sums.membership_points import at_points, number_of_points
-from takagi.lmi.sums.relaxation_sizes import (
+from takagi.lmi.cone.cone_program import assemble
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.gains.decay.condition import DecayRequest, size_of_motion
+from takagi.lmi.gains.decay.design import (
+    ANY,
+    EFFORTS,
+    LimitedOutcome,
+    decided,
+    design_at,
+    design_of,
+    rate_of,
+    stopped_by_limit,
+)
+from takagi.lmi.solver.solve import Session
+from takagi.lmi.sums.membership_shape import at_points, number_of_points
+from takagi.lmi.sums.relaxations import (
     MOST_WORK,
     NAMES,
     PRODUCTS,
+    Relaxation,
     RelaxationSize,
     contains,
     size_of,
     work_of,
 )
+
+# Relative width of the bracket, and how far below it the gains are designed: at the end itself
+# there is no margin left for them.
+TOLERANCE, BACK = 1e-5, 1e-4
+STEPS = 80
+# V(x+) below this share of V is a state at rest after one step, whatever the rate is called.
+LEAST_CONTRACTION = 1e-8
+# Q with diagonal entries further apart than this is posed anew in units of its own.
+SPREAD = 16.0
+# Solvers that are asked about a rate that the first did not settle.
+FEW_SOLVERS = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Largest:
+    """The best unknowns found, with the rates between which the largest one lies.
+
+    Attributes
+    ----------
+    limited : a candidate that shows ``low``, or the no at the start.
+    low : decay rate in 1/s; -inf without gains.
+    high : a rate in 1/s for which there are none, to solver accuracy; inf when none was met.  A
+        rate that no solver settled ends the search, but is none.
+    """
+
+    limited: LimitedOutcome
+    low: float
+    high: float
+
+
+def largest(task: DecayRequest, relaxation: str | Relaxation, *, start: float = 0.0) -> Largest:
+    """Return the bracket of the largest decay rate, from ``start`` in 1/s upwards.
+
+    A candidate shows a rate above the one it was asked for (``rate_of``), so the lower end
+    rises by more than the bracket is halved; the cone data are assembled once for each choice of
+    units, and only the number of the rate is changed in them.
+    """
+    first = decided(task, start, relaxation)
+    if first.outcome.status != "candidate":
+        settled = first.outcome.status == "infeasible"
+        return Largest(first, -np.inf, start if settled else np.inf)
+    search = _Search(first, relaxation)
+    search.run(start)
+    return Largest(search.best, search.low, search.none)
+
+
+def design_at_largest(
+    task: DecayRequest, relaxation: str, *, start: float = 0.0
+) -> tuple[Design, Largest]:
+    """Return gains for 1e-4 less than the largest decay rate, and the bracket."""
+    bracket = largest(task, relaxation, start=start)
+    if not np.isfinite(bracket.low):
+        return design_at(task, start, relaxation), bracket
+    alpha = bracket.low - BACK * abs(bracket.low)
+    design = design_at(bracket.limited.task, alpha, relaxation)
+    if not design.found:
+        design = design_of(bracket.limited, bracket.low, relaxation)
+    answer = replace(design.answer, bound=bracket.high)
+    return replace(design, answer=answer), bracket
+
+
+class _Search:
+    """The bracket so far, with the cone data that the next rate is put into."""
+
+    def __init__(self, first: LimitedOutcome, relaxation: str | Relaxation) -> None:
+        self.best, self.most = first, _most(first.task)
+        self.low, self.high, self.none = min(rate_of(first), self.most), np.inf, np.inf
+        self._relaxation, self._session = relaxation, Session()
+        self._effort = {"nu": EFFORTS[-1]}
+
+    def run(self, start: float) -> None:
+        """Rise in growing steps until there are no gains, then halve."""
+        unit = _unit_of_rate(self.best.task)
+        # A start other than zero is a good guess.
+        step = max(self.low - start, (0.1 if start == 0 else 1e-3) * unit)
+        for _ in range(STEPS):
+            # Near a rate of zero a relative width would never be reached.
+            width = TOLERANCE * max(abs(self.low), 1e-3 * unit)
+            if self.low >= self.most or self.high - self.low <= width:
+                return
+            rising = not np.isfinite(self.high)
+            self._look(min(self.most, self.low + step) if rising else (self.low + self.high) / 2)
+            step *= 2.0
+
+    def _look(self, rate: float) -> None:
+        here = self._in_fit_units(rate)
+        outcome = decide(
+            here.condition, rows=self._effort, session=self._session, assembled=here.data, most=1
+        )
+        limited = replace(here, outcome=outcome)
+        if outcome.status == "unknown" or stopped_by_limit(limited):
+            # One solver in one choice of units did not settle it: ask more of both.
+            limited = decided(here.task, rate, self._relaxation, most=FEW_SOLVERS)
+        if limited.outcome.status != "candidate":
+            self.high = rate
+            if limited.outcome.status == "infeasible":
+                self.none = rate
+            return
+        self.best = limited
+        self.low = max(rate, min(rate_of(self.best), self.most))
+        if self.low >= self.none:
+            # Within the solver's tolerances of the end; what was checked by eigenvalues counts.
+            self.none = np.inf
+
+    def _in_fit_units(self, rate: float) -> LimitedOutcome:
+        """Return the best with another rate in its data; posed anew where its Q is lopsided."""
+        best = self.best
+        diagonal = np.diag(best.outcome.values["Q"][0])
+        if diagonal.max() > SPREAD**2 * diagonal.min():
+            task = best.task.in_units_of(best.outcome.values["Q"][0])
+            condition = task.condition(rate, self._relaxation)
+            return LimitedOutcome(task, condition, assemble(condition), best.outcome, EFFORTS[-1])
+        number = rate_parameter(rate, best.task.sample_time)
+        condition = best.condition.with_parameters(**number)
+        data = replace(best.data, condition=condition)
+        return replace(best, condition=condition, data=data, effort=EFFORTS[-1])
+
+
+def _unit_of_rate(task: DecayRequest) -> float:
+    """Return the natural size of a decay rate of these vertices in 1/s."""
+    size = size_of_motion(task.A, task.decay_rate, task.sample_time) / 2
+    return size if task.sample_time is None else size / task.sample_time
+
+
+def _most(task: DecayRequest) -> float:
+    if task.sample_time is None:
+        return np.inf
+    return float(-np.log(LEAST_CONTRACTION) / (2.0 * task.sample_time))
+
 
 # A decay rate in 1/s, or the largest there is.
 Goal: TypeAlias = float | Literal["max"]
@@ -46,20 +187,20 @@ class RelaxationSearch:
     results : results of the relaxations, in the order in which they were tried.
     designs : of those that were tried.
     no : why no relaxation has gains, where that was found.
-    most : decay rate in 1/s that no relaxation exceeds, to solver accuracy; nan until it was
-        looked for, inf where that did not settle it.
+    largest_rate : decay rate in 1/s that no relaxation exceeds, to solver accuracy; nan until it
+        was looked for, inf where that did not settle it.
     """
 
     results: list[RelaxationResult] = field(default_factory=list)
     designs: list[Design] = field(default_factory=list)
     no: Design | None = None
-    most: float = np.nan
+    largest_rate: float = np.nan
 
     @property
     def best(self) -> Design | None:
         """Return the design of the largest rate; of equal ones the first, which is the cheapest."""
-        found = [design for design in self.designs if design.found]
-        return max(found, key=lambda design: design.decay_rate, default=None)
+        designs = [design for design in self.designs if design.found]
+        return max(designs, key=lambda design: design.decay_rate, default=None)
 
 
 def goal_of(decay_rate: object) -> Goal:
@@ -97,18 +238,18 @@ def search_relaxations(
     goal : decay rate in 1/s, or "max".
     stop : at the first gains; for "max", where no relaxation can have 0.1 % more.
     """
-    done = RelaxationSearch()
-    for place, name in enumerate(names):
-        if place == BEFORE_OUTER and len(task.A) > 1 and (goal == "max" or done.best is None):
-            _look_outside(done, task, goal)
-        if stop and _enough(done, goal):
+    search = RelaxationSearch()
+    for position, name in enumerate(names):
+        if position == BEFORE_OUTER and len(task.A) > 1 and (goal == "max" or search.best is None):
+            _look_outside(search, task, goal)
+        if stop and _enough(search, goal):
             break
-        reason = _reason_to_skip(done, task, name)
+        reason = _reason_to_skip(search, task, name)
         if reason:
-            done.results.append(_result(task, name, "not tried", reason))
+            search.results.append(_result(task, name, "not tried", reason))
         else:
-            _try(done, task, goal, name)
-    return done
+            _try(search, task, goal, name)
+    return search
 
 
 def _contains(task: DecayRequest, rich: str, poor: str) -> bool:
@@ -116,29 +257,29 @@ def _contains(task: DecayRequest, rich: str, poor: str) -> bool:
     return contains(rich, poor, few_active=few is not None and few < len(task.A))
 
 
-def _enough(done: RelaxationSearch, goal: Goal) -> bool:
-    best = done.best
+def _enough(search: RelaxationSearch, goal: Goal) -> bool:
+    best = search.best
     if best is None or goal != "max":
         return best is not None
-    return best.decay_rate >= (1.0 - NOTHING_LEFT) * done.most
+    return best.decay_rate >= (1.0 - NOTHING_LEFT) * search.largest_rate
 
 
-def _reason_to_skip(done: RelaxationSearch, task: DecayRequest, name: str) -> str:
+def _reason_to_skip(search: RelaxationSearch, task: DecayRequest, name: str) -> str:
     size = _size(task, name)
     if work_of(size) > MOST_WORK:
         return f"too large: {_count(size.lmis)} LMIs, the widest {size.width}"
-    if done.no is not None:
+    if search.no is not None:
         return "no relaxation has gains"
-    for result in done.results:
+    for result in search.results:
         if result.status == "infeasible" and _contains(task, result.relaxation, name):
             return f"{result.relaxation} contains it and has no gains"
     return ""
 
 
-def _try(done: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) -> None:
+def _try(search: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) -> None:
     started = time.perf_counter()
     # Gains of a relaxation that this one contains are gains for this one.
-    served = [d for d in done.designs if d.found and _contains(task, name, d.relaxation)]
+    served = [d for d in search.designs if d.found and _contains(task, name, d.relaxation)]
     if goal == "max":
         start = max((design.decay_rate for design in served), default=0.0)
         design, _ = design_at_largest(task, name, start=start)
@@ -149,8 +290,8 @@ def _try(done: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) -> N
     status: RelaxationStatus = design.status
     if status == "infeasible" and served:
         status = "unknown"
-    result = _result(task, name, status, _bought(done.best, design, served, goal))
-    done.results.append(
+    result = _result(task, name, status, _bought(search.best, design, served, goal))
+    search.results.append(
         replace(
             result,
             seconds=time.perf_counter() - started,
@@ -158,37 +299,37 @@ def _try(done: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) -> N
             decay_rate=rate if design.found else None,
         )
     )
-    done.designs.append(design)
+    search.designs.append(design)
 
 
-def _bought(before: Design | None, design: Design, served: list[Design], goal: Goal) -> str:
+def _bought(previous: Design | None, design: Design, served: list[Design], goal: Goal) -> str:
     """Return in words how a relaxation improves on those before it."""
     if not design.found:
         if served:
             return f"not settled; no less than {served[-1].relaxation}, by a theorem"
         return "no gains" if design.status == "infeasible" else "not settled"
-    if before is None:
+    if previous is None:
         return "gains"
     if goal != "max":
-        return f"gains, as by {before.relaxation}"
-    more = design.decay_rate - before.decay_rate
-    if more <= 2.0 * BACK * abs(before.decay_rate):
-        return f"no more than {before.relaxation}"
-    return f"{100.0 * more / abs(before.decay_rate):+.3g} % over {before.relaxation}"
+        return f"gains, as by {previous.relaxation}"
+    gain = design.decay_rate - previous.decay_rate
+    if gain <= 2.0 * BACK * abs(previous.decay_rate):
+        return f"no more than {previous.relaxation}"
+    return f"{100.0 * gain / abs(previous.decay_rate):+.3g} % over {previous.relaxation}"
 
 
-def _look_outside(done: RelaxationSearch, task: DecayRequest, goal: Goal) -> None:
+def _look_outside(search: RelaxationSearch, task: DecayRequest, goal: Goal) -> None:
     """Solve the condition at single blends, about as large as that of all pairs."""
     started = time.perf_counter()
-    parts = _parts(task)
-    pose = at_points(parts)
+    subdivision = _parts(task)
+    pose = at_points(subdivision)
     if goal == "max":
-        bracket = largest(task, pose, start=0.0 if done.best is None else done.best.decay_rate)
-        found, done.most = bracket.found, bracket.high
+        bracket = largest(task, pose, start=0.0 if search.best is None else search.best.decay_rate)
+        limited, search.largest_rate = bracket.limited, bracket.high
     else:
-        found = decided(task, goal, pose)
-    settled_no = found.outcome.status == "infeasible" and done.best is None
-    blends = [lmi for lmi in found.condition.lmis if lmi.name.endswith("blend")]
+        limited = decided(task, goal, pose)
+    settled_no = limited.outcome.status == "infeasible" and search.best is None
+    blends = [lmi for lmi in limited.condition.lmis if lmi.name.endswith("blend")]
     count = sum(lmi.count for lmi in blends)
     result = RelaxationResult(
         relaxation=ANY,
@@ -197,26 +338,28 @@ def _look_outside(done: RelaxationSearch, task: DecayRequest, goal: Goal) -> Non
         variables=task.gain_numbers,
         width=max(lmi.size for lmi in blends),
         seconds=time.perf_counter() - started,
-        margin=found.outcome.margin,
-        decay_rate=done.most if np.isfinite(done.most) and not settled_no else None,
-        note=f"{_said(settled_no, done)} at {_count(count)} blends",
+        margin=limited.outcome.margin,
+        decay_rate=search.largest_rate
+        if np.isfinite(search.largest_rate) and not settled_no
+        else None,
+        note=f"{_said(settled_no, search)} at {_count(count)} blends",
     )
-    done.results.append(result)
+    search.results.append(result)
     if settled_no:
-        done.no = design_of(found, 0.0 if goal == "max" else goal, ANY)
+        search.no = design_of(limited, 0.0 if goal == "max" else goal, ANY)
 
 
-def _said(settled_no: bool, done: RelaxationSearch) -> str:
+def _said(settled_no: bool, search: RelaxationSearch) -> str:
     if settled_no:
         return "ruled out"
-    return "none is faster," if np.isfinite(done.most) else "not ruled out"
+    return "none is faster," if np.isfinite(search.largest_rate) else "not ruled out"
 
 
 def _parts(task: DecayRequest) -> int:
     """Return how fine a grid of blends is about as large as all pairs of rules."""
     r = len(task.A)
-    most = max(triangle(r), FEW_BLENDS)
-    fine = [p for p in (6, 5, 4, 3) if number_of_points(r, corners_of(task), p) <= most]
+    pair_count = max(triangle(r), FEW_BLENDS)
+    fine = [p for p in (6, 5, 4, 3) if number_of_points(r, corners_of(task), p) <= pair_count]
     return fine[0] if fine else 2
 
 

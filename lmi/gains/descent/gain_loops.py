@@ -51,7 +51,7 @@ Complex: TypeAlias = NDArray[np.complexfloating[Any, Any]]
 ABOVE = 1e-8
 ROUNDS = 30
 # Nearer to a singular value of D than this, relative, the pencil is taken.
-NEAR = 1e-3
+PENCIL_DISTANCE = 1e-3
 # Eigenvalues within this angle of the imaginary axis give candidate frequencies.  One too many
 # costs an evaluation; one too few would be an error.
 ANGLE = 1e-4
@@ -96,10 +96,10 @@ def largest_gain(A: Floats, B: Floats, C: Floats, D: Floats) -> Peak:
         if not len(crossings):
             break
         middles = (crossings[1:] + crossings[:-1]) / 2.0
-        found = _highest((A, B, C, D), np.concatenate([crossings, middles]))
-        if not found.gain > (1.0 + ABOVE) * best.gain:
+        peak = _highest((A, B, C, D), np.concatenate([crossings, middles]))
+        if not peak.gain > (1.0 + ABOVE) * best.gain:
             break
-        best = found
+        best = peak
     return best
 
 
@@ -120,7 +120,7 @@ def _crossings(system: tuple[Floats, Floats, Floats, Floats], level: float) -> F
     """Return frequencies >= 0, in order, where a singular value may be ``level``."""
     A, B, C, D = system
     direct = np.linalg.svd(D, compute_uv=False)
-    if direct.size and np.abs(level - direct).min() < NEAR * level:
+    if direct.size and np.abs(level - direct).min() < PENCIL_DISTANCE * level:
         values = _of_pencil(system, level)
     else:
         inverse = np.linalg.inv(level**2 * np.eye(B.shape[1]) - D.T @ D)
@@ -128,21 +128,21 @@ def _crossings(system: tuple[Floats, Floats, Floats, Floats], level: float) -> F
         weight = C.T @ (C + D @ inverse @ D.T @ C) / level
         H = np.block([[inside, level * B @ inverse @ B.T], [-weight, -inside.T]])
         values = np.linalg.eigvals(H)
-    near = np.abs(values.real) <= ANGLE * np.abs(values)
-    return np.unique(np.abs(values[near].imag))
+    on_axis = np.abs(values.real) <= ANGLE * np.abs(values)
+    return np.unique(np.abs(values[on_axis].imag))
 
 
 def _of_pencil(system: tuple[Floats, Floats, Floats, Floats], level: float) -> Complex:
     A, B, C, D = system
     n, q, p = len(A), B.shape[1], len(C)
-    whole = np.zeros((2 * n + p + q, 2 * n + p + q))
+    pencil = np.zeros((2 * n + p + q, 2 * n + p + q))
     x, adjoint, z, w = slice(0, n), slice(n, 2 * n), slice(2 * n, 2 * n + p), slice(2 * n + p, None)
-    whole[x, x], whole[x, w] = A, B
-    whole[adjoint, adjoint], whole[adjoint, z] = -A.T, -C.T
-    whole[z, x], whole[z, w], whole[z, z] = C, D, -level * np.eye(p)
-    whole[w, adjoint], whole[w, z], whole[w, w] = B.T, D.T, -level * np.eye(q)
+    pencil[x, x], pencil[x, w] = A, B
+    pencil[adjoint, adjoint], pencil[adjoint, z] = -A.T, -C.T
+    pencil[z, x], pencil[z, w], pencil[z, z] = C, D, -level * np.eye(p)
+    pencil[w, adjoint], pencil[w, z], pencil[w, w] = B.T, D.T, -level * np.eye(q)
     moving = np.diag(np.repeat([1.0, 0.0], [2 * n, p + q]))
-    above, below = eigvals(whole, moving, homogeneous_eigvals=True)
+    above, below = eigvals(pencil, moving, homogeneous_eigvals=True)
     # The pencil is singular in z and w, so it has infinite eigenvalues too; they are dropped.
     finite = np.abs(below) > 1e-12 * np.abs(above)
     return np.asarray(above[finite] / below[finite])
@@ -193,12 +193,12 @@ class GainLoops:
 
     def closed(self, F: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Return A, B, C, D of the closed loops."""
-        each = F[self.group]
+        vertex_gains = F[self.group]
         return (
-            self.A + self.B2 @ each @ self.C2,
-            self.B1 + self.B2 @ each @ self.D21,
-            self.C1 + self.D12 @ each @ self.C2,
-            self.D11 + self.D12 @ each @ self.D21,
+            self.A + self.B2 @ vertex_gains @ self.C2,
+            self.B1 + self.B2 @ vertex_gains @ self.D21,
+            self.C1 + self.D12 @ vertex_gains @ self.C2,
+            self.D11 + self.D12 @ vertex_gains @ self.D21,
         )
 
     def slowest(self, entries: Floats) -> tuple[float, Floats]:
@@ -208,13 +208,13 @@ class GainLoops:
             return np.inf, np.zeros_like(entries)
         worst, gradient = -np.inf, np.zeros_like(F)
         for i, A in enumerate(self.closed(F)[0]):
-            values, left, right = eig(A, left=True, right=True)
+            values, left_vectors, right_vectors = eig(A, left=True, right=True)
             sizes = np.abs(values) - 1.0 if self.discrete else values.real
             k = int(np.argmax(sizes))
             if sizes[k] <= worst:
                 continue
             worst = float(sizes[k])
-            y, x = left[:, k].conj(), right[:, k]
+            y, x = left_vectors[:, k].conj(), right_vectors[:, k]
             turn = values[k].conj() / (abs(values[k]) or 1.0) if self.discrete else 1.0
             between = y @ x
             slope = np.outer(y @ self.B2[i], self.C2[i] @ x)
@@ -232,7 +232,7 @@ class GainLoops:
         loops = self.closed(F)
         worst, at = Peak(0.0, 0.0), 0
         for i in range(len(self.A)):
-            A, B, C, D = (part[i] for part in loops)
+            A, B, C, D = (matrix[i] for matrix in loops)
             peak = _discrete_gain(A, B, C, D) if self.discrete else largest_gain(A, B, C, D)
             if not np.isfinite(peak.gain):
                 return np.inf, np.zeros_like(entries)
@@ -250,18 +250,18 @@ class GainLoops:
     def _slope(
         self, i: int, loops: tuple[Floats, Floats, Floats, Floats], frequency: float
     ) -> Floats:
-        A, B, C, D = (part[i] for part in loops)
+        A, B, C, D = (matrix[i] for matrix in loops)
         if np.isinf(frequency) and not self.discrete:
             # The direct term: Phi is 0.
-            before, after, whole = self.D12[i], self.D21[i], D
+            from_input, to_output, response_matrix = self.D12[i], self.D21[i], D
         else:
             s = _on_circle(frequency) if self.discrete else 1j * frequency
             point = np.array([s])
-            whole = response(A, B, C, D, point)[0]
-            before = response(A, self.B2[i], C, self.D12[i], point)[0]
-            after = response(A, B, self.C2[i], self.D21[i], point)[0]
-        left, _, right = np.linalg.svd(whole)
-        a, b = left[:, 0].conj() @ before, after @ right[0].conj()
+            response_matrix = response(A, B, C, D, point)[0]
+            from_input = response(A, self.B2[i], C, self.D12[i], point)[0]
+            to_output = response(A, B, self.C2[i], self.D21[i], point)[0]
+        left_vectors, _, right_vectors = np.linalg.svd(response_matrix)
+        a, b = left_vectors[:, 0].conj() @ from_input, to_output @ right_vectors[0].conj()
         return np.asarray(np.outer(a, b).real)
 
 
@@ -272,9 +272,9 @@ def _on_circle(frequency: float) -> complex:
 
 def _discrete_gain(A: Floats, B: Floats, C: Floats, D: Floats) -> Peak:
     """Return the norm over the unit circle: that of the bilinear transform, z = (1 + s)/(1 - s)."""
-    one = np.eye(len(A))
+    eye = np.eye(len(A))
     if not np.abs(np.linalg.eigvals(A)).max() < 1.0:
         return Peak(np.inf, 0.0)
-    back = np.linalg.inv(A + one)
+    back = np.linalg.inv(A + eye)
     root = np.sqrt(2.0)
-    return largest_gain(back @ (A - one), root * back @ B, root * C @ back, D - C @ back @ B)
+    return largest_gain(back @ (A - eye), root * back @ B, root * C @ back, D - C @ back @ B)

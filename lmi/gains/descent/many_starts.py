@@ -8,8 +8,8 @@ better ones go on, fewer and fewer.  Then the best is shaken: entries are change
 per cent, and the descent begins again, because it may have stopped at a kink short of a minimum.
 
 Where the norm only falls towards its infimum as F grows without bound, F would end at the size
-where rounding stops it.  So log |G| + SMALL log(1 + |F|^2) is minimised: a gain a thousand times
-larger has to be worth half a per cent.
+where rounding stops it.  So log |G| + SIZE_PENALTY log(1 + |F|^2) is minimised: a gain a
+thousand times larger has to be worth half a per cent.
 
 Numbers are drawn from ``seed`` alone, so that the same question has the same answer twice.
 
@@ -124,20 +124,20 @@ def _searched(function: Function, here: _Step, direction: Floats) -> _Step | Non
     return lower if lower is not None and lower.value < here.value else None
 
 
-def _updated(inverse: Floats | None, moved: Floats, turned: Floats) -> Floats:
+def _updated(inverse: Floats | None, step: Floats, gradient_change: Floats) -> Floats:
     """Return the inverse Hessian after a step; it stays positive definite."""
-    along = float(moved @ turned)
-    one = np.eye(len(moved))
+    along = float(step @ gradient_change)
+    eye = np.eye(len(step))
     # Without positive curvature along the step the update would lose definiteness; it is left out.
     if not along > 0:
-        return one if inverse is None else inverse
+        return eye if inverse is None else inverse
     if inverse is None:
         # The first inverse Hessian gets the size that the first step has shown (Nocedal and Wright,
         # 6.20).
-        inverse = one * (along / float(turned @ turned))
-    left = one - np.outer(moved, turned) / along
-    found = left @ inverse @ left.T + np.outer(moved, moved) / along
-    return found if np.isfinite(found).all() else one
+        inverse = eye * (along / float(gradient_change @ gradient_change))
+    projection = eye - np.outer(step, gradient_change) / along
+    updated = projection @ inverse @ projection.T + np.outer(step, step) / along
+    return updated if np.isfinite(updated).all() else eye
 
 
 # Steps towards a stable loop, and the decay rate, relative to how fast the plant moves, with which
@@ -149,7 +149,7 @@ ROUNDS = ((None, 100, 1e-3), (6, 240, 1e-4), (2, 1500, 1e-6))
 # Decades of the sizes of random gains in the plant's own units.
 LOW, HIGH = -2.0, 2.0
 # What the size of F costs.
-SMALL = 3e-4
+SIZE_PENALTY = 3e-4
 # By how much entries are shaken, relative, one after the other, with how many steps.
 SHAKEN, STEPS = (0.3, 0.1, 0.03, 0.3, 0.1), 300
 
@@ -174,32 +174,34 @@ class _Units:
 
 
 def best_gains(
-    loops: GainLoops, known: Sequence[tuple[str, Floats]], *, starts: int, seed: int
+    loops: GainLoops, named_gains: Sequence[tuple[str, Floats]], *, starts: int, seed: int
 ) -> list[Found]:
     """Return the gains that the best starts lead to, the best first; empty if none is stable.
 
     Parameters
     ----------
-    known : names and gains F (groups, m, k) to start from, as well as F = 0.
+    named_gains : names and gains F (groups, m, k) to start from, as well as F = 0.
     starts : the number of random gains to start from.
     seed : of their numbers.
     """
-    own, plain = _units_of(loops), _given_units(loops)
-    found: list[_Spot] = []
-    for name, units, entries in _starts((own, plain), known, starts, seed):
+    scaled_units, plain = _units_of(loops), _given_units(loops)
+    spots: list[_Spot] = []
+    for name, units, entries in _starts((scaled_units, plain), named_gains, starts, seed):
         if out_of_time():
             break
         stable = _settled(units, entries)
         if stable is not None:
-            value = units.loops.norm(stable)[0] + SMALL * float(np.log(1.0 + stable @ stable))
-            found.append(_Spot(units, stable, value, name))
-    for most, steps, enough in ROUNDS:
-        found = [_descended(spot, steps, enough) for spot in found[:most]]
-        found.sort(key=lambda spot: spot.value)
+            value = units.loops.norm(stable)[0] + SIZE_PENALTY * float(
+                np.log(1.0 + stable @ stable)
+            )
+            spots.append(_Spot(units, stable, value, name))
+    for spot_count, steps, enough in ROUNDS:
+        spots = [_descended(spot, steps, enough) for spot in spots[:spot_count]]
+        spots.sort(key=lambda spot: spot.value)
     # The best of all, shaken.
-    if found:
-        found[0] = _shaken(found[0], np.random.default_rng(seed))
-    return [spot.result() for spot in found if np.isfinite(spot.value)]
+    if spots:
+        spots[0] = _shaken(spots[0], np.random.default_rng(seed))
+    return [spot.result() for spot in spots if np.isfinite(spot.value)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -224,7 +226,9 @@ def _cost(units: _Units, entries: Floats) -> tuple[float, Floats]:
         return np.inf, np.zeros_like(entries)
     value, gradient = units.loops.norm(entries)
     size = 1.0 + float(entries @ entries)
-    return value + SMALL * float(np.log(size)), gradient + 2.0 * SMALL * entries / size
+    return value + SIZE_PENALTY * float(
+        np.log(size)
+    ), gradient + 2.0 * SIZE_PENALTY * entries / size
 
 
 def _descended(spot: _Spot, steps: int, enough: float) -> _Spot:
@@ -239,14 +243,14 @@ def _descended(spot: _Spot, steps: int, enough: float) -> _Spot:
 
 def _shaken(spot: _Spot, rng: np.random.Generator) -> _Spot:
     for share in SHAKEN:
-        moved = spot.entries * (1.0 + share * rng.standard_normal(len(spot.entries)))
+        perturbed = spot.entries * (1.0 + share * rng.standard_normal(len(spot.entries)))
         # A change by tens of per cent may have made the loop unstable, where its norm is infinite.
-        stable = _settled(spot.units, moved)
+        stable = _settled(spot.units, perturbed)
         if stable is None:
             continue
-        again = _descended(replace(spot, entries=stable), STEPS, ROUNDS[-1][2])
-        if again.value < spot.value:
-            spot = again
+        second = _descended(replace(spot, entries=stable), STEPS, ROUNDS[-1][2])
+        if second.value < spot.value:
+            spot = second
     return spot
 
 
@@ -258,9 +262,9 @@ def _units_of(loops: GainLoops) -> _Units:
     B2, C2 = loops.B2 / s[:, None], loops.C2 * s
     size = float(np.linalg.norm(motion(A, step), 2, axis=(1, 2)).max()) or 1.0
     reach = np.linalg.norm(B2, axis=1).max(axis=0)
-    seen = np.linalg.norm(C2, axis=2).max(axis=0)
+    output_sizes = np.linalg.norm(C2, axis=2).max(axis=0)
     inputs = size / np.where(reach > 0, reach, size)
-    outputs = np.where(seen > 0, seen, 1.0)
+    outputs = np.where(output_sizes > 0, output_sizes, 1.0)
     inside = replace(
         loops,
         A=A,
@@ -283,27 +287,35 @@ def _given_units(loops: GainLoops) -> _Units:
 
 
 def _starts(
-    units: tuple[_Units, _Units], known: Sequence[tuple[str, Floats]], starts: int, seed: int
+    units: tuple[_Units, _Units], named_gains: Sequence[tuple[str, Floats]], starts: int, seed: int
 ) -> Iterator[tuple[str, _Units, Floats]]:
-    own, plain = units
-    count = own.loops.count
-    for name, F in known:
-        yield name, own, own.loops.entries(F * own.outputs / own.inputs[:, None])
-    yield "no control", own, np.zeros(count)
+    scaled_units, plain = units
+    count = scaled_units.loops.count
+    for name, F in named_gains:
+        yield (
+            name,
+            scaled_units,
+            scaled_units.loops.entries(F * scaled_units.outputs / scaled_units.inputs[:, None]),
+        )
+    yield "no control", scaled_units, np.zeros(count)
     rng = np.random.default_rng(seed)
     for number in range(starts):
         size, entries = 10.0 ** rng.uniform(LOW, HIGH), rng.standard_normal(count)
         name = f"random {number + 1}"
-        yield (name, own, size * entries / np.sqrt(count)) if number % 2 else (name, plain, entries)
+        yield (
+            (name, scaled_units, size * entries / np.sqrt(count))
+            if number % 2
+            else (name, plain, entries)
+        )
 
 
 def _settled(units: _Units, entries: Floats) -> Floats | None:
     """Return entries of a stable loop, where the slowest mode can be moved so far; else None."""
-    wanted = -SETTLED * (1.0 if units.loops.discrete else units.speed)
+    stable_value = -SETTLED * (1.0 if units.loops.discrete else units.speed)
     value, _ = units.loops.slowest(entries)
-    if value < wanted:
+    if value < stable_value:
         return entries
     end = descend(
-        units.loops.slowest, entries, steps=SETTLING, enough=1e-6 * units.speed, below=wanted
+        units.loops.slowest, entries, steps=SETTLING, enough=1e-6 * units.speed, below=stable_value
     )
     return end.x if end.value < 0 else None

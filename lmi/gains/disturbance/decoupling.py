@@ -59,7 +59,7 @@ def decoupling(plant: DisturbedPlant) -> Decoupling | None:
         return None
     s = state_units(plant.A, None, step=plant.sample_time)
     A, E, C = plant.A * s / s[:, None], plant.E / s[:, None], plant.C * s
-    C, D = (part / (np.abs(C).max(initial=0.0) or 1.0) for part in (C, plant.D12[0]))
+    C, D = (matrix / (np.abs(C).max(initial=0.0) or 1.0) for matrix in (C, plant.D12[0]))
     tau = 1.0 / np.linalg.norm(np.vstack([plant.B[0] / s[:, None], D]), axis=0)
     B, D = plant.B[0] / s[:, None] * tau, D * tau
     V = _hidden(A, B, C, D, discrete=plant.sample_time is not None)
@@ -69,10 +69,10 @@ def decoupling(plant: DisturbedPlant) -> Decoupling | None:
     F, free = _holding(A, B, C, D, V)
     A_V = (V.T @ (A - B @ F) @ V).mean(axis=0)
     A_W = (W.T @ A @ W).mean(axis=0)
-    parts = [_regulated(a, b, plant) for a, b in ((A_V, V.T @ B @ free), (A_W, W.T @ B))]
-    if parts[0] is None or parts[1] is None:
+    regulators = [_regulated(a, b, plant) for a, b in ((A_V, V.T @ B @ free), (A_W, W.T @ B))]
+    if regulators[0] is None or regulators[1] is None:
         return None
-    (K_V, P_V, rate_V), (K_W, P_W, rate_W) = parts[0], parts[1]
+    (K_V, P_V, rate_V), (K_W, P_W, rate_W) = regulators[0], regulators[1]
     gains = F + free @ K_V @ V.T + K_W @ W.T
     return Decoupling(
         gains=tau[:, None] * gains / s,
@@ -90,7 +90,7 @@ def _hidden(A: Floats, B: Floats, C: Floats, D: Floats, *, discrete: bool) -> Fl
         W = _kernel(V.T)
         unseen = _kernel(np.vstack([W.T @ B, D]).T)
         leaving = [np.vstack([W.T @ a, c]) @ V for a, c in zip(A, C, strict=True)]
-        inside = _kernel(np.vstack([unseen.T @ one for one in leaving]))
+        inside = _kernel(np.vstack([unseen.T @ matrix for matrix in leaving]))
         if inside.shape[1] == V.shape[1]:
             break
         V = V @ inside
@@ -108,12 +108,12 @@ def _hidden(A: Floats, B: Floats, C: Floats, D: Floats, *, discrete: bool) -> Fl
 def _holding(A: Floats, B: Floats, C: Floats, D: Floats, V: Floats) -> tuple[Floats, Floats]:
     """Return F_i = G_i V' that hold the state in V, and the inputs that leave it there."""
     W = _kernel(V.T)
-    moved = np.vstack([W.T @ B, D])
+    reached = np.vstack([W.T @ B, D])
     G = [
-        np.linalg.lstsq(moved, np.vstack([W.T @ a, c]) @ V, rcond=None)[0]
+        np.linalg.lstsq(reached, np.vstack([W.T @ a, c]) @ V, rcond=None)[0]
         for a, c in zip(A, C, strict=True)
     ]
-    return np.array(G) @ V.T, _kernel(moved)
+    return np.array(G) @ V.T, _kernel(reached)
 
 
 def _regulated(A: Floats, B: Floats, plant: DisturbedPlant) -> tuple[Floats, Floats, float] | None:
@@ -129,11 +129,11 @@ def _regulated(A: Floats, B: Floats, plant: DisturbedPlant) -> tuple[Floats, Flo
     n, m = B.shape
     if not n:
         return np.zeros((m, 0)), np.zeros((0, 0)), np.inf
-    one = np.eye(n)
+    eye = np.eye(n)
     K: Floats = np.zeros((m, n))
     try:
         if m:
-            X = (solve_discrete_are if discrete else solve_continuous_are)(A, B, one, np.eye(m))
+            X = (solve_discrete_are if discrete else solve_continuous_are)(A, B, eye, np.eye(m))
             gain = np.linalg.solve(np.eye(m) + B.T @ X @ B, B.T @ X @ A) if discrete else B.T @ X
             K = np.asarray(gain, np.float64)
         loop = A - B @ K
@@ -145,9 +145,9 @@ def _regulated(A: Floats, B: Floats, plant: DisturbedPlant) -> tuple[Floats, Flo
         if not rate > 0:
             return None
         P = (
-            solve_discrete_lyapunov(loop.T, one)
+            solve_discrete_lyapunov(loop.T, eye)
             if discrete
-            else solve_continuous_lyapunov(loop.T, -one)
+            else solve_continuous_lyapunov(loop.T, -eye)
         )
     except (np.linalg.LinAlgError, ValueError):
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeAlias
@@ -19,17 +19,24 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide, optimise
 from takagi.lmi.decision.outcome import Outcome, binding_items, not_least, objective_at
 from takagi.lmi.expressions.expression import block, trace
-from takagi.lmi.gains.disturbance.coordinates import (
-    WEIGHTS,
+from takagi.lmi.gains.disturbance.decoupling import decoupling
+from takagi.lmi.gains.disturbance.request import (
+    ASK,
+    NOT_NEAR,
+    RATES,
+    ROUNDED,
+    WHY,
     DisturbanceCoordinates,
+    DisturbanceRequest,
+    Meaning,
     Regulator,
+    _guesses,
     guessed_regulator,
     is_definite,
+    positive_number,
 )
-from takagi.lmi.gains.disturbance.decoupling import decoupling
-from takagi.lmi.gains.disturbance.request import DisturbanceRequest, positive_number
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
-from takagi.lmi.parameter_search.least_over_rate import least_objective
+from takagi.lmi.parameter_search.parameter_sweep import least_objective
 from takagi.lmi.refutation.refutation import objective_below
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats
@@ -37,11 +44,9 @@ from takagi.models.arrays import Floats
 # Shares of its size that the output has left where a disturbance is kept from it, the objective
 # that is looked for there.
 APART, LOOSE = (1e-12, 1e-9, 1e-6), 100.0
-# Shares of the rate of the loop at the mean vertex, at which a peak is bounded.
-RATES = (0.5, 0.1, 0.02)
 # How much larger than a regulator's gains are absurd, how much smaller others must be, and by how
 # much the effort may be above its least.
-ABSURD, FAR, PER_CENT = 1e6, 10.0, 0.01
+ABSURD_GAINS, MILDER_FACTOR, PER_CENT = 1e6, 10.0, 0.01
 # Of the size of a regulator's norm, below which a norm is zero.
 LEAST_SHARE = 1e-4
 # Other coordinates are tried so often, when what they claim differs by more than this.
@@ -50,26 +55,12 @@ ROUNDS, AGREED = 3, 1e-5
 SIZES, FEW = 6, 2
 # Sum of the cubes of the LMIs' widths above which a second look costs too much: then the bound of
 # the multipliers, a thousandth, has to do.
-LARGE = 1e5
+LARGEST_SECOND_LOOK = 1e5
 
 
 # The task's condition in the given coordinates.
 Pose: TypeAlias = Callable[[DisturbanceRequest, DisturbanceCoordinates], Condition]
-Known: TypeAlias = tuple[DisturbanceCoordinates, Condition, Outcome]
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Meaning:
-    """What an objective means in the model's units.
-
-    Attributes
-    ----------
-    gain : the bound, from the coordinates and the objective.
-    size : what x' Q^-1 x is multiplied by, from the coordinates.
-    """
-
-    gain: Callable[[DisturbanceCoordinates, float], float]
-    size: Callable[[DisturbanceCoordinates], float]
+KnownSolution: TypeAlias = tuple[DisturbanceCoordinates, Condition, Outcome]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,66 +82,69 @@ def asked_or_least(
     pose: Pose,
     meaning: Meaning,
     norm_below: float | None,
-    known: Callable[[], Known | None] = lambda: None,
+    known_solution: Callable[[], KnownSolution | None] = lambda: None,
 ) -> Design:
     """Return gains with a norm of at most what is asked for, where it is, else with the least."""
     if norm_below is not None:
         return below(task, pose, meaning, positive_number("norm_below", norm_below))
-    done = hidden(task, pose, meaning) or designed(task, pose, meaning, known())
-    return tamed(task, meaning, done, lambda value: below(task, pose, meaning, value))
+    design = hidden(task, pose, meaning) or designed(task, pose, meaning, known_solution())
+    return tamed(task, meaning, design, lambda value: below(task, pose, meaning, value))
 
 
 def tamed(
-    task: DisturbanceRequest, meaning: Meaning, done: Design, again: Callable[[float], Design]
+    task: DisturbanceRequest, meaning: Meaning, design: Design, redesign: Callable[[float], Design]
 ) -> Design:
     """Return the design with a note where its gains are absurd; others where its norm is zero.
 
     Parameters
     ----------
-    again : the gains with a norm of at most a value.
+    redesign : the gains with a norm of at most a value.
     """
     natural = guessed_regulator(task.plant, 1.0)
-    size = 0.0 if natural is None else _size_of(task, natural, done)
-    if natural is None or done.gain is None or not size > ABSURD:
-        return done
+    size = 0.0 if natural is None else _size_of(task, natural, design)
+    if natural is None or design.gain is None or not size > ABSURD_GAINS:
+        return design
     value = None if out_of_time() else _zero(task, meaning)
-    other = done if value is None else again(value)
-    if other.found and _size_of(task, natural, other) < size / FAR:
-        return _noted(other, f"a least norm of zero is approached alone; {ASK}")
-    return _noted(done, f"the gains are {size:.0e} times a regulator's; {ASK}")
+    alternative = design if value is None else redesign(value)
+    if alternative.found and _size_of(task, natural, alternative) < size / MILDER_FACTOR:
+        return _noted(alternative, f"a least norm of zero is approached alone; {ASK}")
+    return _noted(design, f"the gains are {size:.0e} times a regulator's; {ASK}")
 
 
 def _noted(design: Design, note: str) -> Design:
     return replace(design, answer=replace(design.answer, note=note))
 
 
-def _size_of(task: DisturbanceRequest, natural: Regulator, done: Design) -> float:
+def _size_of(task: DisturbanceRequest, natural: Regulator, design: Design) -> float:
     """Return the largest gain where those of a regulator are of order one."""
-    if done.gains is None:
+    if design.gains is None:
         return 0.0
     units = DisturbanceCoordinates.of(task.plant, natural.P, noise=task.noise)
-    return float(np.abs(units.scaled_gains(done.gains)).max())
+    return float(np.abs(units.scaled_gains(design.gains)).max())
 
 
 def designed(
-    task: DisturbanceRequest, pose: Pose, meaning: Meaning, known: Known | None = None
+    task: DisturbanceRequest,
+    pose: Pose,
+    meaning: Meaning,
+    known_solution: KnownSolution | None = None,
 ) -> Design:
     """Return the gains with the least objective, or why there are none.
 
     Parameters
     ----------
-    known : what needs no program, coordinates with the condition and its outcome in them; None
-        where there is no such answer.
+    known_solution : what needs no program, coordinates with the condition and its outcome in them;
+        None where there is no such answer.
 
     Posed where the cost of a regulator at the mean vertex is |x|^2, and counted from its gains: as
     a rule one solve there is all.  Where it does not lead to the least objective, plain
     compensation says whether there are gains at all; then posed where its function is |x|^2, and
     in the plant's own coordinates.
     """
-    if known is not None:
-        done = _design(task, _Solved(*known), meaning)
-        if done.found:
-            return done
+    if known_solution is not None:
+        design = _design(task, _Solved(*known_solution), meaning)
+        if design.found:
+            return design
     plain: Design | None = None
     tries: tuple[Try, ...] = ()
     for number, (P, feedback) in enumerate(_guesses(task)):
@@ -160,25 +154,27 @@ def designed(
             tries += plain.answer.tries
             if plain.P is None:
                 return _with_tries(plain, tries)
-            own = _in_own_size(task, pose, plain)
-            tries += own.outcome.tries if own is not None else ()
-            if own is not None and near_least(own.outcome):
-                done = _design(task, own, meaning)
-                if done.found:
-                    return _with_tries(done, tries)
+            own_solution = _in_own_size(task, pose, plain)
+            tries += own_solution.outcome.tries if own_solution is not None else ()
+            if own_solution is not None and near_least(own_solution.outcome):
+                design = _design(task, own_solution, meaning)
+                if design.found:
+                    return _with_tries(design, tries)
         if P is None:
             assert plain is not None and plain.P is not None  # just asked for
             P = plain.P
         if not is_definite(P):
             continue
-        found = _solved(task, *_in_coordinates(task, pose, P, feedback))
-        tries += found.outcome.tries
-        if near_least(found.outcome):
+        solution = _solved(task, *_in_coordinates(task, pose, P, feedback))
+        tries += solution.outcome.tries
+        if near_least(solution.outcome):
             return _with_tries(
-                _design(task, _confirmed(task, pose, meaning, found), meaning), tries
+                _design(task, _confirmed(task, pose, meaning, solution), meaning), tries
             )
     assert plain is not None
-    return _with_tries(_nearly_zero(task, pose, meaning) or _without(task, found, meaning), tries)
+    return _with_tries(
+        _nearly_zero(task, pose, meaning) or _without(task, solution, meaning), tries
+    )
 
 
 def _nearly_zero(task: DisturbanceRequest, pose: Pose, meaning: Meaning) -> Design | None:
@@ -188,9 +184,9 @@ def _nearly_zero(task: DisturbanceRequest, pose: Pose, meaning: Meaning) -> Desi
     weighs states and inputs alike would leave of the disturbance.
     """
     value = _zero(task, meaning)
-    done = None if value is None else below(task, pose, meaning, value)
+    design = None if value is None else below(task, pose, meaning, value)
     note = f"a least norm of zero is approached alone; {ASK}"
-    return _noted(done, note) if done is not None and done.found else None
+    return _noted(design, note) if design is not None and design.found else None
 
 
 def _zero(task: DisturbanceRequest, meaning: Meaning) -> float | None:
@@ -215,20 +211,22 @@ def hidden(task: DisturbanceRequest, pose: Pose, meaning: Meaning) -> Design | N
     # The LMIs of a peak need a rate.
     free = task.peak is not None and task.decay_rate == 0
     rates = [share * apart.rate for share in RATES] if free else [task.decay_rate]
-    held = replace(plant, A=plant.A - plant.B @ apart.gains, C=plant.C - plant.D12 @ apart.gains)
+    decoupled = replace(
+        plant, A=plant.A - plant.B @ apart.gains, C=plant.C - plant.D12 @ apart.gains
+    )
     natural = DisturbanceCoordinates.of(plant, apart.quadratic(1.0), noise=task.noise).output
     for share, rate in product(APART, rates):
-        posed = replace(task, plant=held, guess=None, decay_rate=rate)
+        posed = replace(task, plant=decoupled, guess=None, decay_rate=rate)
         units, _ = _in_coordinates(posed, pose, apart.quadratic(share), None)
-        shown = float(np.abs(held.C @ units.states).max())
-        units = replace(units, output=max(shown, share * natural))
+        output_size = float(np.abs(decoupled.C @ units.states).max())
+        units = replace(units, output=max(output_size, share * natural))
         for leaving in (np.eye(plant.B.shape[2]), apart.leaving):
             limit = meaning.gain(units, LOOSE)
-            found = _bounded(posed, pose, meaning, units, limit, leaving=leaving)
-            if found.outcome.status == "candidate":
-                done = _design(posed, found, meaning, before=apart.gains)
-                if done.found:
-                    return done
+            solution = _bounded(posed, pose, meaning, units, limit, leaving=leaving)
+            if solution.outcome.status == "candidate":
+                design = _design(posed, solution, meaning, earlier_gains=apart.gains)
+                if design.found:
+                    return design
     return None
 
 
@@ -250,15 +248,15 @@ def below(task: DisturbanceRequest, pose: Pose, meaning: Meaning, value: float) 
         if not is_definite(P):
             continue
         units, _ = _in_coordinates(task, pose, P, feedback)
-        found = _bounded(task, pose, meaning, units, value)
-        tries += found.outcome.tries
-        if found.outcome.status == "candidate":
-            done = _design(task, found, meaning)
-            if done.found:
-                return _with_tries(done, tries)
-        if found.outcome.status == "infeasible" or out_of_time():
+        solution = _bounded(task, pose, meaning, units, value)
+        tries += solution.outcome.tries
+        if solution.outcome.status == "candidate":
+            design = _design(task, solution, meaning)
+            if design.found:
+                return _with_tries(design, tries)
+        if solution.outcome.status == "infeasible" or out_of_time():
             break
-    return _with_tries(_without(task, found, meaning, value), tries)
+    return _with_tries(_without(task, solution, meaning, value), tries)
 
 
 def _bounded(
@@ -285,8 +283,8 @@ def _bounded(
     limited = objective_below(condition, limit)
     if leaving is not None:
         M = next(unknown for unknown in condition.unknowns if unknown.name == "M")
-        kept = (leaving * units.inputs) @ M == 0
-        limited = replace(limited, equalities=condition_of(kept, "gains").equalities)
+        hiding = (leaving * units.inputs) @ M == 0
+        limited = replace(limited, equalities=condition_of(hiding, "gains").equalities)
     outcome = decide(limited)
     if outcome.status == "candidate" and leaving is None:
         outcome = _mildest(limited, outcome)
@@ -294,23 +292,27 @@ def _bounded(
     return _Solved(units, condition if outcome.status == "candidate" else limited, outcome)
 
 
-def _mildest(condition: Condition, found: Outcome) -> Outcome:
+def _mildest(condition: Condition, outcome: Outcome) -> Outcome:
     """Return unknowns with about the least K_i Q K_i', the input where V is 1; else the same."""
-    Q, M = (next(one for one in condition.unknowns if one.name == name) for name in "QM")
+    Q, M = (
+        next(unknown for unknown in condition.unknowns if unknown.name == name) for name in "QM"
+    )
     S = Unknown("effort", M.rows, M.rows, symmetric=True)
     effort = pose_statements((block([[S, M], [M.T, Q]]) >> 0).named("effort"), minimise=trace(S))
-    more = replace(
+    with_effort = replace(
         condition,
         unknowns=(*condition.unknowns, S),
         lmis=(*condition.lmis, *effort.lmis),
         objective=effort.objective,
     )
-    mild = optimise(more, slack=PER_CENT, most=FEW)
+    mild = optimise(with_effort, slack=PER_CENT, most=FEW)
     values = mild.values if mild.status == "candidate" else {}
-    held = margin(condition, values) if values else -np.inf
-    if not holds(condition, held):
-        return replace(found, tries=(*found.tries, *mild.tries))
-    return replace(found, values=values, margin=held, tries=(*found.tries, *mild.tries))
+    checked_margin = margin(condition, values) if values else -np.inf
+    if not holds(condition, checked_margin):
+        return replace(outcome, tries=(*outcome.tries, *mild.tries))
+    return replace(
+        outcome, values=values, margin=checked_margin, tries=(*outcome.tries, *mild.tries)
+    )
 
 
 def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved | None:
@@ -323,40 +325,24 @@ def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved
     if task.limits is not None or task.peak is not None or task.energy is not None:
         return None
     assert plain.P is not None and plain.gains is not None  # asked for by the caller
-    P, feedback, shown = plain.P, task.mean_of(plain), 1.0
-    found, tries = None, tuple[Try, ...]()
+    P, feedback, output_scale = plain.P, task.mean_of(plain), 1.0
+    solution, tries = None, tuple[Try, ...]()
     for _ in range(SIZES):
         if not is_definite(P):
             break
         units, _ = _in_coordinates(task, pose, P, feedback)
-        units = replace(units, output=units.output * shown)
+        units = replace(units, output=units.output * output_scale)
         condition, slack = pose(task, units), task.tolerance
         outcome = optimise(condition, slack=slack, inside=slack, most=FEW)
         tries += outcome.tries
-        found = _Solved(units, condition, replace(outcome, tries=tries))
+        solution = _Solved(units, condition, replace(outcome, tries=tries))
         values = outcome.values or outcome.feasible
         sizes = np.linalg.eigvalsh(values["Q"][0]) if values else np.zeros(1)
         if near_least(outcome) or not sizes[0] > 0 or out_of_time():
             break
-        P, shown = units.quadratic(values["Q"][0]), shown / float(np.sqrt(sizes[-1]))
+        P, output_scale = units.quadratic(values["Q"][0]), output_scale / float(np.sqrt(sizes[-1]))
         feedback = units.gains(values["Q"][0], values["M"], len(task.plant.A)).mean(axis=0)
-    return found
-
-
-def _guesses(task: DisturbanceRequest) -> Iterator[tuple[Floats | None, Floats | None]]:
-    """Yield guesses of P and of the gains; None for the P of plain compensation."""
-    if task.guess is not None:
-        regulator = guessed_regulator(task.plant)
-        gains = None if regulator is None else regulator.gains
-        yield task.guess, gains if task.feedback is None else task.feedback
-    else:
-        for weight in WEIGHTS:
-            regulator = guessed_regulator(task.plant, weight)
-            if regulator is not None:
-                yield regulator.P, regulator.gains
-    yield None, None
-    if task.guess is None:
-        yield np.eye(task.plant.A.shape[1]), None
+    return solution
 
 
 def _in_coordinates(
@@ -387,52 +373,64 @@ def _solved(
     return _Solved(units, condition, optimise(condition, slack=slack, inside=slack))
 
 
-def _confirmed(task: DisturbanceRequest, pose: Pose, meaning: Meaning, found: _Solved) -> _Solved:
+def _confirmed(
+    task: DisturbanceRequest, pose: Pose, meaning: Meaning, solution: _Solved
+) -> _Solved:
     """Return the best of what is found where the last P is |x|^2, until two agree.
 
     In coordinates that do not suit it a solver may call solved what is a per cent above the least
     objective.  Where its multipliers do not decide, other coordinates do.
     """
-    size = sum(lmi.count * lmi.size**3 for lmi in found.condition.lmis)
-    for _ in range(0 if size > LARGE else ROUNDS):
-        objective = found.outcome.objective
-        if objective - found.outcome.least <= (task.tolerance + AGREED) * objective:
+    size = sum(lmi.count * lmi.size**3 for lmi in solution.condition.lmis)
+    for _ in range(0 if size > LARGEST_SECOND_LOOK else ROUNDS):
+        objective = solution.outcome.objective
+        if objective - solution.outcome.lower_bound <= (task.tolerance + AGREED) * objective:
             break
-        gain = meaning.gain(found.units, objective)
-        least = meaning.gain(found.units, objective / (1 + task.tolerance))
-        if not is_definite(found.P):
+        gain = meaning.gain(solution.units, objective)
+        gain_bound = meaning.gain(solution.units, objective / (1 + task.tolerance))
+        if not is_definite(solution.P):
             break
-        units, condition = _in_coordinates(task, pose, found.P, found.units.feedback)
-        claimed = least_objective(condition, held=0.0)
-        if not 0 < claimed or not meaning.gain(units, claimed) < (1 - AGREED) * least:
+        units, condition = _in_coordinates(task, pose, solution.P, solution.units.feedback)
+        claimed = least_objective(condition, required_margin=0.0)
+        if not 0 < claimed or not meaning.gain(units, claimed) < (1 - AGREED) * gain_bound:
             break
-        other = _solved(task, units, condition)
-        if not near_least(other.outcome):
+        second = _solved(task, units, condition)
+        if not near_least(second.outcome):
             break
-        if not meaning.gain(units, other.outcome.objective) < gain:
+        if not meaning.gain(units, second.outcome.objective) < gain:
             break
-        found = other
-    return found
+        solution = second
+    return solution
 
 
 def _design(
-    task: DisturbanceRequest, found: _Solved, meaning: Meaning, before: Floats | None = None
+    task: DisturbanceRequest,
+    solution: _Solved,
+    meaning: Meaning,
+    earlier_gains: Floats | None = None,
 ) -> Design:
-    """Return the design; its gains come on top of those ``before``, (r, m, n), in the plant."""
-    outcome, units = found.outcome, found.units
+    """Return the design; its gains are added to ``earlier_gains``, (r, m, n), in the plant."""
+    outcome, units = solution.outcome, solution.units
     gains = units.gains(outcome.values["Q"][0], outcome.values["M"], len(task.plant.A))
-    if before is None:
-        exact = without_rounding(gains, np.asarray(np.linalg.pinv(found.P), np.float64))
-        held = _held(found, exact)
-        gains, held = (exact, held) if held > SMALLEST_MARGIN else (gains, _held(found, gains))
+    if earlier_gains is None:
+        exact = without_rounding(gains, np.asarray(np.linalg.pinv(solution.P), np.float64))
+        checked_margin = _held(solution, exact)
+        gains, checked_margin = (
+            (exact, checked_margin)
+            if checked_margin > SMALLEST_MARGIN
+            else (gains, _held(solution, gains))
+        )
     else:
-        gains, held = before + gains, _held(found, before + gains - before)
-    good = held > SMALLEST_MARGIN
+        gains, checked_margin = (
+            earlier_gains + gains,
+            _held(solution, earlier_gains + gains - earlier_gains),
+        )
+    good = checked_margin > SMALLEST_MARGIN
     answer = replace(
-        outcome.as_answer(found.condition, None),
+        outcome.as_answer(solution.condition, None),
         status="candidate" if good else "unknown",
-        P=meaning.size(units) * found.P if good else None,
-        margin=held,
+        P=meaning.size(units) * solution.P if good else None,
+        margin=checked_margin,
         gain=meaning.gain(units, outcome.objective) if good else None,
         objective_unit=ObjectiveUnit.of("gain", lambda value: meaning.gain(units, value)),
         diagnosis="" if good else ROUNDED,
@@ -441,7 +439,7 @@ def _design(
         gains=gains if good else None,
         P=answer.P,
         decay_rate=task.decay_rate,
-        margin=held,
+        margin=checked_margin,
         relaxation=task.relaxation,
         answer=answer,
     )
@@ -452,35 +450,37 @@ def _with_tries(design: Design, tries: tuple[Try, ...]) -> Design:
     return replace(design, answer=replace(design.answer, tries=tries))
 
 
-def _held(found: _Solved, gains: Floats) -> float:
+def _held(solution: _Solved, gains: Floats) -> float:
     """Return the margin with M = K Q, K the rounded gains that are returned."""
-    Q, M = found.outcome.values["Q"], found.outcome.values["M"]
-    K = found.units.scaled_gains(gains[: len(M)])
-    return margin(found.condition, {**found.outcome.values, "M": K @ Q})
+    Q, M = solution.outcome.values["Q"], solution.outcome.values["M"]
+    K = solution.units.scaled_gains(gains[: len(M)])
+    return margin(solution.condition, {**solution.outcome.values, "M": K @ Q})
 
 
 def _without(
-    task: DisturbanceRequest, found: _Solved, meaning: Meaning, value: float | None = None
+    task: DisturbanceRequest, solution: _Solved, meaning: Meaning, value: float | None = None
 ) -> Design:
     """Return a no, or doubt, about the disturbed loop, where the plain one has gains."""
-    outcome = found.outcome
+    outcome = solution.outcome
     # Without limits a large enough gain is always shown; then the solver has met its own.
     no = outcome.status == "infeasible" and (task.limits is not None or value is not None)
-    asked = "" if value is None else f"a norm of at most {value:g}"
-    diagnosis = f"gains exist, but no solver {f'settled {asked}' if asked else NOT_NEAR}; {WHY}"
+    request = "" if value is None else f"a norm of at most {value:g}"
+    diagnosis = f"gains exist, but no solver {f'settled {request}' if request else NOT_NEAR}; {WHY}"
     if outcome.feasible:
-        both = (outcome.objective, outcome.least)
-        shown = (meaning.gain(found.units, max(one, 0.0)) for one in both)
-        diagnosis = f"gains exist, but {not_least(*shown)}; ask for norm_below; {WHY}"
+        objective_bounds = (outcome.objective, outcome.lower_bound)
+        gain_bounds = (
+            meaning.gain(solution.units, max(objective, 0.0)) for objective in objective_bounds
+        )
+        diagnosis = f"gains exist, but {not_least(*gain_bounds)}; ask for norm_below; {WHY}"
     if no:
-        names = [lmi.name for lmi in found.condition.lmis if lmi.strict]
+        names = [lmi.name for lmi in solution.condition.lmis if lmi.strict]
         names.remove("Q positive definite")
-        binding = binding_items(found.condition, outcome.multipliers, *names)
+        binding = binding_items(solution.condition, outcome.multipliers, *names)
         keep = "exist" if task.limits is None else "keep the limits"
-        with_it = f" has {asked}" if asked else " with it"
+        with_it = f" has {request}" if request else " with it"
         diagnosis = (
             f"gains {keep} without disturbance, but by {task.relaxation} none{with_it}: {binding}; "
-            f"{'ask for a larger norm' if asked else 'allow for less disturbance'}, widen the "
+            f"{'ask for a larger norm' if request else 'allow for less disturbance'}, widen the "
             "limits, or take a richer relaxation"
         )
     answer = Answer(
@@ -488,7 +488,7 @@ def _without(
         margin=min(outcome.margin, 0.0),
         bound=outcome.bound,
         multipliers=outcome.multipliers,
-        condition=found.condition,
+        condition=solution.condition,
         feasible={} if no else outcome.feasible,
         diagnosis=diagnosis,
         tries=outcome.tries,
@@ -496,16 +496,3 @@ def _without(
     return Design(
         decay_rate=task.decay_rate, margin=answer.margin, relaxation=task.relaxation, answer=answer
     )
-
-
-ASK = "smaller gains have a larger norm, which norm_below asks for"
-WHY = (
-    "the vertices or the output differ too much in size, or these rules can hardly be stabilised; "
-    "weigh every state and input a little in the output, allow a larger tolerance, or take a "
-    "richer relaxation"
-)
-NOT_NEAR = "came near the least objective"
-ROUNDED = (
-    "gains were found, but rounded as they are they do not withstand their check: they are too "
-    "large for it; allow a larger tolerance, or give a gain bound"
-)

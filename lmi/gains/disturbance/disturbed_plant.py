@@ -9,10 +9,9 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.argument_checks import sample_time_of, vertex_stack
+from takagi.lmi.argument_checks import check_stabilisable, sample_time_of, vertex_stack
 from takagi.lmi.condition.term import Array
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.stabilisability import check_stabilisable
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.premise import Premise
@@ -174,24 +173,28 @@ def _outputs(
 ) -> tuple[Floats, Floats, Floats]:
     r, n, m, q = sizes
     if performance is None:
-        given: list[ArrayLike | None] = [getattr(model, "C", None), getattr(model, "D", None), None]
+        output_matrices: list[ArrayLike | None] = [
+            getattr(model, "C", None),
+            getattr(model, "D", None),
+            None,
+        ]
         names = ("C", "D", "D11")
     else:
         if not isinstance(performance, (tuple, list)) or not 1 <= len(performance) <= 3:
             raise ModelError("performance must be (C1, D12, D11), or its first one or two")
-        given = [*performance, *[None] * (3 - len(performance))]
+        output_matrices = [*performance, *[None] * (3 - len(performance))]
         names = ("C1", "D12", "D11")
-    if given[0] is None or 0 in np.shape(given[0]):
+    if output_matrices[0] is None or 0 in np.shape(output_matrices[0]):
         raise ModelError(
             f"there is no output to keep small; {names[0]} is needed, (p, n) or one for each vertex"
         )
-    p = np.shape(given[0])[-2] if np.ndim(given[0]) > 1 else 0
+    p = np.shape(output_matrices[0])[-2] if np.ndim(output_matrices[0]) > 1 else 0
     shapes = ((r, p, n), (r, p, m), (r, p, q))
     C, D12, D11 = (
         np.zeros(shape)
         if value is None or (not np.size(value) and name == "D")
         else _stack(name, value, shape)
-        for name, value, shape in zip(names, given, shapes, strict=True)
+        for name, value, shape in zip(names, output_matrices, shapes, strict=True)
     )
     return C, D12, D11
 

@@ -37,8 +37,7 @@ from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number, rate_parameter
 from takagi.lmi.condition.term import Condition, positive
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
-from takagi.lmi.gains.disturbance.design import Meaning, asked_or_least
+from takagi.lmi.gains.disturbance.design import asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -46,7 +45,9 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     plant_of,
 )
 from takagi.lmi.gains.disturbance.request import (
+    DisturbanceCoordinates,
     DisturbanceRequest,
+    Meaning,
     disturbance_request,
     positive_number,
 )
@@ -62,9 +63,8 @@ from takagi.lmi.gains.disturbance.sums import (
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.errors import ModelError
 
 SOURCE = "Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001)"
@@ -112,11 +112,11 @@ def hinf_pdc_condition(
     level = limits is not None and limits.level
     gamma = Unknown("gamma2", 1, 1, latex=r"\gamma^2") if level else _gamma()
     slack, sums = pose(_loop(plant, Q, M, gamma, unit_energy=level))
-    more, decay = pose(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
+    limit_unknowns, decay = pose(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
     own_unknowns, restrictions = limit_lmis(Q, M, limits)
     return Condition(
         name=f"energy gain, {relaxation}",
-        unknowns=(Q, M, gamma, *slack, *more, *own_unknowns),
+        unknowns=(Q, M, gamma, *slack, *limit_unknowns, *own_unknowns),
         lmis=(positive(Q), *sums, *decay, *restrictions),
         objective={gamma.name: np.ones((1, 1, 1))},
         parameters=rate_parameter(alpha, plant.sample_time) if alpha > 0 else {},
@@ -221,7 +221,7 @@ def hinf_pdc(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001).
     """
-    given = GivenLimits(
+    limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
         initial_ball=initial_ball,
@@ -231,7 +231,7 @@ def hinf_pdc(
     )
     task = disturbance_request(
         model,
-        given,
+        limits,
         performance=performance,
         relaxation=relaxation,
         decay_rate=decay_rate,
@@ -272,8 +272,8 @@ def _unit_size(units: DisturbanceCoordinates) -> float:
     return 1.0
 
 
-def _energy(given: float | None, level: bool) -> float | None:
-    if given is None:
+def _energy(energy: float | None, level: bool) -> float | None:
+    if energy is None:
         if level:
             raise ModelError(
                 "limits were given, but not the disturbance for which they must hold; give "
@@ -285,4 +285,4 @@ def _energy(given: float | None, level: bool) -> float | None:
             "disturbance_energy was given, but no limit that must hold for it; give input_limit, "
             "state_box, initial_box or initial_ball, or leave it out"
         )
-    return positive_number("disturbance_energy", given)
+    return positive_number("disturbance_energy", energy)

@@ -15,7 +15,7 @@ the first block row as in ``lmi.gains.disturbance.sums``,
 and trace W_i < nu at every vertex, nu least.  sum_ij h_i h_j Theta_ij < 0 gives V' <= -|z|^2, or
 V(x+) - V(x) <= -|z|^2, without w for V = x' P x, and W_i > E_i' P E_i (+ D11_i' D11_i).  So the
 mean of |z|^2 is at most nu for white noise, as in
-``takagi.lmi.analysis.disturbance.output_variance``, which says what that means where the
+``takagi.lmi.analysis.disturbance.energy_and_variance``, which says what that means where the
 memberships vary.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 6.2.1 and 7.4, for one gain; Scherer
@@ -28,20 +28,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from takagi.lmi.analysis.disturbance.output_variance import infinite_variance
+from takagi.lmi.analysis.disturbance.energy_and_variance import infinite_variance
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, positive
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
-from takagi.lmi.gains.disturbance.design import Meaning, asked_or_least
+from takagi.lmi.gains.disturbance.design import asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
     Performance,
     plant_of,
 )
-from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request
+from takagi.lmi.gains.disturbance.request import (
+    DisturbanceCoordinates,
+    DisturbanceRequest,
+    Meaning,
+    disturbance_request,
+)
 from takagi.lmi.gains.disturbance.riccati_bound import regulated
 from takagi.lmi.gains.disturbance.sums import (
     WEIGHT,
@@ -54,9 +58,8 @@ from takagi.lmi.gains.disturbance.sums import (
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import KnownBlock
 from takagi.models.errors import ModelError
 
 SOURCE = (
@@ -111,11 +114,11 @@ def h2_pdc_condition(
     W = Unknown("W", q, q, symmetric=True, count=r)
     nu = Unknown("nu", 1, 1, latex=r"\nu")
     slack, sums = pose(_loop(plant, Q, M))
-    more, decay = pose(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
+    limit_unknowns, decay = pose(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
     own_unknowns, restrictions = limit_lmis(Q, M, limits)
     return Condition(
         name=f"output variance, {relaxation}",
-        unknowns=(Q, M, W, nu, *slack, *more, *own_unknowns),
+        unknowns=(Q, M, W, nu, *slack, *limit_unknowns, *own_unknowns),
         lmis=(positive(Q), *sums, _entering(plant, Q, W), _total(W, nu), *decay, *restrictions),
         objective={"nu": np.ones((1, 1, 1))},
         parameters=rate_parameter(alpha, plant.sample_time) if alpha > 0 else {},
@@ -127,19 +130,19 @@ def _loop(plant: DisturbedPlant, Q: Unknown, M: Unknown) -> DoubleSum:
     n, p = Q.rows, plant.C.shape[1]
     blocks = (n, p) if plant.sample_time is None else (n, n, p)
     last = len(blocks) - 1
-    one = KnownBlock(value=-np.eye(p)[None], at=(last, last), latex="-I")
+    eye = KnownBlock(value=-np.eye(p)[None], at=(last, last), latex="-I")
     return sum_of(
         plant,
         blocks,
         (*motion_parts(plant, Q, M, 1), *output_parts(plant, Q, M, (last, 0))),
-        (one,),
+        (eye,),
     )
 
 
 def _entering(plant: DisturbedPlant, Q: Unknown, W: Unknown) -> LMI:
     """Pose W_i > E_i' P E_i, or W_i > E_i' P E_i + D11_i' D11_i in discrete time."""
     r, n, q = plant.E.shape
-    one, noise = np.eye(n)[None], np.eye(q)[None]
+    eye, noise = np.eye(n)[None], np.eye(q)[None]
     p = plant.D11.shape[1]
     constants = [Constant(value=plant.E.transpose(0, 2, 1), at=(0, 1), latex=r"E_{i}^\top")]
     direct = plant.sample_time is not None and bool(plant.D11.any())
@@ -159,7 +162,7 @@ def _entering(plant: DisturbedPlant, Q: Unknown, W: Unknown) -> LMI:
                 members=np.arange(r),
                 symbol=rf"{W.symbol}_{{i}}",
             ),
-            Term(unknown=Q, left=one, right=one, at=(1, 1)),
+            Term(unknown=Q, left=eye, right=eye, at=(1, 1)),
         ),
         constants=tuple(constants),
         count=r,

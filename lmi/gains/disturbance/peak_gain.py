@@ -39,19 +39,7 @@ from takagi.lmi.answer import Design
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition, positive
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.disturbance.coordinates import (
-    DisturbanceCoordinates,
-    guessed_regulator,
-    is_definite,
-)
-from takagi.lmi.gains.disturbance.design import (
-    Meaning,
-    asked_or_least,
-    below,
-    designed,
-    hidden,
-    tamed,
-)
+from takagi.lmi.gains.disturbance.design import asked_or_least, below, designed, hidden, tamed
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -59,8 +47,12 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     plant_of,
 )
 from takagi.lmi.gains.disturbance.request import (
+    DisturbanceCoordinates,
     DisturbanceRequest,
+    Meaning,
     disturbance_request,
+    guessed_regulator,
+    is_definite,
     positive_number,
 )
 from takagi.lmi.gains.disturbance.sums import (
@@ -74,11 +66,10 @@ from takagi.lmi.gains.disturbance.sums import (
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
-from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
+from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited, out_of_time
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.arrays import Floats
 
 SOURCE = (
@@ -129,11 +120,11 @@ def peak_pdc_condition(
     M = gain_unknown(r, m, n, relaxation)
     kappa = Unknown("kappa", 1, 1, latex=r"\kappa")
     slack, invariant = pose(_loop(plant, Q, M, rate))
-    more, output = pose(_output(plant, Q, M, kappa))
+    limit_unknowns, output = pose(_output(plant, Q, M, kappa))
     own_unknowns, restrictions = limit_lmis(Q, M, limits)
     return Condition(
         name=f"peak-to-peak gain, {relaxation}",
-        unknowns=(Q, M, kappa, *slack, *more, *own_unknowns),
+        unknowns=(Q, M, kappa, *slack, *limit_unknowns, *own_unknowns),
         lmis=(positive(Q), *invariant, *output, *restrictions),
         objective={"kappa": np.ones((1, 1, 1))},
         source=source_of(plant, SOURCE),
@@ -173,14 +164,19 @@ def _output(plant: DisturbedPlant, Q: Unknown, M: Unknown, kappa: Unknown) -> Do
 AROUND = 10.0
 # Rates around that of plain compensation, and how many.
 SLOWER, FASTER, SLOW = 20.0, 5.0, 9
-# Looks in states of another size, where Q is so large or the LMIs are missed by so little.
-LOOKS, FAR, SMALL, MISSED, HAIR = 5, 100.0, 0.05, -0.05, 1e-5
+# A rate is tried in states of up to this many sizes.
+RESIZED_LOOKS = 5
+# States of another size are tried while all eigenvalues of Q are above the first number, and the
+# largest is above the second or the LMIs are nearly met.
+SMALL_Q, LARGE_Q = 0.05, 100.0
+# A smaller margin is far from feasible; a negative one of this size is rounding.
+FAR_FROM_FEASIBLE, ROUNDING_MARGIN = -0.05, 1e-5
 # Number of tried rates for which gains are designed, the best first, until there are gains.
-AGAIN = 4
+RATES_DESIGNED = 4
 # So many in a decade.
 COARSE, FINE = 2, 12
 # Steps of the golden section stop here, relative to the rate; the gain is flat at its least.
-NEAR = 1e-2
+RATE_TOLERANCE = 1e-2
 
 
 @limited
@@ -244,7 +240,7 @@ def peak_pdc(
     Feron, Balakrishnan (1994), sections 6.1.3 and 7.3; Tanaka and Wang (2001).
     """
     rate = None if decay_rate is None else positive_rate(decay_rate)
-    given = GivenLimits(
+    limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
         initial_ball=initial_ball,
@@ -254,7 +250,7 @@ def peak_pdc(
     )
     task = disturbance_request(
         model,
-        given,
+        limits,
         performance=performance,
         relaxation=relaxation,
         decay_rate=rate or 0.0,
@@ -275,16 +271,18 @@ def peak_pdc(
         return _below(search, meaning, positive_number("norm_below", norm_below), direct)
     if search.best() is None:
         return _without_rate(task, search.rates(FINE))
-    done = _least(search, meaning)
-    return tamed(task, meaning, done, lambda value: _below(search, meaning, value, direct))
+    design = _least(search, meaning)
+    return tamed(task, meaning, design, lambda value: _below(search, meaning, value, direct))
 
 
 def _least(search: _Search, meaning: Meaning) -> Design:
     """Return gains with the least peak of the rates that were looked at."""
     tried: list[Design] = []
     # Gains with the least bound of all may be too large to be told: then others are near it.
-    for look in sorted(search.seen, key=lambda look: look.gain)[:AGAIN]:
-        tried.append(designed(search.task_at(look), _condition, meaning))
+    for rate_result in sorted(search.seen, key=lambda rate_result: rate_result.gain)[
+        :RATES_DESIGNED
+    ]:
+        tried.append(designed(search.task_at(rate_result), _condition, meaning))
         if tried[-1].found or out_of_time():
             return tried[-1]
     return tried[0]
@@ -294,13 +292,15 @@ def _below(search: _Search, meaning: Meaning, value: float, direct: float) -> De
     """Return gains with at most this peak, at the rate whose least one is nearest to it."""
     if not search.seen:
         search.best()
-    looks = sorted(search.seen, key=lambda look: look.gain)
-    near = [look for look in looks if look.gain + direct <= value][::-1] or looks[:1]
-    for look in near[:AGAIN]:
-        done = below(search.task_at(look), _condition, meaning, value)
-        if done.found or out_of_time():
-            return done
-    return done if near else _without_rate(search.task, search.rates(FINE))
+    by_gain = sorted(search.seen, key=lambda rate_result: rate_result.gain)
+    candidates = [rate_result for rate_result in by_gain if rate_result.gain + direct <= value][
+        ::-1
+    ] or by_gain[:1]
+    for rate_result in candidates[:RATES_DESIGNED]:
+        design = below(search.task_at(rate_result), _condition, meaning, value)
+        if design.found or out_of_time():
+            return design
+    return design if candidates else _without_rate(search.task, search.rates(FINE))
 
 
 class _Look(NamedTuple):
@@ -340,25 +340,25 @@ class _Search:
             else:
                 self.P, self.growth, self.feedback, self.near = self.begun, 1.0, None, None
                 rates = self.rates(FINE if tried else COARSE)
-            found = least_over_rate(self.value, rates, tolerance=NEAR) if rates else None
-            if found is not None:
-                self.value(found)
-                return found
+            rate = least_over_rate(self.value, rates, tolerance=RATE_TOLERANCE) if rates else None
+            if rate is not None:
+                self.value(rate)
+                return rate
         return None
 
-    def task_at(self, look: _Look) -> DisturbanceRequest:
+    def task_at(self, rate_result: _Look) -> DisturbanceRequest:
         """Return the task at a look's rate, from there."""
         return replace(
             self.task,
-            decay_rate=look.rate,
-            guess=look.P,
-            growth=look.growth,
+            decay_rate=rate_result.rate,
+            guess=rate_result.P,
+            growth=rate_result.growth,
             feedback=self.feedback,
         )
 
     def _go_to_best(self) -> None:
         """Go where the least gain so far was found: from elsewhere a rate may show far more."""
-        best = min(self.seen, key=lambda look: look.gain)
+        best = min(self.seen, key=lambda rate_result: rate_result.gain)
         self.P, self.growth = best.P, best.growth
         self.near = None if self.near is None else best.rate
 
@@ -375,7 +375,9 @@ class _Search:
         )
         step = self.task.plant.sample_time
         self.growth, self.near = max(1.0, units.rate / (2.0 * rate * (step or 1.0))), rate
-        return [float(one) for one in np.geomspace(rate / SLOWER, rate * FASTER, SLOW)]
+        return [
+            float(rate_value) for rate_value in np.geomspace(rate / SLOWER, rate * FASTER, SLOW)
+        ]
 
     def value(self, rate: float) -> float:
         """Return about the least gain at a rate, and go where its P is |x|^2.
@@ -385,17 +387,17 @@ class _Search:
         """
         if self.seen:
             self._go_to_best()
-        found = self._looked(rate, self.P, self.growth)
-        if not np.isfinite(found) and self.near is None and self.P is not self.begun:
+        gain = self._looked(rate, self.P, self.growth)
+        if not np.isfinite(gain) and self.near is None and self.P is not self.begun:
             # What another rate left may be so ill-conditioned that nothing is found from it.
-            found = self._looked(rate, self.begun, 1.0)
-        return found
+            gain = self._looked(rate, self.begun, 1.0)
+        return gain
 
     def _looked(self, rate: float, P: Floats, growth: float) -> float:
         """Return about the least gain at a rate, looked for where this P is |x|^2."""
         task = replace(self.task, decay_rate=rate)
         growth = growth if self.near is None else growth * float(np.sqrt(self.near / rate))
-        for _ in range(LOOKS):
+        for _ in range(RESIZED_LOOKS):
             units = DisturbanceCoordinates.of(
                 task.plant,
                 P,
@@ -405,25 +407,25 @@ class _Search:
                 growth=growth,
             )
             condition = _condition(task, units)
-            found = unknowns_near_least(condition)
-            if not found:
+            unknowns = unknowns_near_least(condition)
+            if not unknowns:
                 return np.inf
-            values = np.linalg.eigvalsh(found["Q"][0])
-            held = margin(condition, found)
+            values = np.linalg.eigvalsh(unknowns["Q"][0])
+            checked_margin = margin(condition, unknowns)
             # Nothing is claimed here, so a slight violation of the LMIs is accepted in the search.
-            if held > (0.0 if self.near is None else -HAIR):
-                closer = units.quadratic(found["Q"][0])
+            if checked_margin > (0.0 if self.near is None else -ROUNDING_MARGIN):
+                closer = units.quadratic(unknowns["Q"][0])
                 if is_definite(closer):
                     self.P, self.growth = closer, growth
                 self.near = None if self.near is None else rate
-                gain = float(np.sqrt(found["kappa"][0, 0, 0])) * units.output
+                gain = float(np.sqrt(unknowns["kappa"][0, 0, 0])) * units.output
                 self.seen.append(_Look(gain, rate, self.P, self.growth))
                 return gain
-            if task.limits is not None or not SMALL < values[0]:
+            if task.limits is not None or not SMALL_Q < values[0]:
                 break
-            if held < MISSED and values[-1] < FAR:
+            if checked_margin < FAR_FROM_FEASIBLE and values[-1] < LARGE_Q:
                 break
-            P, growth = units.quadratic(found["Q"][0]), growth * float(np.sqrt(values[-1]))
+            P, growth = units.quadratic(unknowns["Q"][0]), growth * float(np.sqrt(values[-1]))
             if not is_definite(P):
                 break
         return np.inf

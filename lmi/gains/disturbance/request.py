@@ -1,15 +1,28 @@
-"""The request for a design against disturbances, checked on entry."""
+"""What is asked of gains against disturbances, in coordinates of order one.
+
+Coordinates for a design against disturbances, in which a guess of its cost is about |x|^2.
+
+Balanced vertices alone leave the Lyapunov function of a good design ill-conditioned, by 1e9 for a
+turbo-generator of ten states; in coordinates where a regulator's cost is |x|^2 it is near I.  The
+input is counted from that regulator, u = uhat - K0 x: then the loop is of order one too, where
+A Q - B M is a small difference of large numbers.  With M = (K - K0) Q the LMIs are the same, entry
+by entry, so nothing is changed by it but the rounding.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number
+from takagi.lmi.condition.term import Array
+from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.gains.decay.pdc import pdc
-from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -19,8 +32,223 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 )
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
+
+# Share of the largest weight that a state or an input has where the output does not show it, and
+# how far the states' units may lie apart when it is added.  The second is for outputs that leave
+# much free.
+WEIGHTS = (1e-6, 1e-10)
+SPREADS = (2.0**10, 1.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class DisturbanceCoordinates:
+    """x = states xhat, u = inputs uhat - feedback x, w = disturbance what, z = output zhat.
+
+    Attributes
+    ----------
+    states : (n, n), diagonal where limits are to be posed in them.
+    inputs : (m,).
+    feedback : K0, (m, n), zero where limits are posed on the input.
+    rate : time is counted in 1 / rate, in 1/s; 1 in discrete time, which counts samples.
+    """
+
+    states: Floats
+    inputs: Floats
+    feedback: Floats
+    rate: float
+    disturbance: float
+    output: float
+
+    @classmethod
+    def of(
+        cls,
+        plant: DisturbedPlant,
+        P: Floats,
+        *,
+        feedback: Floats | None = None,
+        limits: Limits | None = None,
+        peak: float | None = None,
+        energy: float | None = None,
+        noise: bool = False,
+        growth: float = 1.0,
+    ) -> DisturbanceCoordinates:
+        """Return coordinates where x' P x is |xhat|^2 and the loop's numbers are of order one.
+
+        Parameters
+        ----------
+        P : (n, n), a guess of the Lyapunov function, but for its size.
+        feedback : (m, n), a guess of the gains, from which the input is counted; None, as with
+            limits, counts it from zero.
+        limits : where there are some, the states are only scaled, by powers of two.
+        peak, energy : of w, to be 1 in these coordinates; None where its unit is free.
+        growth : how much farther the states get under the disturbance than those of a loop that
+            decays as fast as it moves; for peak and energy.
+        noise : w is white noise, whose effect in one sample is the root of that share of time.
+        """
+        step = plant.sample_time
+        K0 = np.zeros((plant.B.shape[2], plant.B.shape[1]))
+        if feedback is not None and limits is None:
+            K0, plant = feedback, plant.fed_back(feedback)
+        T = _states(P, diagonal=limits is not None)
+        speed = vertex_weight(np.linalg.solve(T, motion(plant.A, step) @ T)) / 2
+        entering = _size(np.linalg.solve(T, plant.E))
+        # In a sample V changes by a share, of the size of speed, of what it is.
+        share = 1.0 if step is None else speed
+        if peak is not None or energy is not None:
+            disturbance = peak or ((energy or 1.0) * speed / share) ** 0.5
+            pushed = speed if peak is not None or step is None else share**0.5
+            if entering:
+                # The ellipsoid that such disturbances reach is about the unit ball.
+                T = T * _power(growth * entering * disturbance / pushed)
+        elif entering:
+            disturbance = (speed if step is None else 1.0 if noise else share**0.5) / entering
+        else:
+            disturbance = 1.0
+        showing = _size(plant.C @ T)
+        output = showing or _size(plant.D12) or _size(plant.D11)
+        output = output if peak is not None else output / share**0.5
+        if limits is not None and limits.inputs is not None:
+            inputs = nearest_power(limits.inputs)
+        else:
+            inputs = _inputs(plant, T, speed, showing)
+        return cls(
+            states=T,
+            inputs=inputs,
+            feedback=K0,
+            rate=speed if step is None else 1.0,
+            disturbance=disturbance,
+            output=output,
+        )
+
+    @property
+    def scales(self) -> Floats:
+        """Return the diagonal of the states' unit, (n,)."""
+        return np.diag(self.states)
+
+    def gains(self, Q: Floats, M: Floats, rules: int) -> Floats:
+        """Return K_i = K0 + M_i Q^-1 in the model's units, (r, m, n)."""
+        K = np.linalg.solve(Q, M.transpose(0, 2, 1)).transpose(0, 2, 1)
+        K = self.inputs[:, None] * np.linalg.solve(self.states.T, K.transpose(0, 2, 1)).transpose(
+            0, 2, 1
+        )
+        K = self.feedback + K
+        return np.broadcast_to(K, (rules, *K.shape[1:])).copy()
+
+    def scaled_plant(self, plant: DisturbedPlant) -> DisturbedPlant:
+        """Return the plant in these coordinates."""
+        if self.feedback.any():
+            plain = replace(self, feedback=np.zeros_like(self.feedback))
+            return plain.scaled_plant(plant.fed_back(self.feedback))
+        return plant.in_units(
+            self.states,
+            self.inputs,
+            rate=self.rate,
+            disturbance=self.disturbance,
+            output=self.output,
+        )
+
+    def scaled_gains(self, K: Floats) -> Floats:
+        """Return the gains (r, m, n) of the model in these coordinates: M_i = scaled_gains Q."""
+        return np.asarray((K - self.feedback) @ self.states / self.inputs[:, None])
+
+    def quadratic(self, Q: Floats) -> Floats:
+        """Return P of x' P x = xhat' Q^-1 xhat, in the model's states."""
+        back = np.linalg.inv(self.states)
+        P = back.T @ np.linalg.solve(Q, back)
+        return np.asarray((P + P.T) / 2)
+
+
+class Regulator(NamedTuple):
+    """x' P x, the cost of the linear-quadratic regulator at the mean vertex; its gains and poles.
+
+    Attributes
+    ----------
+    gains : (m, n) of u = -K x.
+    """
+
+    P: Floats
+    gains: Floats
+    poles: Complex
+
+
+def guessed_regulator(plant: DisturbedPlant, least_weight: float = WEIGHTS[0]) -> Regulator | None:
+    """Return the regulator of the integral, or sum, of |z|^2; None if none exists.
+
+    Every state and input is weighed a little, so that P is positive definite.  In which units the
+    states are weighed alike is a guess: balanced ones, and the plant's own.  What is taken is that
+    which costs the disturbance least, tr E' P E, so the weights that are added least.
+    """
+    candidates = [_regulator(plant, spread, least_weight) for spread in SPREADS]
+    regulators = [regulator for regulator in candidates if regulator is not None]
+    E = plant.E.mean(axis=0)
+    return min(regulators, key=lambda regulator: float(np.sum(E * (regulator.P @ E))), default=None)
+
+
+def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Regulator | None:
+    from scipy.linalg import solve_continuous_are, solve_discrete_are
+
+    s = state_units(plant.A, None, step=plant.sample_time)
+    middle = np.exp2(np.round(np.log2(s).mean()))
+    # A spread of 1 keeps the plant's own units.
+    s = np.clip(s / middle, 1 / spread, spread)
+    A, B = plant.A.mean(axis=0) * s / s[:, None], plant.B.mean(axis=0) / s[:, None]
+    C, D = plant.C.mean(axis=0) * s, plant.D12.mean(axis=0)
+    tau = 1.0 / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
+    # With columns of B of length one the weight that is added below charges all inputs alike.
+    B, D = B * tau, D * tau
+    weight, spent, cross = C.T @ C, D.T @ D, C.T @ D
+    weight = weight + least_weight * (np.abs(weight).max() or 1.0) * np.eye(len(A))
+    spent = spent + least_weight * (np.abs(spent).max() or 1.0) * np.eye(B.shape[1])
+    discrete = plant.sample_time is not None
+    solve = solve_discrete_are if discrete else solve_continuous_are
+    try:
+        P = np.asarray(solve(A, B, weight, spent, s=cross))
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    P = (P + P.T) / 2
+    # Rounding may leave P indefinite in one of the two units although it is definite in the other.
+    if not is_definite(P) or not is_definite(P / s / s[:, None]):
+        return None
+    if discrete:
+        K = np.linalg.solve(spent + B.T @ P @ B, B.T @ P @ A + cross.T)
+    else:
+        K = np.linalg.solve(spent, B.T @ P + cross.T)
+    poles = np.linalg.eigvals(A - B @ K)
+    return Regulator(P / s / s[:, None], tau[:, None] * K / s, poles)
+
+
+def is_definite(P: Floats) -> bool:
+    """Return whether P can be |x|^2 in other states: positive definite, to rounding."""
+    if not np.isfinite(P).all():
+        return False
+    try:
+        np.linalg.cholesky(P)
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _states(P: Floats, *, diagonal: bool) -> Floats:
+    if diagonal:
+        return np.diag(nearest_power(np.diag(P) ** -0.5))
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(P)).T)
+
+
+def _inputs(plant: DisturbedPlant, T: Floats, speed: float, showing: float) -> Floats:
+    """Return (m,): an input of 1 moves the states, or shows, about as much as a state of 1 does."""
+    pushed = np.linalg.norm(np.linalg.solve(T, plant.B), axis=1).max(axis=0) / speed
+    shown_size = np.linalg.norm(plant.D12, axis=1).max(axis=0) / (showing or 1.0)
+    return np.asarray(1.0 / np.maximum(pushed, shown_size))
+
+
+def _power(value: float) -> float:
+    return float(nearest_power(np.array([value]))[0])
+
+
+def _size(matrices: Array) -> float:
+    return float(np.linalg.norm(matrices, 2, axis=(1, 2)).max())
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -64,17 +292,17 @@ class DisturbanceRequest:
 
     def plain(self) -> Design:
         """Return gains without regard to the disturbance, by ``pdc``."""
-        reaching, given = self.plant.reaching, self.given
+        reaching, limits = self.plant.reaching, self.given
         return pdc(
             reaching,
             decay_rate=self.decay_rate,
             relaxation=self.relaxation,
             # Merged inputs are not those that the limit is about.
-            input_limit=given.input_limit if reaching is self.plant else None,
-            initial_box=given.initial_box,
-            initial_ball=given.initial_ball,
-            state_box=given.state_box,
-            gain_bound=given.gain_bound,
+            input_limit=limits.input_limit if reaching is self.plant else None,
+            initial_box=limits.initial_box,
+            initial_ball=limits.initial_ball,
+            state_box=limits.state_box,
+            gain_bound=limits.gain_bound,
         )
 
     def mean_of(self, plain: Design) -> Floats | None:
@@ -86,7 +314,7 @@ class DisturbanceRequest:
 
 def disturbance_request(
     model: Disturbed,
-    given: GivenLimits,
+    limits_given: GivenLimits,
     *,
     performance: Performance | None,
     relaxation: str,
@@ -102,8 +330,8 @@ def disturbance_request(
         below 1e-7, which no solver keeps.
     """
     relaxation_named(relaxation)
-    plant = plant_of(model, performance, given.sample_time)
-    limits = given.limits(*plant.B.shape[1:])
+    plant = plant_of(model, performance, limits_given.sample_time)
+    limits = limits_given.limits(*plant.B.shape[1:])
     check_reachable(plant, getattr(model, "states", ()))
     return DisturbanceRequest(
         plant=plant,
@@ -111,7 +339,7 @@ def disturbance_request(
         decay_rate=float(number("decay_rate", decay_rate, at_least=0.0)),
         limits=limits if limits.level or limits.gain is not None else None,
         tolerance=float(number("tolerance", tolerance, at_least=1e-7)),
-        given=given,
+        given=limits_given,
     )
 
 
@@ -122,7 +350,60 @@ def positive_number(name: str, value: float) -> float:
     ------
     ModelError : it is not one.
     """
-    found = float(number(name, value))
-    if found <= 0:
-        raise ModelError(f"{name} is {found:g}; it must be positive")
-    return found
+    number_read = float(number(name, value))
+    if number_read <= 0:
+        raise ModelError(f"{name} is {number_read:g}; it must be positive")
+    return number_read
+
+
+# Shares of the rate of the loop at the mean vertex, at which a peak is bounded.
+RATES = (0.5, 0.1, 0.02)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Meaning:
+    """What an objective means in the model's units.
+
+    Attributes
+    ----------
+    gain : the bound, from the coordinates and the objective.
+    size : what x' Q^-1 x is multiplied by, from the coordinates.
+    """
+
+    gain: Callable[[DisturbanceCoordinates, float], float]
+    size: Callable[[DisturbanceCoordinates], float]
+
+
+def _guesses(task: DisturbanceRequest) -> Iterator[tuple[Floats | None, Floats | None]]:
+    """Yield guesses of P and of the gains; None for the P of plain compensation."""
+    if task.guess is not None:
+        regulator = guessed_regulator(task.plant)
+        gains = None if regulator is None else regulator.gains
+        yield task.guess, gains if task.feedback is None else task.feedback
+    else:
+        for weight in WEIGHTS:
+            regulator = guessed_regulator(task.plant, weight)
+            if regulator is not None:
+                yield regulator.P, regulator.gains
+    yield None, None
+    if task.guess is None:
+        yield np.eye(task.plant.A.shape[1]), None
+
+
+ASK = "smaller gains have a larger norm, which norm_below asks for"
+
+
+WHY = (
+    "the vertices or the output differ too much in size, or these rules can hardly be stabilised; "
+    "weigh every state and input a little in the output, allow a larger tolerance, or take a "
+    "richer relaxation"
+)
+
+
+NOT_NEAR = "came near the least objective"
+
+
+ROUNDED = (
+    "gains were found, but rounded as they are they do not withstand their check: they are too "
+    "large for it; allow a larger tolerance, or give a gain bound"
+)

@@ -41,18 +41,24 @@ from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.cone.duality import least_objective_bound
-from takagi.lmi.cone.program import ConeProgram, Raw, cone_program
+from takagi.lmi.cone.cone_program import (
+    Assembled,
+    ConeProgram,
+    Raw,
+    assemble,
+    cone_program,
+    least_objective_bound,
+    pack,
+)
 from takagi.lmi.decision.outcome import Outcome, promised
-from takagi.lmi.gains.disturbance.coordinates import (
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
+from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
+    DisturbanceRequest,
     guessed_regulator,
     is_definite,
 )
-from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
-from takagi.lmi.gains.disturbance.request import DisturbanceRequest
 from takagi.lmi.solver.solve import attempts, rescaled
 from takagi.models.arrays import Floats
 
@@ -78,8 +84,8 @@ def least_variance(plant: DisturbedPlant, enough: float) -> float:
         )
         size = float(np.linalg.norm(C, 2)) or 1.0
         pushed = np.linalg.norm(B, axis=0) / (np.linalg.norm(A, 2) or 1.0)
-        shown = np.linalg.norm(plant.D12[0], axis=0) / size
-        tau = 1.0 / np.maximum(pushed, shown) if s is balanced else np.ones(m)
+        output_sizes = np.linalg.norm(plant.D12[0], axis=0) / size
+        tau = 1.0 / np.maximum(pushed, output_sizes) if s is balanced else np.ones(m)
         condition = _gramian_condition(A, B * tau, E, C / size, plant.D12[0] * tau / size)
         data = assemble(condition)
         program = cone_program(data, data.objective, (), margin=0.0)
@@ -94,43 +100,43 @@ def _answers(program: ConeProgram) -> Iterator[Raw]:
     """Yield one solver's answer after another, the first also in units of its own solution."""
     for number, raw in enumerate(islice(attempts(program), SOLVERS)):
         yield raw
-        again: Raw | None = raw
+        next_raw: Raw | None = raw
         for _ in range(RESCALED if number == 0 else 0):
-            again = None if again is None else rescaled(program, again)
-            if again is not None:
-                yield again
+            next_raw = None if next_raw is None else rescaled(program, next_raw)
+            if next_raw is not None:
+                yield next_raw
 
 
 def _gramian_condition(A: Floats, B: Floats, E: Floats, C: Floats, D: Floats) -> Condition:
     n, m, p = len(A), B.shape[1], len(C)
-    one, output = np.eye(n)[None], np.eye(p)[None]
+    eye, output = np.eye(n)[None], np.eye(p)[None]
     X, L = Unknown("X", n, n, symmetric=True), Unknown("L", m, n)
     V = Unknown("V", p, p, symmetric=True)
     loop = LMI(
         name="Gramian",
         blocks=(n,),
         terms=(
-            Term(unknown=X, left=-A[None], right=one, plus_transpose=True),
-            Term(unknown=L, left=B[None], right=one, plus_transpose=True),
+            Term(unknown=X, left=-A[None], right=eye, plus_transpose=True),
+            Term(unknown=L, left=B[None], right=eye, plus_transpose=True),
         ),
         constants=(Constant(value=-(E @ E.T)[None]),),
         strict=False,
     )
-    shown = LMI(
+    output_lmi = LMI(
         name="output",
         blocks=(p, n),
         terms=(
             Term(unknown=V, left=output, right=output),
-            Term(unknown=X, left=C[None], right=one, at=(0, 1)),
-            Term(unknown=L, left=-D[None], right=one, at=(0, 1)),
-            Term(unknown=X, left=one, right=one, at=(1, 1)),
+            Term(unknown=X, left=C[None], right=eye, at=(0, 1)),
+            Term(unknown=L, left=-D[None], right=eye, at=(0, 1)),
+            Term(unknown=X, left=eye, right=eye, at=(1, 1)),
         ),
         strict=False,
     )
     return Condition(
         name="controllability Gramian",
         unknowns=(X, L, V),
-        lmis=(loop, shown),
+        lmis=(loop, output_lmi),
         objective={"V": output},
     )
 
@@ -161,27 +167,29 @@ def regulated(
         return None
     natural = guessed_regulator(plant, ALL)
     size = 0.0 if natural is None else _entering(plant, natural.P)
-    least = -np.inf
-    seen: list[_Found] = []
+    lower_bound = -np.inf
+    results: list[_Found] = []
     for weight in LADDER:
-        found = _at(task, pose, weight)
-        if found is None:
+        attempt = _at(task, pose, weight)
+        if attempt is None:
             continue
-        seen.append(found)
-        least = max(least, found.least)
-        for one in seen:
-            zero = one.holds and one.objective <= NOTHING * size
-            if zero or one.near(least, task.tolerance):
-                return one.settled(max(least, 0.0))
-    held = [one.objective for one in seen if one.holds]
-    if not held:
+        results.append(attempt)
+        lower_bound = max(lower_bound, attempt.least)
+        for candidate in results:
+            zero = candidate.holds and candidate.objective <= NOTHING * size
+            if zero or candidate.near(lower_bound, task.tolerance):
+                return candidate.settled(max(lower_bound, 0.0))
+    objectives = [candidate.objective for candidate in results if candidate.holds]
+    if not objectives:
         return None
-    least = max(least, least_variance(plant, min(held) / (1 + task.tolerance / 2)))
+    lower_bound = max(
+        lower_bound, least_variance(plant, min(objectives) / (1 + task.tolerance / 2))
+    )
     # The objective is the square of what a thousandth is promised of.
     for tolerance in (task.tolerance, 2 * promised(task.tolerance / 2)):
-        for one in seen:
-            if one.near(least, tolerance):
-                return one.settled(max(least, 0.0))
+        for candidate in results:
+            if candidate.near(lower_bound, tolerance):
+                return candidate.settled(max(lower_bound, 0.0))
     return None
 
 
@@ -205,19 +213,19 @@ class _Found:
 
     @property
     def least(self) -> float:
-        return self.outcome.least * self.unit
+        return self.outcome.lower_bound * self.unit
 
     @property
     def holds(self) -> bool:
         return holds(self.condition, self.outcome.margin)
 
-    def near(self, least: float, tolerance: float) -> bool:
-        return self.holds and self.objective - least <= tolerance * abs(least)
+    def near(self, lower_bound: float, tolerance: float) -> bool:
+        return self.holds and self.objective - lower_bound <= tolerance * abs(lower_bound)
 
-    def settled(self, least: float) -> tuple[DisturbanceCoordinates, Condition, Outcome]:
-        done = Try("regulator", "solved", self.outcome.margin, 0, self.seconds)
-        outcome = replace(self.outcome, status="candidate", settled=True, tries=(done,))
-        return self.units, self.condition, replace(outcome, least=least / self.unit)
+    def settled(self, lower_bound: float) -> tuple[DisturbanceCoordinates, Condition, Outcome]:
+        attempt = Try("regulator", "solved", self.outcome.margin, 0, self.seconds)
+        outcome = replace(self.outcome, status="candidate", settled=True, tries=(attempt,))
+        return self.units, self.condition, replace(outcome, lower_bound=lower_bound / self.unit)
 
 
 def _at(task: DisturbanceRequest, pose: Pose, weight: float) -> _Found | None:
@@ -230,8 +238,8 @@ def _at(task: DisturbanceRequest, pose: Pose, weight: float) -> _Found | None:
     A, C = loop.A[0], loop.C[0]
     if np.linalg.eigvals(A).real.max() >= 0:
         return None
-    P, more = _gramian(A.T, C.T @ C), _gramian(A.T, regulator.P)
-    P_room = _with_room(loop, P, more, task.tolerance)
+    P, extra = _gramian(A.T, C.T @ C), _gramian(A.T, regulator.P)
+    P_room = _with_room(loop, P, extra, task.tolerance)
     if P_room is None:
         return None
     units = DisturbanceCoordinates.of(task.plant, P_room, feedback=regulator.gains, noise=True)
@@ -252,7 +260,7 @@ def _at(task: DisturbanceRequest, pose: Pose, weight: float) -> _Found | None:
         data.multipliers(z),
         (),
         objective=float(values["nu"][0, 0, 0]),
-        least=least_objective_bound(cone_program(data, data.objective, (), margin=0.0), raw),
+        lower_bound=least_objective_bound(cone_program(data, data.objective, (), margin=0.0), raw),
     )
     return _Found(units, condition, outcome, time.perf_counter() - began)
 
@@ -277,12 +285,12 @@ def _unknowns(
     return {"Q": np.linalg.inv(P)[None], "M": M, "W": W[None], "nu": np.full((1, 1, 1), nu)}
 
 
-def _with_room(loop: DisturbedPlant, P: Floats, more: Floats, tolerance: float) -> Floats | None:
+def _with_room(loop: DisturbedPlant, P: Floats, extra: Floats, tolerance: float) -> Floats | None:
     """Return P with as much of another as its share of the tolerance allows; None if indefinite."""
-    cost, added = _entering(loop, P), _entering(loop, more)
+    cost, added = _entering(loop, P), _entering(loop, extra)
     if not (cost > 0 and added > 0):
         return None
-    P = P + SHARES[0] * tolerance * cost / added * more
+    P = P + SHARES[0] * tolerance * cost / added * extra
     return P if is_definite(P) else None
 
 
@@ -290,19 +298,23 @@ def _multipliers(data: Assembled, loop: DisturbedPlant) -> Floats | None:
     """Return the multipliers of the module's formula, packed; None where LMIs are others."""
     A, E, C = loop.A[0], loop.E[0], loop.C[0]
     P, W = _gramian(A.T, C.T @ C), _gramian(A, E @ E.T)
-    shown, noise = np.vstack([P, C]), np.vstack([np.eye(E.shape[1]), -P @ E])
-    found = {
+    shown_states, noise = np.vstack([P, C]), np.vstack([np.eye(E.shape[1]), -P @ E])
+    by_name = {
         "Q positive definite": np.zeros_like(A),
         "noise": noise @ noise.T,
         "variance": np.ones((1, 1)),
     }
-    theta = shown @ W @ shown.T
-    parts = [found.get(lmi.name, theta) for lmi in data.condition.lmis]
+    theta = shown_states @ W @ shown_states.T
+    matrices = [by_name.get(lmi.name, theta) for lmi in data.condition.lmis]
     fits = all(
-        lmi.count == 1 and len(part) == lmi.size
-        for lmi, part in zip(data.condition.lmis, parts, strict=True)
+        lmi.count == 1 and len(matrix) == lmi.size
+        for lmi, matrix in zip(data.condition.lmis, matrices, strict=True)
     )
-    return np.concatenate([pack(part) for part in parts]) if fits and len(parts) == 4 else None
+    return (
+        np.concatenate([pack(matrix) for matrix in matrices])
+        if fits and len(matrices) == 4
+        else None
+    )
 
 
 def _gramian(A: Floats, weight: Floats) -> Floats:

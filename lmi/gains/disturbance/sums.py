@@ -18,15 +18,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from takagi.lmi.analysis.quadratic_condition import vertex_weight
+from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import corners_of
 from takagi.lmi.condition.term import Array, Position
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.summands import KnownBlock, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 
 # Margin of Theta for a margin 1 of Q.  At the least gain Q tends to be singular, and the gains
 # without bound; what margin there is should go to Q.
@@ -42,21 +41,23 @@ def root_share(plant: DisturbedPlant) -> float:
     return float(nearest_power(np.array([min(1.0, size) ** 0.5]))[0])
 
 
-def motion_parts(plant: DisturbedPlant, Q: Unknown, M: Unknown, after: int) -> tuple[SumPart, ...]:
+def motion_parts(
+    plant: DisturbedPlant, Q: Unknown, M: Unknown, next_row: int
+) -> tuple[SumPart, ...]:
     """Return He(G_ij) / s in the first block; in discrete time also what follows from it.
 
     Parameters
     ----------
-    after : the block row of G_ij / sqrt(s) and, on the diagonal, -Q.
+    next_row : the block row of G_ij / sqrt(s) and, on the diagonal, -Q.
     """
     root, A = root_share(plant), motion(plant.A, plant.sample_time)
     if plant.sample_time is None:
-        return _pair(Q, M, A, plant.B, ("A_{i}", "B_{i}"), (0, 0), whole=True)
+        return _pair(Q, M, A, plant.B, ("A_{i}", "B_{i}"), (0, 0), with_transpose=True)
     names = (r"\bar A_{i}", r"\bar B_{i}")
     roots = (r"\sqrt s \bar A_{i}", r"\sqrt s \bar B_{i}")
-    here = _pair(Q, M, A / root**2, plant.B / root**2, names, (0, 0), whole=True)
-    there = _pair(Q, M, A / root, plant.B / root, roots, (after, 0), whole=False)
-    return (*here, *there, own(Q, (after, after)))
+    here = _pair(Q, M, A / root**2, plant.B / root**2, names, (0, 0), with_transpose=True)
+    there = _pair(Q, M, A / root, plant.B / root, roots, (next_row, 0), with_transpose=False)
+    return (*here, *there, own(Q, (next_row, next_row)))
 
 
 def output_parts(
@@ -67,7 +68,7 @@ def output_parts(
     if by_share and plant.sample_time is not None:
         root = root_share(plant)
         names = (r"\bar C_{i}", r"\bar D^{12}_{i}")
-    return _pair(Q, M, plant.C / root, plant.D12 / root, names, at, whole=False)
+    return _pair(Q, M, plant.C / root, plant.D12 / root, names, at, with_transpose=False)
 
 
 def disturbance_parts(
@@ -84,19 +85,24 @@ def _pair(
     steered: Array,
     symbols: tuple[str, str],
     at: Position,
-    whole: bool,
+    with_transpose: bool,
 ) -> tuple[SumPart, SumPart]:
-    one = np.eye(Q.rows)[None]
+    eye = np.eye(Q.rows)[None]
     return (
         SumPart(
-            unknown=Q, left=free, right=one, at=at, plus_transpose=whole, latex=(symbols[0], "")
+            unknown=Q,
+            left=free,
+            right=eye,
+            at=at,
+            plus_transpose=with_transpose,
+            latex=(symbols[0], ""),
         ),
         SumPart(
             unknown=M,
             left=-steered,
-            right=one,
+            right=eye,
             at=at,
-            plus_transpose=whole,
+            plus_transpose=with_transpose,
             member=gain_member(M),
             latex=(f"-{symbols[1]}", ""),
             symbol=gain_symbol(M),
@@ -106,8 +112,8 @@ def _pair(
 
 def own(Q: Unknown, at: Position, factor: float = -1.0, latex: str = "-") -> SumPart:
     """Return factor Q in a block on the diagonal."""
-    one = np.eye(Q.rows)[None]
-    return SumPart(unknown=Q, left=factor * one, right=one, at=at, latex=(latex, ""))
+    eye = np.eye(Q.rows)[None]
+    return SumPart(unknown=Q, left=factor * eye, right=eye, at=at, latex=(latex, ""))
 
 
 def sum_of(

@@ -1,22 +1,247 @@
-"""Parallel distributed compensation with a Lyapunov function that depends on the memberships."""
+"""Gains with a fuzzy Lyapunov function: the function that is called, and its design."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.argument_checks import input_stack, number, sample_time_of, vertex_stack
+from takagi.lmi.answer import Answer, Try, WithAnswer
+from takagi.lmi.argument_checks import (
+    check_stabilisable,
+    fixed_mode,
+    input_stack,
+    number,
+    sample_time_of,
+    vertex_stack,
+)
+from takagi.lmi.condition.evaluate import rate_of_parameter, rate_of_values
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.gains.decay.condition import Controlled
-from takagi.lmi.gains.fuzzy.design import FuzzyDesign, searched, units_of
-from takagi.lmi.gains.fuzzy.request import FuzzyRequest, SlackKind
+from takagi.lmi.cone.balance import balanced_inputs, state_units
+from takagi.lmi.cone.cone_program import assemble
+from takagi.lmi.decision.decide import decide, improve
+from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
+from takagi.lmi.gains.decay.condition import Controlled, size_of_motion
+from takagi.lmi.gains.fuzzy.condition import FuzzyRequest, SlackKind
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_space import RateBounds, membership_rates, space_of
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FuzzyDesign(WithAnswer):
+    """u = -M(h) G(h)^-1 x with M(h) = sum_i h_i M_i and G(h) likewise, and V = x' P(h) x.
+
+    Attributes
+    ----------
+    gains : (r, m, n) for u = -sum_i h_i K_i x, K_i = M_i G^-1; None where G changes with the rule
+        (the law is then no blend of gains), and where there are none.
+    numerators : M, (r, m, n); None unless found.
+    slacks : G, (r, n, n), the same in every rule where it is common; None unless found.
+    matrices : (r, n, n): P_i of P(h) = sum_i h_i P_i; in discrete time S_i of P(h) = S(h)^-1.
+    discrete : whether time is.
+    decay_rate : alpha in 1/s that was asked for and holds; the answer's own is what was found.
+    margin : as in ``Answer``.
+    relaxation : name of the double-sum relaxation.
+    answer : how it was found; its condition is in balanced states and inputs.
+    """
+
+    gains: Floats | None = None
+    numerators: Floats | None = None
+    slacks: Floats | None = None
+    matrices: Floats | None = None
+    discrete: bool
+    decay_rate: float
+    margin: float
+    relaxation: str
+    answer: Answer
+
+    def gain(self, h: ArrayLike) -> Floats:
+        """Return K(h) of u = -K(h) x, (..., m, n), for memberships h, (..., r).
+
+        Raises
+        ------
+        ModelError : there are none, or another number of memberships.
+        """
+        numerators, slacks, _ = self._require()
+        M, G = self._blend(numerators, h), self._blend(slacks, h)
+        transposed_gain = np.linalg.solve(np.swapaxes(G, -1, -2), np.swapaxes(M, -1, -2))
+        return np.asarray(np.swapaxes(transposed_gain, -1, -2))
+
+    def P(self, h: ArrayLike) -> Floats:
+        """Return P(h) of V = x' P(h) x, (..., n, n), for memberships h, (..., r).
+
+        Raises
+        ------
+        ModelError : there is none, or another number of memberships.
+        """
+        blend = self._blend(self._require()[2], h)
+        return np.asarray(np.linalg.inv(blend)) if self.discrete else blend
+
+    def _blend(self, stack: Floats, h: ArrayLike) -> Floats:
+        weights = np.asarray(h, dtype=np.float64)
+        if weights.shape[-1:] != (len(stack),):
+            raise ModelError(
+                f"h has shape {weights.shape}; (..., {len(stack)}) is needed, one membership for "
+                "each rule"
+            )
+        return np.asarray(np.tensordot(weights, stack, axes=1))
+
+    def _require(self) -> tuple[Floats, Floats, Floats]:
+        if self.numerators is None or self.slacks is None or self.matrices is None:
+            raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")
+        return self.numerators, self.slacks, self.matrices
+
+
+# Bound on the effort nu: the largest margin exists only if every unknown is bounded.
+LARGEST_EFFORT = 1e6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FuzzyUnits:
+    """x = states xhat, u = inputs uhat: powers of two, so that no digit is touched."""
+
+    states: Floats
+    inputs: Floats
+
+    def scaled(self, A: Floats, B: Floats) -> tuple[Floats, Floats]:
+        """Return the vertices in these units."""
+        s = self.states
+        return A * s / s[:, None], B * self.inputs / s[:, None]
+
+
+def units_of(
+    A: Floats, B: Floats, step: float | None, scales: ArrayLike | None, names: tuple[str, ...]
+) -> FuzzyUnits:
+    """Return units in which states and inputs are of order one.
+
+    Raises
+    ------
+    ModelError : scales that are not positive, a vertex with an unstable mode that no input moves.
+    """
+    s = state_units(A, scales, step=step)
+    size = size_of_motion(A * s / s[:, None], 0.0, step) / 2
+    units = FuzzyUnits(s, balanced_inputs(B / s[:, None], size))
+    check_stabilisable(*units.scaled(A, B), units=s, names=names, step=step)
+    return units
+
+
+def searched(
+    task: FuzzyRequest, units: FuzzyUnits, alpha: float, epsilons: Sequence[float]
+) -> FuzzyDesign:
+    """Return the first design that has gains, with the least effort at half its margin.
+
+    Parameters
+    ----------
+    task : in these units.
+    """
+    fixed = fixed_mode(task.A, task.B, alpha, step=task.sample_time)
+    if fixed is not None:
+        return _no_by_fixed_mode(task, units, alpha, fixed[:2])
+    tries: tuple[Try, ...] = ()
+    rows = {"nu": LARGEST_EFFORT}
+    # Many solvers for one epsilon only: the last, or the first that a single one left open.
+    undecided: Condition | None = None
+    for epsilon in epsilons:
+        condition = task.condition(alpha, epsilon)
+        data = assemble(condition)
+        outcome = decide(condition, rows=rows, assembled=data, most=1)
+        tries = (*tries, *outcome.tries)
+        if outcome.status == "candidate":
+            less = improve(condition, replace(outcome, tries=tries), assembled=data)
+            return _design(task, units, condition, less, alpha)
+        if outcome.status == "unknown" and undecided is None:
+            undecided = condition
+    if undecided is not None:
+        condition = undecided
+        outcome = decide(condition, rows=rows)
+        tries = (*tries, *outcome.tries)
+        if outcome.status == "candidate":
+            less = improve(condition, replace(outcome, tries=tries))
+            return _design(task, units, condition, less, alpha)
+    return _design(task, units, condition, replace(outcome, tries=tries), alpha)
+
+
+def _design(
+    task: FuzzyRequest, units: FuzzyUnits, condition: Condition, outcome: Outcome, alpha: float
+) -> FuzzyDesign:
+    good = outcome.status == "candidate"
+    answer = replace(
+        outcome.as_answer(condition, units.states),
+        decay_rate=rate_of_values(condition, outcome.values, task.sample_time) if good else None,
+        diagnosis="" if good else _diagnosis(task, condition, outcome),
+    )
+    plain = FuzzyDesign(
+        discrete=task.discrete,
+        decay_rate=alpha,
+        margin=outcome.margin,
+        relaxation=task.relaxation,
+        answer=answer,
+    )
+    return _with_gains(plain, task, units, outcome) if good else plain
+
+
+def _with_gains(
+    plain: FuzzyDesign, task: FuzzyRequest, units: FuzzyUnits, outcome: Outcome
+) -> FuzzyDesign:
+    """Return the design with its law, in the model's units: x = s xhat, u = tau uhat."""
+    s, tau, r = units.states, units.inputs, len(task.A)
+    G, M = outcome.values["G"], outcome.values["M"]
+    sought = task.sought(plain.decay_rate)
+    lyapunov_members = outcome.values[sought.P.name][sought.members]
+    slacks = np.broadcast_to(G * s[:, None], (r, *G.shape[1:])).copy()
+    numerators = np.broadcast_to(M * tau[:, None], (r, *M.shape[1:])).copy()
+    gains = None
+    if task.slack == "common":
+        K = np.linalg.solve(slacks.transpose(0, 2, 1), numerators.transpose(0, 2, 1))
+        gains = np.asarray(K.transpose(0, 2, 1), dtype=np.float64)
+    if task.discrete:
+        matrices = lyapunov_members * s * s[:, None]
+    else:
+        back = np.linalg.inv(slacks)
+        matrices = back.transpose(0, 2, 1) @ lyapunov_members @ back
+        matrices = (matrices + matrices.transpose(0, 2, 1)) / 2
+    return replace(plain, gains=gains, numerators=numerators, slacks=slacks, matrices=matrices)
+
+
+def _no_by_fixed_mode(
+    task: FuzzyRequest, units: FuzzyUnits, alpha: float, fixed: tuple[int, complex]
+) -> FuzzyDesign:
+    vertex, eigenvalue = fixed
+    slowness = -eigenvalue.real
+    if task.sample_time is not None:
+        slowness = rate_of_parameter(abs(eigenvalue) ** 2, task.sample_time)
+    condition = task.condition(alpha)
+    outcome = Outcome("infeasible", {}, -np.inf, 0.0, {}, ())
+    plain = _design(task, units, condition, outcome, alpha)
+    why = (
+        f"vertex {vertex + 1} of {len(task.A)}: no input moves the mode at {eigenvalue:.6g}, which "
+        f"decays slower than {alpha:g} 1/s; ask for a decay rate below "
+        f"{slowness:.6g} 1/s"
+    )
+    return replace(plain, answer=replace(plain.answer, diagnosis=why))
+
+
+def _diagnosis(task: FuzzyRequest, condition: Condition, outcome: Outcome) -> str:
+    if outcome.status == "unknown":
+        return outcome.unsettled(f"{advice_about_limit(condition)}, or give scales")
+    names = [lmi.name for lmi in condition.lmis if lmi.strict][1:]
+    advice = ['take a richer relaxation ("liu-zhang", "polya-2")']
+    advice += ["lower the decay rate"] if asks_for_decay(condition) else []
+    if task.discrete and task.slack == "common":
+        advice.insert(0, 'take slack="rules"')
+    if not task.discrete:
+        advice.insert(0, "lower the rate bounds")
+    binding = binding_items(condition, outcome.multipliers, *names)
+    return (
+        f"no gains by {task.relaxation} with one P a rule: {binding}; {', or '.join(advice)}, or "
+        "shrink the box that the rules span"
+    )
+
 
 # Powers of four, so that their roots are powers of two: the middle of what helps, then outward.
 EPSILONS = tuple(4.0**k for k in (-2, -1, -3, 0, -4, 1, -5, 2, -6, -8))
@@ -113,7 +338,7 @@ def fuzzy_pdc(
     step = sample_time_of(model, sample_time)
     units = units_of(A, B, step, scales, tuple(getattr(model, "states", ())))
     task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation, slack)
-    tried = (1.0,) if task.discrete else tuple(_epsilon(one) for one in epsilons)
+    tried = (1.0,) if task.discrete else tuple(_epsilon(epsilon) for epsilon in epsilons)
     if not tried:
         raise ModelError("epsilons is empty; give at least one positive number")
     return searched(task, units, alpha, tried)

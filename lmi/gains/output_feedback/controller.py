@@ -23,17 +23,16 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.guessed_function import norm_seen
 from takagi.lmi.answer import Answer, ObjectiveUnit, Status, Try
+from takagi.lmi.argument_checks import fixed_mode
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide, optimise
 from takagi.lmi.gains.disturbance.request import positive_number
-from takagi.lmi.gains.output_feedback.condition import (
-    controller_matrices,
-    hinf_output_feedback_condition,
-)
 from takagi.lmi.gains.output_feedback.generalised_plant import (
     ControllerFound,
     GeneralisedPlant,
     StateSpace,
+    controller_matrices,
+    hinf_output_feedback_condition,
     state_space,
 )
 from takagi.lmi.gains.output_feedback.moderate import (
@@ -49,7 +48,6 @@ from takagi.lmi.gains.output_feedback.moderate import (
 from takagi.lmi.refutation.refutation import objective_below
 from takagi.lmi.solver.solve import quick
 from takagi.lmi.solver.time_limit import limited, out_of_time
-from takagi.lmi.stabilisability import fixed_mode
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -76,7 +74,7 @@ class OutputFeedback(ControllerFound):
     controller : (A_K, B_K, C_K, D_K); None unless found.
     gain : gamma in units of z over units of w, the largest gain of the closed loop over
         frequencies, from its matrices; None unless found.
-    least : no linear controller has a smaller gamma, to solver accuracy.
+    lower_bound : no linear controller has a smaller gamma, to solver accuracy.
     plant : the generalised plant.
     loop : from w to z, closed; None unless found.
     answer : how it was found; its condition is in states of the LMIs' own.
@@ -84,7 +82,7 @@ class OutputFeedback(ControllerFound):
 
     controller: StateSpace | None
     gain: float | None
-    least: float
+    lower_bound: float
     plant: GeneralisedPlant
     loop: StateSpace | None
     answer: Answer
@@ -143,7 +141,7 @@ def hinf_output_feedback(
     if why:
         no = Answer(status="infeasible", margin=-np.inf, diagnosis=why)
         return OutputFeedback(
-            controller=None, gain=None, least=np.inf, plant=plant, loop=None, answer=no
+            controller=None, gain=None, lower_bound=np.inf, plant=plant, loop=None, answer=no
         )
     T = first = _first_states(plant)
     if norm_below is not None:
@@ -151,11 +149,11 @@ def hinf_output_feedback(
     best: OutputFeedback | None = None
     tries: tuple[Try, ...] = ()
     for _ in range(ROUNDS):
-        found, values = _in_states(plant, T, tolerance)
-        tries += found.answer.tries
-        if best is None or _better(found, best):
-            best = found
-        if not values or (best.gain or np.inf) <= (1 + 2 * tolerance) * best.least:
+        result, values = _in_states(plant, T, tolerance)
+        tries += result.answer.tries
+        if best is None or _better(result, best):
+            best = result
+        if not values or (best.gain or np.inf) <= (1 + 2 * tolerance) * best.lower_bound:
             break
         balanced = _balanced(values["X"][0], values["Y"][0])
         if balanced is None:
@@ -171,14 +169,14 @@ def _improved(best: OutputFeedback, T: Floats, tolerance: float) -> OutputFeedba
     plain = plain_controller(best.plant, T) if best.gain is None and not out_of_time() else None
     if plain is not None:
         best = _with_controller(best, plain)
-    if best.gain is None or best.gain <= (1 + 2 * tolerance) * best.least:
+    if best.gain is None or best.gain <= (1 + 2 * tolerance) * best.lower_bound:
         return best
-    low = max(best.least, 0.0)
+    low = max(best.lower_bound, 0.0)
     nearer = nearer_controller(best.plant, low, best.gain, tolerance / 10)
     if nearer is not None:
         best = _with_controller(best, nearer[0])
     assert best.gain is not None  # of either
-    if best.gain <= (1 + 2 * tolerance) * best.least:
+    if best.gain <= (1 + 2 * tolerance) * best.lower_bound:
         return best
     note = "no bound shows how near the least gamma is"
     if low > 0:
@@ -203,9 +201,9 @@ def _moderate(best: OutputFeedback, T: Floats, tolerance: float) -> OutputFeedba
 
 
 def _without_absurd(
-    best: OutputFeedback, tolerance: float, most: float, zero: float
+    best: OutputFeedback, tolerance: float, largest_entry: float, zero: float
 ) -> OutputFeedback:
-    """Return a controller with entries of at most ``most``, or the same with a note.
+    """Return a controller with entries of at most ``largest_entry``, or the same with a note.
 
     Parameters
     ----------
@@ -216,12 +214,12 @@ def _without_absurd(
     size = entry_size(controller)
     for norm in ((1 + tolerance) * gain, gain + max(PER_CENT * gain, zero)):
         central = central_controllers(best.plant, norm)
-        for known in chain([controller], central):
-            for one in chain([known], without_fast_poles(known)):
-                if entry_size(one) <= most and loop_norm(best.plant, one) <= norm:
+        for candidate in chain([controller], central):
+            for reduced in chain([candidate], without_fast_poles(candidate)):
+                if entry_size(reduced) <= largest_entry and loop_norm(best.plant, reduced) <= norm:
                     note = f"gamma = {gain:.5g} would need entries of {size:.1g}"
                     within = norm <= (1 + tolerance) * gain
-                    return _with_controller(best, one, "" if within else note)
+                    return _with_controller(best, reduced, "" if within else note)
         if out_of_time():
             break
     return _with_controller(
@@ -229,12 +227,12 @@ def _without_absurd(
     )
 
 
-def _with_controller(found: OutputFeedback, K: StateSpace, note: str = "") -> OutputFeedback:
+def _with_controller(result: OutputFeedback, K: StateSpace, note: str = "") -> OutputFeedback:
     """Return the result with another controller, its loop, and a note on top of what is noted."""
-    gain = loop_norm(found.plant, K)
-    notes = "; ".join(one for one in (found.answer.note, note) if one)
-    answer = replace(found.answer, status="candidate", gain=gain, note=notes, diagnosis="")
-    return replace(found, controller=K, gain=gain, loop=found.plant.closed(K), answer=answer)
+    gain = loop_norm(result.plant, K)
+    notes = "; ".join(note_text for note_text in (result.answer.note, note) if note_text)
+    answer = replace(result.answer, status="candidate", gain=gain, note=notes, diagnosis="")
+    return replace(result, controller=K, gain=gain, loop=result.plant.closed(K), answer=answer)
 
 
 def _below(plant: GeneralisedPlant, T: Floats, value: float) -> OutputFeedback:
@@ -243,15 +241,15 @@ def _below(plant: GeneralisedPlant, T: Floats, value: float) -> OutputFeedback:
     outcome = decide(condition)
     answer = replace(outcome.as_answer(condition, None), objective_unit=ObjectiveUnit("gain", 1.0))
     nothing = OutputFeedback(
-        controller=None, gain=None, least=0.0, plant=plant, loop=None, answer=answer
+        controller=None, gain=None, lower_bound=0.0, plant=plant, loop=None, answer=answer
     )
     if outcome.status == "infeasible":
         why = f"no controller has a norm of at most {value:g}; ask for a larger one"
         return replace(nothing, answer=replace(answer, diagnosis=why))
-    known = list(central_controllers(plant, value))
+    controllers = list(central_controllers(plant, value))
     if outcome.values:
-        known.append(controller_of(plant.in_states(T), outcome.values))
-    fits = [one for one in known if loop_norm(plant, one) <= value]
+        controllers.append(controller_of(plant.in_states(T), outcome.values))
+    fits = [controller for controller in controllers if loop_norm(plant, controller) <= value]
     if not fits:
         why = outcome.unsettled(f"ask for a norm a little above {value:g}")
         return replace(nothing, answer=replace(answer, status="unknown", diagnosis=why))
@@ -267,22 +265,30 @@ def _first_states(plant: GeneralisedPlant) -> Floats:
     from scipy.linalg import solve_continuous_are
 
     s = np.diag(state_units(plant.A[None], None))
-    one = plant.in_states(s)
-    R = one.D12.T @ one.D12
+    scaled_plant = plant.in_states(s)
+    R = scaled_plant.D12.T @ scaled_plant.D12
     R += LITTLE * max(float(np.trace(R)), 1.0) * np.eye(len(R))
-    V = one.D21 @ one.D21.T
+    V = scaled_plant.D21 @ scaled_plant.D21.T
     V += LITTLE * max(float(np.trace(V)), 1.0) * np.eye(len(V))
-    little = LITTLE * np.eye(len(one.A))
+    little = LITTLE * np.eye(len(scaled_plant.A))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
             P = solve_continuous_are(
-                one.A, one.B2, one.C1.T @ one.C1 + little, R, s=one.C1.T @ one.D12
+                scaled_plant.A,
+                scaled_plant.B2,
+                scaled_plant.C1.T @ scaled_plant.C1 + little,
+                R,
+                s=scaled_plant.C1.T @ scaled_plant.D12,
             )
             F = solve_continuous_are(
-                one.A.T, one.C2.T, one.B1 @ one.B1.T + little, V, s=one.B1 @ one.D21.T
+                scaled_plant.A.T,
+                scaled_plant.C2.T,
+                scaled_plant.B1 @ scaled_plant.B1.T + little,
+                V,
+                s=scaled_plant.B1 @ scaled_plant.D21.T,
             )
-        regulator, filtered = (np.linalg.inv((part + part.T) / 2) for part in (P, F))
+        regulator, filtered = (np.linalg.inv((solution + solution.T) / 2) for solution in (P, F))
         T = _balanced(np.asarray(regulator, np.float64), np.asarray(filtered, np.float64))
     except (np.linalg.LinAlgError, ValueError):
         T = None
@@ -295,37 +301,42 @@ def unmoved_mode(plant: GeneralisedPlant) -> str:
         (plant.A, plant.B2, "u does not move it"),
         (plant.A.T, plant.C2.T, "y does not see it"),
     ):
-        found = fixed_mode(A[None], B[None], 0.0)
-        if found is not None:
+        mode = fixed_mode(A[None], B[None], 0.0)
+        if mode is not None:
             return (
-                f"no controller stabilises the plant: the mode {found[1]:.4g} is not stable, and "
+                f"no controller stabilises the plant: the mode {mode[1]:.4g} is not stable, and "
                 f"{why}; an unstable or integrating weight has to be made stable, any other such "
                 "mode needs another input or measurement"
             )
     return ""
 
 
-def _better(found: OutputFeedback, best: OutputFeedback) -> bool:
-    return (found.gain or np.inf) < (best.gain or np.inf)
+def _better(result: OutputFeedback, best: OutputFeedback) -> bool:
+    return (result.gain or np.inf) < (best.gain or np.inf)
 
 
 def _in_states(
     plant: GeneralisedPlant, T: Floats, tolerance: float
 ) -> tuple[OutputFeedback, Mapping[str, Floats]]:
     """Return the controller from the LMIs posed in x = T xhat, and their unknowns."""
-    moved = plant.in_states(T)
-    condition = hinf_output_feedback_condition(moved)
+    scaled_plant = plant.in_states(T)
+    condition = hinf_output_feedback_condition(scaled_plant)
     outcome = optimise(condition, slack=tolerance, most=quick())
     values = outcome.values if outcome.status == "candidate" else outcome.feasible
     answer = replace(outcome.as_answer(condition, None), objective_unit=ObjectiveUnit("gain", 1.0))
     nothing = OutputFeedback(
-        controller=None, gain=None, least=outcome.least, plant=plant, loop=None, answer=answer
+        controller=None,
+        gain=None,
+        lower_bound=outcome.lower_bound,
+        plant=plant,
+        loop=None,
+        answer=answer,
     )
     if not values:
         why = outcome.unsettled("weigh u and the noise of y a little more")
         return replace(nothing, answer=replace(answer, diagnosis=why)), {}
     try:
-        controller = controller_of(moved, values)
+        controller = controller_of(scaled_plant, values)
     except np.linalg.LinAlgError:
         why = "the controller was lost to rounding: I - X Y is singular"
         return replace(nothing, answer=replace(answer, status="unknown", diagnosis=why)), values
@@ -335,14 +346,14 @@ def _in_states(
         why = f"the controller was lost to rounding: its loop has a pole at {slowest:.3g} 1/s"
         return replace(nothing, answer=replace(answer, status="unknown", diagnosis=why)), values
     gain = norm_seen(loop.A, loop.B, loop.C, loop.D)
-    done = replace(
+    result = replace(
         nothing,
         controller=controller,
         gain=gain,
         loop=loop,
         answer=replace(answer, status="candidate", gain=gain),
     )
-    return done, values
+    return result, values
 
 
 def _balanced(X: Floats, Y: Floats) -> Floats | None:
@@ -407,15 +418,18 @@ def mixed_sensitivity(
         )
     p, m = G.D.shape
     weights = {"W1": (W1, p), "W2": (W2, m), "W3": (W3, p)}
-    given = {
+    loop_weights = {
         name: _weight(name, weight, width)
         for name, (weight, width) in weights.items()
         if weight is not None
     }
-    if not given:
+    if not loop_weights:
         raise ModelError("no weight was given; give at least one of W1, W2, W3")
     return hinf_output_feedback(
-        augmented(G, given), norm_below=norm_below, tolerance=tolerance, time_limit=time_limit
+        augmented(G, loop_weights),
+        norm_below=norm_below,
+        tolerance=tolerance,
+        time_limit=time_limit,
     )
 
 
@@ -436,11 +450,11 @@ def augmented(G: StateSpace, weights: dict[str, StateSpace]) -> GeneralisedPlant
     start = n
     for name, weight in weights.items():
         x, r, u = sees[name]
-        own = slice(start, start + weight.order)
-        A[own, :n], A[own, own] = weight.B @ x, weight.A
-        B1[own], B2[own] = weight.B @ r, weight.B @ u
+        weight_states = slice(start, start + weight.order)
+        A[weight_states, :n], A[weight_states, weight_states] = weight.B @ x, weight.A
+        B1[weight_states], B2[weight_states] = weight.B @ r, weight.B @ u
         rows = np.zeros((len(weight.D), total))
-        rows[:, :n], rows[:, own] = weight.D @ x, weight.C
+        rows[:, :n], rows[:, weight_states] = weight.D @ x, weight.C
         C1.append(rows)
         D11.append(weight.D @ r)
         D12.append(weight.D @ u)
@@ -460,18 +474,18 @@ def augmented(G: StateSpace, weights: dict[str, StateSpace]) -> GeneralisedPlant
 
 
 def _weight(name: str, weight: Any, width: int) -> StateSpace:
-    found = state_space(name, weight)
-    if found.D.shape == (1, 1) and width > 1:
-        parts = (found.A, found.B, found.C, found.D)
-        found = StateSpace(*(np.asarray(np.kron(np.eye(width), M), np.float64) for M in parts))
-    if found.D.shape[1] != width:
+    system = state_space(name, weight)
+    if system.D.shape == (1, 1) and width > 1:
+        matrices = (system.A, system.B, system.C, system.D)
+        system = StateSpace(*(np.asarray(np.kron(np.eye(width), M), np.float64) for M in matrices))
+    if system.D.shape[1] != width:
         raise ModelError(
-            f"{name} has {found.D.shape[1]} inputs; {width} are needed, or one for a weight that "
+            f"{name} has {system.D.shape[1]} inputs; {width} are needed, or one for a weight that "
             "is the same in every channel"
         )
-    if found.order and np.linalg.eigvals(found.A).real.max() >= 0:
+    if system.order and np.linalg.eigvals(system.A).real.max() >= 0:
         raise ModelError(
-            f"{name} has a pole at {np.linalg.eigvals(found.A).real.max():g}; a stable weight is "
+            f"{name} has a pole at {np.linalg.eigvals(system.A).real.max():g}; a stable weight is "
             "needed: move an integrator a little to the left, s + 1e-4 for s"
         )
-    return found
+    return system

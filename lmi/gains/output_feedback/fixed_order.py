@@ -27,7 +27,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.answer import Status
 from takagi.lmi.argument_checks import whole_number
-from takagi.lmi.gains.descent import GainLoops, best_gains, largest_gain
+from takagi.lmi.gains.descent.gain_loops import GainLoops, largest_gain
+from takagi.lmi.gains.descent.many_starts import best_gains
 from takagi.lmi.gains.output_feedback.controller import unmoved_mode
 from takagi.lmi.gains.output_feedback.generalised_plant import (
     ControllerFound,
@@ -74,8 +75,8 @@ class FixedOrderDesign(ControllerFound):
     @property
     def model(self) -> TSModel:
         """Return the plant with the controller's states, its disturbance with the noise of y."""
-        wide, parts = self._claimed()
-        return TSModel(wide.A[None], wide.B2[None], E=parts.E[None])
+        wide, law = self._claimed()
+        return TSModel(wide.A[None], wide.B2[None], E=law.E[None])
 
     @property
     def gains(self) -> Floats:
@@ -85,8 +86,8 @@ class FixedOrderDesign(ControllerFound):
     @property
     def output(self) -> tuple[Floats, Floats, Floats]:
         """Return (C, D, F) of z = C (x, x_K) + D (u, x_K') + F w, as ``L2Gain`` takes it."""
-        wide, parts = self._claimed()
-        return wide.C1, wide.D12, parts.direct
+        wide, law = self._claimed()
+        return wide.C1, wide.D12, law.direct
 
     def _claimed(self) -> tuple[GeneralisedPlant, LawParts]:
         controller = self.require()
@@ -153,8 +154,8 @@ def hinf_fixed_order(
     why = unmoved_mode(plant)
     if why:
         return FixedOrderDesign(plant=plant, status="infeasible", diagnosis=why)
-    for found in best_gains(_loops_of(wide, free), [], starts=starts, seed=seed):
-        design = _rounded(plant, wide, found.F[0], found.start)
+    for local_best in best_gains(_loops_of(wide, free), [], starts=starts, seed=seed):
+        design = _rounded(plant, wide, local_best.F[0], local_best.start)
         if design is not None:
             return design
     return FixedOrderDesign(
@@ -171,13 +172,13 @@ def with_integrators(plant: GeneralisedPlant, order: int) -> GeneralisedPlant:
     q, z = plant.B1.shape[1], len(plant.C1)
     if not order:
         return plant
-    one = np.eye(order)
+    eye = np.eye(order)
     return GeneralisedPlant(
         A=_diagonal(plant.A, np.zeros((order, order))),
         B1=np.vstack([plant.B1, np.zeros((order, q))]),
-        B2=_diagonal(plant.B2, one),
+        B2=_diagonal(plant.B2, eye),
         C1=np.hstack([plant.C1, np.zeros((z, order))]),
-        C2=_diagonal(plant.C2, one),
+        C2=_diagonal(plant.C2, eye),
         D11=plant.D11,
         D12=np.hstack([plant.D12, np.zeros((z, order))]),
         D21=np.vstack([plant.D21, np.zeros((order, q))]),
@@ -196,10 +197,10 @@ def controller_of_gain(F: Floats, order: int) -> StateSpace:
 
 
 def _diagonal(first: Floats, second: Floats) -> Floats:
-    whole = np.zeros((len(first) + len(second), first.shape[1] + second.shape[1]))
-    whole[: len(first), : first.shape[1]] = first
-    whole[len(first) :, first.shape[1] :] = second
-    return whole
+    joined = np.zeros((len(first) + len(second), first.shape[1] + second.shape[1]))
+    joined[: len(first), : first.shape[1]] = first
+    joined[len(first) :, first.shape[1] :] = second
+    return joined
 
 
 def _loops_of(plant: GeneralisedPlant, pattern: NDArray[np.bool_]) -> GainLoops:
@@ -221,13 +222,13 @@ def _rounded(
     plant: GeneralisedPlant, wide: GeneralisedPlant, F: Floats, start: str
 ) -> FixedOrderDesign | None:
     """Return the design with F to few digits; None where its loop is not stable in any."""
-    whole = _norm(wide, F)
+    full_norm = _norm(wide, F)
     order = len(wide.A) - len(plant.A)
     for digits in (*DIGITS, LONG):
         short = np.array([[float(f"{entry:.{digits - 1}e}") for entry in row] for row in F])
         exact = digits != LONG and law_parts(wide, short).exact
         gain = _norm(wide, short)
-        good = exact and gain <= (1.0 + LOST) * whole
+        good = exact and gain <= (1.0 + LOST) * full_norm
         if np.isfinite(gain) and (good or digits == LONG):
             return FixedOrderDesign(
                 controller=controller_of_gain(short, order),
@@ -252,14 +253,14 @@ def _norm(plant: GeneralisedPlant, F: Floats) -> float:
 def law_parts(plant: GeneralisedPlant, F: Floats) -> LawParts:
     """Return -F C2, B1 + B2 F D21 and D11 + D12 F D21, each entry rounded once."""
     B2, C2, D12, D21, gain = (
-        _decimals(part) for part in (plant.B2, plant.C2, plant.D12, plant.D21, F)
+        _decimals(matrix) for matrix in (plant.B2, plant.C2, plant.D12, plant.D21, F)
     )
     noise = gain @ D21
     exact = (-(gain @ C2), _decimals(plant.B1) + B2 @ noise, _decimals(plant.D11) + D12 @ noise)
-    K, E, direct = (part.astype(np.float64) for part in exact)
+    K, E, direct = (matrix.astype(np.float64) for matrix in exact)
     same = all(
-        bool((part == _decimals(rounded)).all())
-        for part, rounded in zip(exact, (K, E, direct), strict=True)
+        bool((matrix == _decimals(rounded)).all())
+        for matrix, rounded in zip(exact, (K, E, direct), strict=True)
     )
     return LawParts(K, E, direct, same)
 

@@ -61,10 +61,10 @@ def nearer_controller(
     low = max(low, 1e-9 * high)
     for _ in range(STEPS):
         middle = float(np.sqrt(low * high)) if high > 2 * low else (low + high) / 2
-        found = _central(full, middle)
-        norm = np.inf if found is None else loop_norm(plant, found)
-        if found is not None and norm < high:
-            best, high = (found, norm), norm
+        controller = _central(full, middle)
+        norm = np.inf if controller is None else loop_norm(plant, controller)
+        if controller is not None and norm < high:
+            best, high = (controller, norm), norm
         else:
             low = middle
         if high <= (1 + enough) * low:
@@ -75,9 +75,9 @@ def nearer_controller(
 def central_controllers(plant: GeneralisedPlant, gamma: float) -> Iterator[StateSpace]:
     """Yield controllers for a norm of at most gamma, those first that have u and noise weighed."""
     for share in WEIGHTS:
-        found = _central(_with_little(plant, share), gamma)
-        if found is not None and loop_norm(plant, found) <= gamma:
-            yield in_even_states(found)
+        controller = _central(_with_little(plant, share), gamma)
+        if controller is not None and loop_norm(plant, controller) <= gamma:
+            yield in_even_states(controller)
 
 
 def _with_little(plant: GeneralisedPlant, share: float) -> GeneralisedPlant:
@@ -86,12 +86,12 @@ def _with_little(plant: GeneralisedPlant, share: float) -> GeneralisedPlant:
     if not _full(D12):
         m = D12.shape[1]
         size = share * (float(np.linalg.norm(C1, 2)) or 1.0)
-        C1, D11 = (np.vstack([part, np.zeros((m, part.shape[1]))]) for part in (C1, D11))
+        C1, D11 = (np.vstack([matrix, np.zeros((m, matrix.shape[1]))]) for matrix in (C1, D11))
         D12 = np.vstack([D12, size * np.eye(m)])
     if not _full(D21.T):
         k = len(D21)
         size = share * (float(np.linalg.norm(B1, 2)) or 1.0)
-        B1, D11 = (np.hstack([part, np.zeros((len(part), k))]) for part in (B1, D11))
+        B1, D11 = (np.hstack([matrix, np.zeros((len(matrix), k))]) for matrix in (B1, D11))
         D21 = np.hstack([D21, size * np.eye(k)])
     return GeneralisedPlant(
         A=plant.A, B1=B1, B2=plant.B2, C1=C1, C2=plant.C2, D11=D11, D12=D12, D21=D21
@@ -129,11 +129,11 @@ def _central(plant: GeneralisedPlant, gamma: float) -> StateSpace | None:
             F = -np.linalg.solve(R, row.T @ C1 + B.T @ X)
             L = -np.linalg.solve(Rt, (B1 @ column.T + Yi @ C.T).T).T
             Z = np.linalg.inv(np.eye(n) - Yi @ X / gamma**2)
-            top, left = p - m, q - k
-            D1111, D1112 = D11[:top, :left], D11[:top, left:]
-            D1121, D1122 = D11[top:, :left], D11[top:, left:]
+            top, unmeasured_columns = p - m, q - k
+            D1111, D1112 = D11[:top, :unmeasured_columns], D11[:top, unmeasured_columns:]
+            D1121, D1122 = D11[top:, :unmeasured_columns], D11[top:, unmeasured_columns:]
             S = np.linalg.inv(gamma**2 * np.eye(top) - D1111 @ D1111.T)
-            Q = np.linalg.inv(gamma**2 * np.eye(left) - D1111.T @ D1111)
+            Q = np.linalg.inv(gamma**2 * np.eye(unmeasured_columns) - D1111.T @ D1111)
             Dk = -D1121 @ D1111.T @ S @ D1112 - D1122
             np.linalg.cholesky(np.eye(m) - D1121 @ Q @ D1121.T)
             np.linalg.cholesky(np.eye(k) - D1112.T @ S @ D1112)
@@ -145,12 +145,12 @@ def _central(plant: GeneralisedPlant, gamma: float) -> StateSpace | None:
     ):
         return None
     # The factors of D12-hat and D21-hat cancel in the central controller.
-    seen = -(C2 + F[left:q])
+    measured = -(C2 + F[unmeasured_columns:q])
     Bk = -Z @ L[:, p:] + Z @ (B2 + L[:, top:p]) @ Dk
-    Ck = F[q:] + Dk @ seen
-    Ak = A + B @ F + Bk @ seen
-    found = StateSpace(Ak, Bk @ from_y, to_u @ Ck, to_u @ Dk @ from_y)
-    return found if all(np.isfinite(M).all() for M in (Ak, Bk, Ck, Dk)) else None
+    Ck = F[q:] + Dk @ measured
+    Ak = A + B @ F + Bk @ measured
+    controller = StateSpace(Ak, Bk @ from_y, to_u @ Ck, to_u @ Dk @ from_y)
+    return controller if all(np.isfinite(M).all() for M in (Ak, Bk, Ck, Dk)) else None
 
 
 def without_fast_poles(controller: StateSpace) -> Iterator[StateSpace]:
@@ -161,25 +161,33 @@ def without_fast_poles(controller: StateSpace) -> Iterator[StateSpace]:
     from scipy.linalg import schur, solve_sylvester
 
     speeds = np.sort(np.abs(np.linalg.eigvals(controller.A)))
-    for kept in range(controller.order):
-        slow = float(speeds[kept - 1]) if kept else 0.0
-        if not speeds[kept] > 10.0 * slow:
+    for slow_modes in range(controller.order):
+        slow = float(speeds[slow_modes - 1]) if slow_modes else 0.0
+        if not speeds[slow_modes] > 10.0 * slow:
             continue
-        middle = float(np.sqrt(max(slow, 1e-300) * speeds[kept]))
+        middle = float(np.sqrt(max(slow, 1e-300) * speeds[slow_modes]))
 
         def stays(re: float, im: float, middle: float = middle) -> bool:
             return bool(np.hypot(re, im) <= middle)
 
         S, Z, _ = schur(np.asarray(controller.A), output="real", sort=stays)
-        X: Floats = np.zeros((kept, controller.order - kept))
-        if kept:
+        X: Floats = np.zeros((slow_modes, controller.order - slow_modes))
+        if slow_modes:
             X = np.asarray(
-                solve_sylvester(S[:kept, :kept], -S[kept:, kept:], -S[:kept, kept:]), np.float64
+                solve_sylvester(
+                    S[:slow_modes, :slow_modes],
+                    -S[slow_modes:, slow_modes:],
+                    -S[:slow_modes, slow_modes:],
+                ),
+                np.float64,
             )
         B, C = Z.T @ controller.B, controller.C @ Z
-        B_slow, C_fast = B[:kept] - X @ B[kept:], C[:, kept:] + C[:, :kept] @ X
-        D = controller.D - C_fast @ np.linalg.solve(S[kept:, kept:], B[kept:])
-        yield in_even_states(StateSpace(S[:kept, :kept], B_slow, C[:, :kept], D))
+        B_slow, C_fast = (
+            B[:slow_modes] - X @ B[slow_modes:],
+            C[:, slow_modes:] + C[:, :slow_modes] @ X,
+        )
+        D = controller.D - C_fast @ np.linalg.solve(S[slow_modes:, slow_modes:], B[slow_modes:])
+        yield in_even_states(StateSpace(S[:slow_modes, :slow_modes], B_slow, C[:, :slow_modes], D))
 
 
 def in_even_states(controller: StateSpace) -> StateSpace:
@@ -189,9 +197,9 @@ def in_even_states(controller: StateSpace) -> StateSpace:
     """
     A, B, C = controller.A.copy(), controller.B.copy(), controller.C.copy()
     for k in [*range(len(A))] * ROUNDS:
-        others = np.arange(len(A)) != k
-        row = np.linalg.norm([*A[k, others], *B[k]])
-        column = np.linalg.norm([*A[others, k], *C[:, k]])
+        other_states = np.arange(len(A)) != k
+        row = np.linalg.norm([*A[k, other_states], *B[k]])
+        column = np.linalg.norm([*A[other_states, k], *C[:, k]])
         if not (row > 0 and column > 0):
             continue
         t = float(nearest_power(np.array([np.sqrt(row / column)]))[0])
@@ -202,31 +210,33 @@ def in_even_states(controller: StateSpace) -> StateSpace:
 
 def entry_size(controller: StateSpace) -> float:
     """Return the largest entry."""
-    parts = (controller.A, controller.B, controller.C, controller.D)
-    return max(float(np.abs(part).max(initial=0.0)) for part in parts)
+    matrices = (controller.A, controller.B, controller.C, controller.D)
+    return max(float(np.abs(matrix).max(initial=0.0)) for matrix in matrices)
 
 
 def plain_controller(plant: GeneralisedPlant, T: Floats) -> StateSpace | None:
     """Return a regulator with a filter that weigh all states of x = T xhat alike; None if none."""
     from scipy.linalg import solve_continuous_are
 
-    one = plant.in_states(T)
-    n, m, k = len(one.A), one.B2.shape[1], len(one.C2)
-    u, y = np.linalg.norm(one.B2, 2) or 1.0, np.linalg.norm(one.C2, 2) or 1.0
+    scaled_plant = plant.in_states(T)
+    n, m, k = len(scaled_plant.A), scaled_plant.B2.shape[1], len(scaled_plant.C2)
+    u, y = np.linalg.norm(scaled_plant.B2, 2) or 1.0, np.linalg.norm(scaled_plant.C2, 2) or 1.0
     try:
-        P = solve_continuous_are(one.A, one.B2, np.eye(n), u * np.eye(m))
-        S = solve_continuous_are(one.A.T, one.C2.T, np.eye(n), y * np.eye(k))
+        P = solve_continuous_are(scaled_plant.A, scaled_plant.B2, np.eye(n), u * np.eye(m))
+        S = solve_continuous_are(scaled_plant.A.T, scaled_plant.C2.T, np.eye(n), y * np.eye(k))
     except (np.linalg.LinAlgError, ValueError):
         return None
-    K, L = one.B2.T @ P / u, S @ one.C2.T / y
-    law = StateSpace(one.A - one.B2 @ K - L @ one.C2, L, -K, np.zeros((m, k)))
+    K, L = scaled_plant.B2.T @ P / u, S @ scaled_plant.C2.T / y
+    law = StateSpace(
+        scaled_plant.A - scaled_plant.B2 @ K - L @ scaled_plant.C2, L, -K, np.zeros((m, k))
+    )
     return in_even_states(law) if np.isfinite(loop_norm(plant, law)) else None
 
 
 def rounded_rows(controller: StateSpace) -> StateSpace:
     """Return the controller without entries that are rounding beside the others of their row."""
     n = controller.order
-    whole = np.block([[controller.A, controller.B], [controller.C, controller.D]])
-    most = np.abs(whole).max(axis=1, keepdims=True)
-    whole = np.where(np.abs(whole) < ROUNDING * most, 0.0, whole)
-    return StateSpace(whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:])
+    all_rows = np.block([[controller.A, controller.B], [controller.C, controller.D]])
+    row_sizes = np.abs(all_rows).max(axis=1, keepdims=True)
+    all_rows = np.where(np.abs(all_rows) < ROUNDING * row_sizes, 0.0, all_rows)
+    return StateSpace(all_rows[:n, :n], all_rows[:n, n:], all_rows[n:, :n], all_rows[n:, n:])

@@ -1,4 +1,6 @@
-r"""The closed loop u = -sum_j h_j K_j x as a double sum, with Q = P^-1 and M_j = K_j Q.
+"""The closed loop as double sums: its motion, pole regions, uncertain models.
+
+The closed loop u = -sum_j h_j K_j x as a double sum, with Q = P^-1 and M_j = K_j Q.
 
     continuous   Theta_ij = He(A_i Q - B_i M_j) + 2 alpha Q
     discrete     Theta_ij = [ -rho^2 Q         *  ]
@@ -7,18 +9,65 @@ r"""The closed loop u = -sum_j h_j K_j x as a double sum, with Q = P^-1 and M_j 
 sum_ij h_i h_j Theta_ij < 0 gives V' <= -2 alpha V, or V(x+) <= rho^2 V(x), for V = x' P x.
 
 Source: Tanaka and Wang (2001), section 3.3 and theorem 12.
+
+Regions of the complex plane for closed loops, as double sums: one for each part of a region.
+
+With Q = P^-1, M_j = K_j Q and G_ij = A_i Q - B_i M_j, a part {z : L + z M + conj(z) M' < 0} asks
+
+    Theta_ij = L (x) Q + M (x) G_ij + M' (x) G_ij',     sum_ij h_i h_j Theta_ij < 0,
+
+which is I (x) Q times the analysis condition times I (x) Q.  For constant memberships,
+every eigenvalue of sum_ij h_i h_j (A_i - B_i K_j) then lies in the region.  Where they move,
+the part says what its quadratic function says: a half-plane Re z < -alpha that V' <= -2 alpha V;
+in discrete time a disc |z| < rho that V(x+) <= rho^2 V(x).
+
+Source: Chilali and Gahinet (1996), IEEE Trans. Automatic Control 41(3), for one rule.
+
+A double sum made robust against norm-bounded uncertainty of the model.
+
+A double sum in which the loop G_ij = A_i Q - B_i M_j stands as C (x) G_ij + C' (x) G_ij', with a
+known matrix C over its blocks (the carrier), becomes that of the uncertain model
+
+    A_i + D_i Delta E_i,   B_i + D_i Delta F_i,   |Delta| <= 1,
+
+when He((C_L (x) D_i) (I (x) Delta) (C_R (x) W_ij)) is added, C = C_L C_R, W_ij = E_i Q - F_i M_j.
+For every S > 0 of the size of C_L's columns, which commutes with the repeated Delta, that is at
+most (C_L S C_L') (x) D D' + (C_R' S^-1 C_R) (x) W' W.  With all of it affine in the blend,
+
+    [ Theta_ij              *            *         ]
+    [ (S C_L') (x) D_i'     -S (x) I_p   *         ]     in the place of Theta_ij,
+    [ C_R (x) W_ij          0            -S (x) I_q ]
+
+and a multiplier S of its own for each block of the uncertainty.  For a carrier of rank one (decay,
+a disc, discrete time) S is a number; for a sector it is 2 x 2.  Where D is the same in all rules S
+may change with the vertex's rule, for sum_i h_i S_i then stands where S did; otherwise it is one.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), chapter 7, for one gain; Chilali, Gahinet and
+Apkarian (1999), IEEE Trans. Automatic Control 44(12), for regions.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.pole_region import coefficient_latex, region_weight
+from takagi.lmi.condition.region import (
+    EigenvalueRegion,
+    RegionPart,
+    Uncertainty,
+    UncertaintyBlock,
+    blocks_of,
+)
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.summands import Member, SumPart
-from takagi.models.arrays import Floats
+from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
+from takagi.models.arrays import Floats, Indices
+from takagi.models.errors import ModelError
 
 # Of the input on x' P x <= 1, what a gain that moves no more of it is: rounding.
 ROUNDING = 1e-9
@@ -31,8 +80,8 @@ def without_rounding(K: Floats, Q: Floats) -> Floats:
     ----------
     Q : P^-1; an entry moves the input by |K_ij| sqrt(Q_jj) on x' P x <= 1.
     """
-    moved = np.abs(K) * np.sqrt(np.abs(np.diag(Q)))
-    return np.where(moved < ROUNDING * moved.max(axis=-1, keepdims=True), 0.0, K)
+    effects = np.abs(K) * np.sqrt(np.abs(np.diag(Q)))
+    return np.where(effects < ROUNDING * effects.max(axis=-1, keepdims=True), 0.0, K)
 
 
 def gain_unknown(r: int, m: int, n: int, relaxation: str) -> Unknown:
@@ -71,17 +120,22 @@ def closed_loop(
     corners : as in ``DoubleSum``.
     """
     r, n = A.shape[:2]
-    one = np.eye(n)[None]
-    moved = (1, 0) if discrete else (0, 0)
+    eye = np.eye(n)[None]
+    motion_block = (1, 0) if discrete else (0, 0)
     parts = [
         SumPart(
-            unknown=Q, left=A, right=one, at=moved, plus_transpose=not discrete, latex=("A_{i}", "")
+            unknown=Q,
+            left=A,
+            right=eye,
+            at=motion_block,
+            plus_transpose=not discrete,
+            latex=("A_{i}", ""),
         ),
         SumPart(
             unknown=M,
             left=-B,
-            right=one,
-            at=moved,
+            right=eye,
+            at=motion_block,
             plus_transpose=not discrete,
             member=gain_member(M),
             latex=("-B_{i}", ""),
@@ -91,13 +145,13 @@ def closed_loop(
     if discrete:
         parts += [
             SumPart(
-                unknown=Q, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")
+                unknown=Q, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")
             ),
-            SumPart(unknown=Q, left=-one, right=one, at=(1, 1), latex=("-", "")),
+            SumPart(unknown=Q, left=-eye, right=eye, at=(1, 1), latex=("-", "")),
         ]
     else:
         parts.append(
-            SumPart(unknown=Q, left=2.0 * one, right=one, parameter="alpha", latex=(r"2\alpha", ""))
+            SumPart(unknown=Q, left=2.0 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", ""))
         )
     return DoubleSum(
         rules=r,
@@ -106,3 +160,274 @@ def closed_loop(
         weight=weight,
         corners=corners,
     )
+
+
+def region_sums(
+    A: Array,
+    B: Array,
+    Q: Unknown,
+    M: Unknown,
+    region: EigenvalueRegion,
+    *,
+    corners: Indices | None = None,
+) -> tuple[DoubleSum, ...]:
+    """Return the module's Theta_ij, one double sum for each part of the region, in its order.
+
+    Every relaxation applies to each of them.  With uncertainty, give the part's M as the carrier:
+    ``with_uncertainty(loop, Q, M, uncertainty, carrier=part.matrices[1])``.
+
+    Parameters
+    ----------
+    A, B : (r, n, n), (r, n, m).
+    Q, M : unknowns as in ``closed_loop``.
+    region : in 1/s for x' = A x; of the eigenvalues of A itself for x+ = A x.
+    corners : as in ``DoubleSum``.
+    """
+    return tuple(
+        _region_sum(A, B, Q, M, part, label, corners)
+        for part, label in zip(region.parts, region.labels, strict=True)
+    )
+
+
+def _region_sum(
+    A: Array,
+    B: Array,
+    Q: Unknown,
+    M: Unknown,
+    part: RegionPart,
+    label: str,
+    corners: Indices | None,
+) -> DoubleSum:
+    L, C = (matrix.astype(np.float64) for matrix in part.matrices)
+    k, n = len(L), A.shape[1]
+    eye = np.eye(n)[None]
+    parts = [
+        SumPart(
+            unknown=Q,
+            left=L[a, b] * eye,
+            right=eye,
+            at=(a, b),
+            latex=(coefficient_latex(L[a, b]), ""),
+        )
+        for a in range(k)
+        for b in range(a, k)
+        if L[a, b]
+    ]
+    for a, b in np.argwhere(C).tolist():
+        parts += _moved(A, B, Q, M, float(C[a, b]), (a, b))
+    return DoubleSum(
+        rules=len(A),
+        blocks=(n,) * k,
+        parts=tuple(parts),
+        weight=region_weight(part, A),
+        name=label,
+        corners=corners,
+    )
+
+
+def _moved(
+    A: Array, B: Array, Q: Unknown, M: Unknown, factor: float, at: tuple[int, int]
+) -> tuple[SumPart, SumPart]:
+    """Return factor G_ij at a block; below the diagonal it stands for its transpose above."""
+    scaled_eye = factor * np.eye(A.shape[1])[None]
+    on_diagonal = at[0] == at[1]
+    return (
+        SumPart(
+            unknown=Q,
+            left=A,
+            right=scaled_eye,
+            at=at,
+            plus_transpose=on_diagonal,
+            latex=(f"{coefficient_latex(factor)}A_{{i}}", ""),
+        ),
+        SumPart(
+            unknown=M,
+            left=-B,
+            right=scaled_eye,
+            at=at,
+            plus_transpose=on_diagonal,
+            member=gain_member(M),
+            latex=(f"{coefficient_latex(-factor)}B_{{i}}", ""),
+            symbol=gain_symbol(M),
+        ),
+    )
+
+
+def loop_carrier(loop: DoubleSum, *, discrete: bool = False) -> Array:
+    """Return the carrier of ``closed_loop``, or of what has it in its first blocks.
+
+    He(G_ij) in block (0, 0), or G_ij in block (1, 0) in discrete time.
+    """
+    carrier = np.zeros((len(loop.blocks),) * 2)
+    carrier[(1, 0) if discrete else (0, 0)] = 1.0
+    return carrier
+
+
+def with_uncertainty(
+    loop: DoubleSum,
+    Q: Unknown,
+    M: Unknown,
+    uncertainty: Uncertainty,
+    *,
+    carrier: ArrayLike | None = None,
+    discrete: bool = False,
+) -> tuple[DoubleSum, tuple[Unknown, ...]]:
+    """Return the module's double sum, for every |Delta_k| <= 1, and the multipliers it needs.
+
+    Every relaxation applies to it.  The multipliers are positive by the LMI itself.
+
+    Parameters
+    ----------
+    loop : a double sum that holds the loop as its carrier says.
+    Q, M : its unknowns, u = -sum_j h_j M_j Q^-1 x.
+    uncertainty : in the coordinates of the double sum.
+    carrier : C, (blocks, blocks), nonzero only between blocks of n rows; None takes that of
+        ``closed_loop``; a part of a region has its own M.
+    discrete : for carrier None.
+
+    Returns
+    -------
+    The double sum, and as unknowns of their own the entries on and above the diagonal of each
+    block's S, named after the loop, with a member a rule where D is the same in all.  For more than
+    one block or rule, or a carrier of a rank above one, it is sufficient only.
+
+    Raises
+    ------
+    ModelError : uncertainty that does not fit the unknowns, a carrier that does not fit the loop.
+    """
+    C = loop_carrier(loop, discrete=discrete) if carrier is None else np.asarray(carrier, float)
+    _check_carrier(C, loop, Q.rows)
+    left, right = _factors(C)
+    # The channels' rows are measured so that their multipliers weigh as much as the rest.
+    unit = float(nearest_power(np.array(np.sqrt(loop.weight))))
+    unknowns: tuple[Unknown, ...] = ()
+    for k, channel in enumerate(blocks_of(uncertainty, loop.rules, Q.rows, M.rows), start=1):
+        count = loop.rules if channel.enters_alike else 1
+        entries = _multiplier(loop.name, k, left.shape[1], count)
+        loop = _covered(
+            loop=loop,
+            Q=Q,
+            M=M,
+            channel=channel,
+            entries=entries,
+            left=left,
+            right=right,
+            unit=unit,
+            k=k,
+        )
+        unknowns += tuple(S for (c, b), S in entries.items() if c <= b)
+    return loop, unknowns
+
+
+def _multiplier(loop: str, k: int, size: int, count: int) -> dict[tuple[int, int], Unknown]:
+    """Return the entries of block k's S by row and column, (c, b) and (b, c) the same unknown."""
+    prefix, where = (f"{loop}, ", rf"\text{{{loop}}}") if loop else ("", "")
+    entries = {}
+    for c in range(size):
+        for b in range(c, size):
+            entry_text = f"{c + 1}{b + 1}" if size > 1 else ""
+            index = ",".join(word for word in (f"{k}", where, entry_text) if word)
+            name = f"{prefix}sigma{k}" + (f"_{entry_text}" if entry_text else "")
+            S = Unknown(name, 1, 1, count=count, latex=rf"\sigma^{{({index})}}")
+            entries[c, b] = entries[b, c] = S
+    return entries
+
+
+def _check_carrier(C: Array, loop: DoubleSum, n: int) -> None:
+    k = len(loop.blocks)
+    if C.shape != (k, k) or not C.any():
+        raise ModelError(
+            f"the carrier has shape {C.shape}; ({k}, {k}) is needed, one row for each block of "
+            "the double sum, and not zero"
+        )
+    bad = [b for b in {*np.nonzero(C)[0].tolist(), *np.nonzero(C)[1].tolist()}
+           if loop.blocks[b] != n]  # fmt: skip
+    if bad:
+        raise ModelError(
+            f"the carrier puts the loop in block {bad[0]}, which has {loop.blocks[bad[0]]} rows; "
+            f"the loop has {n}"
+        )
+
+
+def _factors(C: Array) -> tuple[Array, Array]:
+    """Return C_L and C_R with C = C_L C_R, one of them picking rows or columns: nothing rounds."""
+    rows, columns = np.flatnonzero(C.any(axis=1)), np.flatnonzero(C.any(axis=0))
+    eye = np.eye(len(C))
+    if len(rows) <= len(columns):
+        return eye[:, rows], C[rows]
+    return C[:, columns], eye[columns]
+
+
+def _covered(
+    loop: DoubleSum,
+    Q: Unknown,
+    M: Unknown,
+    channel: UncertaintyBlock,
+    entries: dict[tuple[int, int], Unknown],
+    left: Array,
+    right: Array,
+    unit: float,
+    k: int,
+) -> DoubleSum:
+    """Return the double sum with the rows of one block of the uncertainty below it."""
+    first, size = len(loop.blocks), left.shape[1]
+    p, q = channel.D.shape[2], channel.E.shape[1]
+    member: Member = "vertex" if entries[0, 0].count > 1 else "first"
+    parts = list(loop.parts)
+    for a, c, b in np.ndindex(len(left), size, size):
+        if left[a, c]:
+            factor = unit * float(left[a, c])
+            parts.append(
+                SumPart(
+                    unknown=entries[c, b],
+                    member=member,
+                    symbol=f"{entries[c, b].symbol}_{{i}}" if member == "vertex" else "",
+                    left=factor * channel.D,
+                    at=(a, first + b),
+                    latex=(coefficient_latex(factor), f"D_{{{k}{{i}}}}"),
+                )
+            )
+    for c, b in np.argwhere(right).tolist():
+        parts += _driven(Q, M, channel, unit * float(right[c, b]), (first + size + c, b), k)
+    for c, b in np.argwhere(np.triu(np.ones((size, size)))).tolist():
+        for start, width in ((first, p), (first + size, q)):
+            parts.append(
+                SumPart(
+                    unknown=entries[c, b],
+                    member=member,
+                    symbol=f"{entries[c, b].symbol}_{{i}}" if member == "vertex" else "",
+                    left=-(unit**2) * np.eye(width)[None],
+                    at=(start + c, start + b),
+                    latex=(coefficient_latex(-(unit**2)), "I"),
+                )
+            )
+    return replace(loop, blocks=(*loop.blocks, *(p,) * size, *(q,) * size), parts=tuple(parts))
+
+
+def _driven(
+    Q: Unknown, M: Unknown, channel: UncertaintyBlock, factor: float, at: tuple[int, int], k: int
+) -> list[SumPart]:
+    """Return factor (E_i Q - F_i M_j) at a block."""
+    eye = np.eye(Q.rows)[None]
+    parts = [
+        SumPart(
+            unknown=Q,
+            left=factor * channel.E,
+            right=eye,
+            at=at,
+            latex=(f"{coefficient_latex(factor)}E_{{{k}{{i}}}}", ""),
+        )
+    ]
+    if channel.F.any():
+        parts.append(
+            SumPart(
+                unknown=M,
+                left=-factor * channel.F,
+                right=eye,
+                at=at,
+                member=gain_member(M),
+                latex=(f"{coefficient_latex(-factor)}F_{{{k}{{i}}}}", ""),
+                symbol=gain_symbol(M),
+            )
+        )
+    return parts

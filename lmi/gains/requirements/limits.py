@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import number, positive_vector
-from takagi.lmi.condition.region import EigenvalueRegion
+from takagi.lmi.condition.region import EigenvalueRegion, Uncertainty
 from takagi.lmi.condition.term import LMI, Array, Constant, Term
-from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.requirements import Requirements, requirements_of
 from takagi.models.errors import ModelError
@@ -57,20 +56,20 @@ class Limits:
     @property
     def initial_extent(self) -> Array | None:
         """Return (n,), how far the initial states go along each state; None without any."""
-        parts = [] if self.initial is None else [np.abs(self.initial).max(axis=0)]
-        parts += [] if self.ball is None else [self.ball]
-        return np.max(parts, axis=0) if parts else None
+        extents = [] if self.initial is None else [np.abs(self.initial).max(axis=0)]
+        extents += [] if self.ball is None else [self.ball]
+        return np.max(extents, axis=0) if extents else None
 
     def share_of_starts(self, Q: Array) -> float:
         """Return the largest x' Q^-1 x over the initial states to be inside; 0 for none."""
-        found = [0.0]
+        shares = [0.0]
         if self.initial is not None:
-            one = np.linalg.solve(Q, self.initial.T).T
-            found.append(float(np.einsum("ki,ki->k", self.initial, one).max()))
+            solved = np.linalg.solve(Q, self.initial.T).T
+            shares.append(float(np.einsum("ki,ki->k", self.initial, solved).max()))
         if self.ball is not None:
             inside = np.linalg.inv(Q) * self.ball * self.ball[:, None]
-            found.append(float(np.linalg.eigvalsh((inside + inside.T) / 2)[-1]))
-        return max(found)
+            shares.append(float(np.linalg.eigvalsh((inside + inside.T) / 2)[-1]))
+        return max(shares)
 
     def scaled(self, s: Array, tau: Array) -> Limits:
         """Return the limits in the coordinates x = s xhat, u = tau uhat."""
@@ -110,12 +109,12 @@ def limits_of(
         finite = positive_vector("state_box", np.where(np.isposinf(states), 1.0, states), n)
         states = np.where(np.isposinf(np.broadcast_to(states, (n,))), np.inf, finite)
     ball = None if initial_ball is None else positive_vector("initial_ball", initial_ball, n)
-    for what, starts in (("box", initial), ("ball", ball)):
+    for region_name, starts in (("box", initial), ("ball", ball)):
         if starts is not None and states is not None and np.any(starts >= states):
             k = int(np.argmax(starts / states))
             raise ModelError(
-                f"state {k + 1}: the initial {what} reaches to {starts[k]:g}, the state box only "
-                f"to {states[k]:g}; an ellipsoid between them needs the first to be smaller"
+                f"state {k + 1}: the initial {region_name} reaches to {starts[k]:g}, the state box "
+                f"only to {states[k]:g}; an ellipsoid between them needs the first to be smaller"
             )
     gain = None if gain_bound is None else float(number("gain_bound", gain_bound))
     if gain is not None and gain <= 0:
@@ -124,15 +123,17 @@ def limits_of(
     return Limits(inputs, points, states, gain, np.ones(n), np.ones(m), ball)
 
 
-def _initial(given: ArrayLike, n: int) -> Array:
+def _initial(half_widths: ArrayLike, n: int) -> Array:
     """Return half-widths, (n,): positive, or 0 for a state that starts at rest, but not all."""
     try:
-        at_rest = np.asarray(given, dtype=np.float64) == 0
+        at_rest = np.asarray(half_widths, dtype=np.float64) == 0
     except (TypeError, ValueError):
         at_rest = np.zeros(n, dtype=bool)
     if at_rest.shape != (n,) or at_rest.all():
-        return positive_vector("initial_box", given, n)
-    return np.where(at_rest, 0.0, positive_vector("initial_box", np.where(at_rest, 1.0, given), n))
+        return positive_vector("initial_box", half_widths, n)
+    return np.where(
+        at_rest, 0.0, positive_vector("initial_box", np.where(at_rest, 1.0, half_widths), n)
+    )
 
 
 def input_lmis(
@@ -152,7 +153,7 @@ def input_lmis(
     """
     n, m, r = Q.rows, M.rows, M.count
     rule, k = np.divmod(np.arange(r * m), m)
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     return (
         LMI(
             name=name,
@@ -161,13 +162,13 @@ def input_lmis(
                 Term(
                     unknown=M,
                     left=np.eye(m)[k][:, None, :],
-                    right=one,
+                    right=eye,
                     at=(0, 1),
                     members=rule,
                     latex=(r"e_k^\top", ""),
                     symbol=rf"{M.symbol}_i",
                 ),
-                Term(unknown=Q, left=one, right=one, at=(1, 1)),
+                Term(unknown=Q, left=eye, right=eye, at=(1, 1)),
             ),
             constants=(Constant(value=(limit**2)[k][:, None, None], latex=rf"{symbol}_k^2"),),
             count=r * m,
@@ -185,12 +186,12 @@ def input_lmis(
 
 def initial_lmis(Q: Unknown, points: Array) -> tuple[LMI, ...]:
     """Pose [[1, x0'], [x0, Q]] > 0: the point x0 lies in x' P x <= 1."""
-    one = np.eye(Q.rows)[None]
+    eye = np.eye(Q.rows)[None]
     return (
         LMI(
             name="initial state",
             blocks=(1, Q.rows),
-            terms=(Term(unknown=Q, left=one, right=one, at=(1, 1)),),
+            terms=(Term(unknown=Q, left=eye, right=eye, at=(1, 1)),),
             constants=(
                 Constant(value=np.ones((1, 1, 1)), latex="1"),
                 Constant(value=points[:, None, :], at=(0, 1), latex=r"x_0^\top"),
@@ -209,12 +210,12 @@ def ball_lmis(Q: Unknown, ball: Array) -> tuple[LMI, ...]:
 
     Source: Tanaka and Wang (2001), section 3.4.1, for a ball (phi^2 I <= X there).
     """
-    one = np.eye(Q.rows)[None]
+    eye = np.eye(Q.rows)[None]
     return (
         LMI(
             name="initial ball",
             blocks=(Q.rows,),
-            terms=(Term(unknown=Q, left=one, right=one),),
+            terms=(Term(unknown=Q, left=eye, right=eye),),
             constants=(
                 Constant(value=-np.diag(ball**2)[None], latex=r"-\operatorname{diag}(a_k^2)"),
             ),
@@ -288,12 +289,12 @@ def gain_lmis(
     q = Unknown("q", 1, 1)
     states = np.diag(limits.state_units**-2.0)[None]
     inputs = np.diag(limits.input_units**-2.0)[None] * limits.gain**2
-    one = np.eye(n)[None]
+    eye = np.eye(n)[None]
     above = LMI(
         name="Q above q",
         blocks=(n,),
         terms=(
-            Term(unknown=Q, left=one, right=one),
+            Term(unknown=Q, left=eye, right=eye),
             Term(unknown=q, left=-states, latex=("-", r"I")),
         ),
         strict=False,
@@ -303,11 +304,11 @@ def gain_lmis(
         name="gain bound",
         blocks=(n, m),
         terms=(
-            Term(unknown=Q, left=one, right=one),
+            Term(unknown=Q, left=eye, right=eye),
             Term(
                 unknown=M,
                 left=np.eye(m)[None],
-                right=one,
+                right=eye,
                 at=(1, 0),
                 members=members,
                 symbol=rf"{M.symbol}_i",
@@ -336,7 +337,9 @@ def corners_of_box(box: Array) -> Array:
             f"{2 * MOST_CORNERS}; leave it out, or give limits for fewer states"
         )
     # A corner and its opposite are in the ellipsoid together.
-    signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=len(some) - 1)])
+    signs = np.array(
+        [(1.0, *signs_behind) for signs_behind in product((1.0, -1.0), repeat=len(some) - 1)]
+    )
     corners = np.zeros((len(signs), len(box)))
     corners[:, some] = signs * box[some]
     return corners

@@ -9,12 +9,10 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.condition.region import EigenvalueRegion
+from takagi.lmi.condition.region import EigenvalueRegion, NormBounded, blocks_of
 from takagi.lmi.condition.term import LMI, Array
-from takagi.lmi.condition.uncertainty import NormBounded, blocks_of
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.requirements.region_sums import region_sums
-from takagi.lmi.gains.requirements.robust_sums import with_uncertainty
+from takagi.lmi.gains.requirements.closed_loop import region_sums, with_uncertainty
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_shape import with_overlap
 from takagi.models.errors import ModelError
@@ -42,10 +40,10 @@ class Requirements:
         if self.uncertainty is None:
             return self
         blocks = blocks_of(self.uncertainty, r, len(s), len(tau))
-        found = tuple(
+        scaled_blocks = tuple(
             NormBounded(c.D, c.E, c.F) for c in (block.scaled(s, tau) for block in blocks)
         )
-        return replace(self, uncertainty=found)
+        return replace(self, uncertainty=scaled_blocks)
 
 
 def requirements_of(
@@ -70,8 +68,8 @@ def requirements_of(
         )
     blocks = None
     if uncertainty is not None:
-        found = blocks_of(uncertainty, r, n, m)  # type: ignore[arg-type]
-        blocks = tuple(NormBounded(block.D, block.E, block.F) for block in found)
+        checked_blocks = blocks_of(uncertainty, r, n, m)  # type: ignore[arg-type]
+        blocks = tuple(NormBounded(block.D, block.E, block.F) for block in checked_blocks)
     if active_rules is not None and (
         isinstance(active_rules, bool)
         or not isinstance(active_rules, Integral)
@@ -111,19 +109,19 @@ def required_sums(
     unknowns: tuple[Unknown, ...] = ()
     lmis: tuple[LMI, ...] = ()
     for plain, carrier in _with_carriers(loop, A, B, Q, M, requirements.region):
-        found = plain
+        double_sum = plain
         # A part of a region without the loop in it, L < 0, is the same for every plant.
         if requirements.uncertainty is not None and (carrier is None or carrier.any()):
-            found, more = with_uncertainty(
-                found, Q, M, requirements.uncertainty, carrier=carrier, discrete=discrete
+            double_sum, new_unknowns = with_uncertainty(
+                double_sum, Q, M, requirements.uncertainty, carrier=carrier, discrete=discrete
             )
-            unknowns += more
+            unknowns += new_unknowns
         if requirements.overlap is not None or requirements.active_rules is not None:
-            found, more, bounds = with_overlap(
-                found, requirements.overlap, active_rules=requirements.active_rules
+            double_sum, new_unknowns, bounds = with_overlap(
+                double_sum, requirements.overlap, active_rules=requirements.active_rules
             )
-            unknowns, lmis = unknowns + more, lmis + bounds
-        sums.append(found)
+            unknowns, lmis = unknowns + new_unknowns, lmis + bounds
+        sums.append(double_sum)
     return tuple(sums), unknowns, lmis
 
 
@@ -133,5 +131,5 @@ def _with_carriers(
     yield loop, None
     if region is not None:
         parts = region_sums(A, B, Q, M, region, corners=loop.corners)  # type: ignore[arg-type]
-        for one, part in zip(parts, region.parts, strict=True):
-            yield one, np.asarray(part.matrices[1], dtype=np.float64)
+        for double_sum, part in zip(parts, region.parts, strict=True):
+            yield double_sum, np.asarray(part.matrices[1], dtype=np.float64)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer, Design, GainsWithAnswer
 from takagi.lmi.argument_checks import (
+    check_stabilisable,
     input_stack,
     sample_time_of,
     symmetric,
@@ -33,10 +34,8 @@ from takagi.lmi.gains.structured.local_search import (
     shown,
     slack_start,
 )
-from takagi.lmi.gains.structured.structure import check_movable, structure_of
-from takagi.lmi.gains.structured.sums import Objective
+from takagi.lmi.gains.structured.structure import Objective, check_movable, structure_of
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
@@ -276,10 +275,10 @@ def structured_pdc(
     """
     relaxation_named(relaxation)
     if objective not in get_args(Objective):
-        known = get_args(Objective)
+        objectives = get_args(Objective)
         raise ModelError(
-            f"objective {objective!r} is not known; there are {', '.join(known)}"
-            + did_you_mean(str(objective), list(known))
+            f"objective {objective!r} is not known; there are {', '.join(objectives)}"
+            + did_you_mean(str(objective), list(objectives))
         )
     if objective == "decay_rate" and gain_bound is None:
         raise ModelError(
@@ -325,20 +324,20 @@ def structured_pdc(
 
 def _best(
     local: LocalSearch,
-    known: list[LocalStart],
+    named_starts: list[LocalStart],
     tolerance: float,
     descents: tuple[int, int],
 ) -> StructuredPoint | None:
     """Return the best point from the known starts, and from descents on the norm if asked for."""
     starts, seed = descents
     if not starts:
-        return local.best(known, tolerance)
-    ends = descended(local.search, known, starts=starts, seed=seed)
+        return local.best(named_starts, tolerance)
+    ends = descended(local.search, named_starts, starts=starts, seed=seed)
     if len(local.search.plant.A) > 1:
-        return local.best([*ends[:DESCENTS], *known], tolerance)
+        return local.best([*ends[:DESCENTS], *named_starts], tolerance)
     spot, steps = shown(local.search, ends)
     local.steps.extend(steps)
-    return spot if spot is not None else local.best(known, tolerance)
+    return spot if spot is not None else local.best(named_starts, tolerance)
 
 
 def _bound(gain_bound: float | None) -> float | None:
@@ -373,11 +372,11 @@ def _unstructured(
     name, bound = search.relaxation, search.gain_bound
     if search.objective == "cost":
         assert Q is not None and R is not None  # plant_for has checked this
-        found = [
+        designs = [
             lqr_pdc(model, Q, R, relaxation=name, deviations=deviations, sample_time=sample_time)
         ]
     elif search.objective == "hinf":
-        found = [
+        designs = [
             hinf_pdc(
                 model,
                 performance=performance,
@@ -389,14 +388,14 @@ def _unstructured(
             for tolerance in (1e-6, *reversed(MODEST))
         ]
     else:
-        found = [
+        designs = [
             pdc(model, decay_rate="max", relaxation=name, gain_bound=bound, sample_time=sample_time)
         ]
     plain = pdc(search.plant.reaching, relaxation=name)
-    good = [design for design in found if design.gains is not None]
+    good = [design for design in designs if design.gains is not None]
     if plain.gains is not None and len(plain.gains[0]) == search.plant.B.shape[2]:
         good.append(plain)
-    return good or [plain if plain.gains is None else found[0]]
+    return good or [plain if plain.gains is None else designs[0]]
 
 
 def _starts(search: StepSearch, plain: list[Design]) -> Iterator[LocalStart]:
@@ -433,8 +432,8 @@ def _best_without(
             for design in plain
             if design.gains is not None and design.P is not None
         ]
-        found = LocalSearch(free).best(starts, tolerance)
-        values += [found.value] if found is not None else []
+        best_point = LocalSearch(free).best(starts, tolerance)
+        values += [best_point.value] if best_point is not None else []
     if np.isnan(values).any():
         return float("nan")
     return float(sense * max(sense * value for value in values))

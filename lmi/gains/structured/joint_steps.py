@@ -16,10 +16,9 @@ from takagi.lmi.cone.balance import motion
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
-from takagi.lmi.gains.structured.structure import Structure
-from takagi.lmi.gains.structured.sums import Objective, StructuredGains, loop_sum
+from takagi.lmi.gains.structured.structure import Objective, Structure, StructuredGains, loop_sum
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
-from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
+from takagi.lmi.parameter_search.parameter_sweep import unknowns_near_least
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 
@@ -66,7 +65,7 @@ class LocalUnits:
         step = plant.sample_time
         loop = motion(np.linalg.solve(T, (plant.A - plant.B @ K) @ T), step)
         free = motion(np.linalg.solve(T, plant.A @ T), step)
-        size = float(max(np.linalg.norm(part, 2, axis=(1, 2)).max() for part in (loop, free)))
+        size = float(max(np.linalg.norm(matrix, 2, axis=(1, 2)).max() for matrix in (loop, free)))
         size = size or 1.0
         time, speed = (size, 1.0) if step is None else (1.0, min(size, 1.0))
         # An input of size one then moves the state about as fast as the loop moves.
@@ -153,8 +152,8 @@ class StepSearch:
     plant : in the model's units.
     deviations : L of the covariance L L' of x(0), for the cost.
     gain_bound : on the spectral norm of every K_i; None without.
-    held : margin that the LMIs must keep while cost or gamma is minimised; a larger margin keeps P
-        better conditioned.
+    required_margin : margin that the LMIs must keep while cost or gamma is minimised; a larger
+        margin keeps P better conditioned.
     fine : relative distance from the largest decay rate at which P is taken, for the same reason.
     tries : the record of all solver calls; every call adds to it.
     """
@@ -165,7 +164,7 @@ class StepSearch:
     relaxation: str
     deviations: Floats
     gain_bound: float | None = None
-    held: float = 1e-6
+    required_margin: float = 1e-6
     fine: float = 1e-4
     tries: list[Try] = field(default_factory=list)
 
@@ -197,16 +196,16 @@ class StepSearch:
         n = len(P)
         unknown = Unknown("P", n, n, symmetric=True)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-        known = StructuredGains(known=units.scaled_gains(K))
-        condition = self._condition(units, unknown, gamma, known)
-        outcome, value = self._best(condition, units, known.known, settle)
+        fixed_gains = StructuredGains(reference=units.scaled_gains(K))
+        condition = self._condition(units, unknown, gamma, fixed_gains)
+        outcome, value = self._best(condition, units, fixed_gains.reference, settle)
         if value is None:
             return None
         back = np.linalg.inv(units.states)
-        found = back.T @ outcome.values["P"][0] @ back
+        lyapunov = back.T @ outcome.values["P"][0] @ back
         return StructuredPoint(
             F=F,
-            P=(found + found.T) / 2,
+            P=(lyapunov + lyapunov.T) / 2,
             value=value,
             outcome=outcome,
             condition=condition,
@@ -223,13 +222,15 @@ class StepSearch:
         T = np.linalg.inv(np.linalg.cholesky(decaying.P)).T
         step = self.plant.sample_time
         alpha = decaying.value * (1.0 if step is None else step)
-        shown = float(np.linalg.norm((self.plant.C - self.plant.D12 @ K) @ T, 2, axis=(1, 2)).max())
+        output_size = float(
+            np.linalg.norm((self.plant.C - self.plant.D12 @ K) @ T, 2, axis=(1, 2)).max()
+        )
         entering = float(np.linalg.norm(np.linalg.solve(T, self.plant.E), 2, axis=(1, 2)).max())
         if self.objective == "cost":
-            return decaying.P * ((shown or 1.0) ** 2 / (2.0 * alpha)), None
-        if not (shown and entering):
+            return decaying.P * ((output_size or 1.0) ** 2 / (2.0 * alpha)), None
+        if not (output_size and entering):
             return decaying.P, None
-        return decaying.P * (shown / entering), shown * entering / alpha
+        return decaying.P * (output_size / entering), output_size * entering / alpha
 
     def moved(self, spot: StructuredPoint, spread: float) -> Floats | None:
         """Return the gains of the inner convex step from a point; None where it finds none."""
@@ -240,28 +241,28 @@ class StepSearch:
         unknown = Unknown("P", n, n, symmetric=True)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
         rows = self.structure.unknowns()
-        near = StructuredGains(
-            known=units.scaled_gains(K), structure=inside, unknowns=rows, spread=spread
+        varying_gains = StructuredGains(
+            reference=units.scaled_gains(K), structure=inside, unknowns=rows, spread=spread
         )
-        condition = self._condition(units, unknown, gamma, near)
+        condition = self._condition(units, unknown, gamma, varying_gains)
         if self.objective == "decay_rate":
             # The search starts a little below the rate that is known, where (P, L) is feasible
             # with a margin.
             at = units.parameter(spot.value)
-            hair = self._hair(units, self.fine / 10)(at)
-            origin = at - (hair if self.rate == "alpha" else -hair)
-            found = extreme_parameter(
+            rate_tolerance = self._hair(units, self.fine / 10)(at)
+            origin = at - (rate_tolerance if self.rate == "alpha" else -rate_tolerance)
+            extreme = extreme_parameter(
                 condition.with_parameters(**{self.rate: origin}),
                 self.rate,
                 largest=self.rate == "alpha",
                 steps=FEW,
-                step=lambda _: hair / 10,
+                step=lambda _: rate_tolerance / 10,
                 centre=False,
             )
-            self.tries.extend(found.outcome.tries)
-            values: Mapping[str, Floats] = found.best
+            self.tries.extend(extreme.outcome.tries)
+            values: Mapping[str, Floats] = extreme.best
         else:
-            values = unknowns_near_least(condition, held=self.held)
+            values = unknowns_near_least(condition, required_margin=self.required_margin)
         if not values:
             return None
         F = self.structure.assembled([values[row.name] for row in rows])
@@ -283,20 +284,20 @@ class StepSearch:
         slack, sums = relaxation_named(self.relaxation)(
             loop_sum(plant, self.objective, P, gamma, gains)
         )
-        one = np.eye(P.rows)[None]
-        own = Term(unknown=P, left=one, right=one)
+        eye = np.eye(P.rows)[None]
+        lyapunov_term = Term(unknown=P, left=eye, right=eye)
         largest = 1.0 if gains.structure is None else LARGEST
         lmis: tuple[LMI, ...] = (
-            LMI(name="P positive definite", blocks=(P.rows,), terms=(own,)),
+            LMI(name="P positive definite", blocks=(P.rows,), terms=(lyapunov_term,)),
             *sums,
         )
         if self.objective == "decay_rate" or gains.structure is not None:
-            bound = Constant(value=-largest * one)
+            bound = Constant(value=-largest * eye)
             lmis += (
                 LMI(
                     name="scale of P",
                     blocks=(P.rows,),
-                    terms=(own,),
+                    terms=(lyapunov_term,),
                     constants=(bound,),
                     sign=-1,
                     strict=False,
@@ -333,26 +334,28 @@ class StepSearch:
         # P = I is feasible at this rate, however unstable the loop is: |x'| <= size |x|.
         size = float(np.linalg.norm(plant.A[:, None] - plant.B[:, None] @ K, 2, axis=(2, 3)).max())
         origin = -1.01 * size - units.speed if self.rate == "alpha" else 1.01 * size**2 + 1.0
-        found = extreme_parameter(
+        extreme = extreme_parameter(
             condition.with_parameters(**{self.rate: origin}),
             self.rate,
             largest=self.rate == "alpha",
             step=self._hair(units, self.fine),
         )
-        self.tries.extend(found.outcome.tries)
-        if not found.found:
-            return found.outcome, None
-        return found.outcome, units.rate_of(found.condition.parameters[self.rate])
+        self.tries.extend(extreme.outcome.tries)
+        if not extreme.found:
+            return extreme.outcome, None
+        return extreme.outcome, units.rate_of(extreme.condition.parameters[self.rate])
 
     def _near_least(self, condition: Condition) -> Outcome:
-        values = unknowns_near_least(condition, held=self.held)
-        held = margin(condition, values) if values else -np.inf
-        return Outcome("candidate" if held > 0 else "unknown", values, held, np.inf, {}, ())
+        values = unknowns_near_least(condition, required_margin=self.required_margin)
+        checked_margin = margin(condition, values) if values else -np.inf
+        return Outcome(
+            "candidate" if checked_margin > 0 else "unknown", values, checked_margin, np.inf, {}, ()
+        )
 
     def _hair(self, units: LocalUnits, fine: float) -> Callable[[float], float]:
         """Return the tolerance of the rate's parameter: ``fine`` relative, never quite 0."""
-        rest = 0.0 if self.rate == "alpha" else 1.0
-        return lambda at: fine * max(abs(at - rest), 1e-3 * units.speed)
+        no_decay = 0.0 if self.rate == "alpha" else 1.0
+        return lambda at: fine * max(abs(at - no_decay), 1e-3 * units.speed)
 
     def _value(self, outcome: Outcome, units: LocalUnits) -> float:
         if self.objective == "hinf":
@@ -377,7 +380,7 @@ def _bound_lmi(gains: StructuredGains, units: LocalUnits, bound: float) -> LMI:
         )
         for k, row in zip(gains.structure.rows, gains.unknowns, strict=True)
     )
-    one = (Constant(value=np.eye(m)[None]), Constant(value=np.eye(n)[None], at=(1, 1)))
+    eye = (Constant(value=np.eye(m)[None]), Constant(value=np.eye(n)[None], at=(1, 1)))
     return LMI(
-        name="gain bound", blocks=(m, n), terms=terms, constants=one, count=count, weight=1.0
+        name="gain bound", blocks=(m, n), terms=terms, constants=eye, count=count, weight=1.0
     )

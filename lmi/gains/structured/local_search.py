@@ -12,7 +12,8 @@ from takagi.lmi.analysis.disturbance.guessed_function import bounded_real
 from takagi.lmi.argument_checks import corners_of
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.gains.descent import Found, GainLoops, best_gains
+from takagi.lmi.gains.descent.gain_loops import GainLoops
+from takagi.lmi.gains.descent.many_starts import Found, best_gains
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.slack_matrix import slack_condition, slack_gains
 from takagi.models.arrays import Floats
@@ -22,13 +23,13 @@ TOWARDS_DECAY, WITH_ROOM = 30, 2
 # Each start takes at most this many steps and stops at such a relative gain; then only the best
 # starts go on, and the last number says how many.
 EXPLORED, ENOUGH, PURSUED = 15, 3e-4, 2
-MOST = 80
+MOST_STEPS = 80
 # The shares of the margin (cost, gamma) or of the rate that are kept free, one after the other. The
 # larger share comes first because it keeps P well conditioned; the smaller one comes nearer to the
 # optimum.
 LEVELS = ((1e-6, 3e-2), (1e-6, 3e-3), (1e-7, 1e-4))
 # Factors of the spread s that are tried, relative to the one that gave the best step.
-ABOUT = (1.0, 3.0, 1.0 / 3.0)
+SPREAD_FACTORS = (1.0, 3.0, 1.0 / 3.0)
 # Relative gain of a cost or gamma with which no other spread is tried.  The largest decay rate is
 # where eigenvalues coincide, and there a long first step often leads to a worse result.
 GOOD = 1e-2
@@ -65,20 +66,20 @@ class LocalSearch:
 
     def best(self, starts: Sequence[LocalStart], tolerance: float) -> StructuredPoint | None:
         """Return the best point that the starts lead to; None if none leads to a stable loop."""
-        found: list[tuple[StructuredPoint, str]] = []
+        points: list[tuple[StructuredPoint, str]] = []
         for start in starts:
             spot = self._begun(start)
             if spot is not None:
                 coarse = _at(self.search, LEVELS[0])
                 spot = self._risen(coarse, spot, start.name, EXPLORED, ENOUGH)
-                found.append((spot, start.name))
+                points.append((spot, start.name))
         sense = self.search.sense
-        found.sort(key=lambda pair: -sense * pair[0].value)
+        points.sort(key=lambda pair: -sense * pair[0].value)
         ends = []
-        for spot, name in found[:PURSUED]:
+        for spot, name in points[:PURSUED]:
             for level in LEVELS:
                 finer = _at(self.search, level)
-                spot = self._risen(finer, spot, name, MOST, tolerance)
+                spot = self._risen(finer, spot, name, MOST_STEPS, tolerance)
             ends.append(spot)
         return max(ends, key=lambda spot: sense * spot.value) if ends else None
 
@@ -112,11 +113,11 @@ class LocalSearch:
         return search.assessed(spot.F, P, value=value)
 
     def _risen(
-        self, search: StepSearch, spot: StructuredPoint, name: str, most: int, enough: float
+        self, search: StepSearch, spot: StructuredPoint, name: str, step_count: int, enough: float
     ) -> StructuredPoint:
-        """Return the point after ``most`` steps, or where a step gains at most ``enough``."""
+        """Return the point after ``step_count`` steps, or where a step gains at most ``enough``."""
         spread = 1.0
-        for _ in range(most):
+        for _ in range(step_count):
             better, spread = self._stepped(search, spot, spread)
             if better is None:
                 break
@@ -132,7 +133,7 @@ class LocalSearch:
     ) -> tuple[StructuredPoint | None, float]:
         """Return the best point of a few spreads, None if no spread is better, and its spread."""
         best, at = None, spread
-        for factor in ABOUT:
+        for factor in SPREAD_FACTORS:
             F = search.moved(spot, spread * factor)
             new = None if F is None else search.assessed(F, spot.P, value=spot.value)
             if new is None or not search.sense * (new.value - spot.value) > 0:
@@ -145,8 +146,8 @@ class LocalSearch:
 
 
 def _at(search: StepSearch, level: tuple[float, float]) -> StepSearch:
-    held, fine = level
-    return replace(search, held=held, fine=fine)
+    required_margin, fine = level
+    return replace(search, required_margin=required_margin, fine=fine)
 
 
 def _further(search: StepSearch, spot: StructuredPoint, best: StructuredPoint) -> StructuredPoint:
@@ -200,7 +201,7 @@ ROOM = 1e-2
 
 
 def descended(
-    search: StepSearch, known: Sequence[LocalStart], *, starts: int, seed: int
+    search: StepSearch, named_starts: Sequence[LocalStart], *, starts: int, seed: int
 ) -> list[LocalStart]:
     """Return starts of least norm, the best first: of the vertices' own loops, rule by rule.
 
@@ -233,7 +234,7 @@ def descended(
     )
     ends = best_gains(
         loops,
-        [(start.name, search.bounded(start.F)) for start in known],
+        [(start.name, search.bounded(start.F)) for start in named_starts],
         starts=starts,
         seed=seed,
     )

@@ -42,9 +42,8 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.decay.condition import Controlled, theta_weight
 from takagi.lmi.gains.structured.structure import Structure, structure_of
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -134,16 +133,16 @@ def slack_gains(values: Mapping[str, Floats], structure: Structure) -> Floats:
     """Return F (groups, m, p) of K_j = M_j G_j^-1, with exact zeros off the pattern."""
     n = structure.C.shape[1]
     G = np.zeros((structure.groups, n, n))
-    for a, seen in enumerate(structure.slack_pattern()):
-        G[:, a, seen] = values[f"G{a + 1}"][:, 0]
+    for a, measured in enumerate(structure.slack_pattern()):
+        G[:, a, measured] = values[f"G{a + 1}"][:, 0]
     M = [values[row.name] for row in structure.unknowns()]
-    found: list[Floats] = []
+    row_gains: list[Floats] = []
     for k, row in zip(structure.rows, M, strict=True):
-        seen = np.flatnonzero(structure.pattern[k])
-        inside = G[:, seen[:, None], seen]
+        measured = np.flatnonzero(structure.pattern[k])
+        inside = G[:, measured[:, None], measured]
         K = np.linalg.solve(inside.transpose(0, 2, 1), row.transpose(0, 2, 1))
-        found.append(np.asarray(K.transpose(0, 2, 1), dtype=np.float64))
-    return structure.assembled(found)
+        row_gains.append(np.asarray(K.transpose(0, 2, 1), dtype=np.float64))
+    return structure.assembled(row_gains)
 
 
 # An unknown row, the number of the row, and (columns, n) that puts its entries in their places.
@@ -151,20 +150,20 @@ _Row = tuple[Unknown, int, Array]
 
 
 def _rows(name: str, pattern: Array, structure: Structure) -> list[_Row]:
-    one = np.eye(len(pattern))
+    eye = np.eye(len(pattern))
     return [
         (
             Unknown(
                 f"{name}{a + 1}",
                 1,
-                int(seen.sum()),
+                int(measured.sum()),
                 count=structure.groups,
                 latex=f"{name.lower()}_{{{a + 1}}}",
             ),
             a,
-            one[seen],
+            eye[measured],
         )
-        for a, seen in enumerate(pattern)
+        for a, measured in enumerate(pattern)
     ]
 
 
@@ -179,26 +178,26 @@ def _moved(
 ) -> list[SumPart]:
     """Return the parts with F_ij: He(F_ij) and mu F_ij in continuous time, F_ij in discrete."""
     n = A.shape[1]
-    places = np.eye(n)
-    rows = [(row, A[:, :, [a]], place, f"A_{{i}} e_{{{a + 1}}}") for row, a, place in G]
+    unit_rows = np.eye(n)
+    rows = [(row, A[:, :, [a]], selector, f"A_{{i}} e_{{{a + 1}}}") for row, a, selector in G]
     for k, row in zip(structure.rows, M, strict=True):
-        seen = np.flatnonzero(structure.pattern[k])
-        rows.append((row, -B[:, :, [k]], places[seen], f"-B_{{i}} e_{{{k + 1}}}"))
+        measured = np.flatnonzero(structure.pattern[k])
+        rows.append((row, -B[:, :, [k]], unit_rows[measured], f"-B_{{i}} e_{{{k + 1}}}"))
     where: list[tuple[Position, float, str]] = [((0, 1), 1.0, "")]
     if step is None:
         where = [((0, 0), 1.0, ""), ((0, 1), mu, r"\mu ")]
     return [
         SumPart(
             unknown=row,
-            left=factor * left,
-            right=place[None],
+            left=factor * column,
+            right=selector[None],
             at=at,
             plus_transpose=at == (0, 0),
             member=structure.member,
-            latex=(_times(letter, text), _placed(place, row)),
+            latex=(_times(letter, text), _placed(selector, row)),
             symbol=_of_gain(row),
         )
-        for row, left, place, text in rows
+        for row, column, selector, text in rows
         for at, factor, letter in where
     ]
 
@@ -213,14 +212,14 @@ def _own(G: list[_Row], structure: Structure, mu: float, step: float | None) -> 
         SumPart(
             unknown=row,
             left=factor * np.eye(n)[:, [a]][None],
-            right=place[None],
+            right=selector[None],
             at=at,
             plus_transpose=at == (1, 1),
             member=structure.member,
-            latex=(_times(letter, f"-e_{{{a + 1}}}"), _placed(place, row)),
+            latex=(_times(letter, f"-e_{{{a + 1}}}"), _placed(selector, row)),
             symbol=_of_gain(row),
         )
-        for row, a, place in G
+        for row, a, selector in G
         for at, factor, letter in where
     ]
 
@@ -230,9 +229,9 @@ def _times(letter: str, text: str) -> str:
     return f"-{letter}{text[1:]}" if text.startswith("-") else f"{letter}{text}"
 
 
-def _placed(place: Array, row: Unknown) -> str:
+def _placed(selector: Array, row: Unknown) -> str:
     """Return the factor S after a row, which puts its entries in their columns; else nothing."""
-    return "" if place.shape[0] == place.shape[1] else f"S_{{{row.name}}}"
+    return "" if selector.shape[0] == selector.shape[1] else f"S_{{{row.name}}}"
 
 
 def _of_gain(row: Unknown) -> str:
@@ -241,22 +240,22 @@ def _of_gain(row: Unknown) -> str:
 
 
 def _continuous(Q: Unknown) -> tuple[SumPart, ...]:
-    one = np.eye(Q.rows)[None]
+    eye = np.eye(Q.rows)[None]
     return (
-        SumPart(unknown=Q, left=2.0 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
-        SumPart(unknown=Q, left=one, right=one, at=(0, 1)),
+        SumPart(unknown=Q, left=2.0 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
+        SumPart(unknown=Q, left=eye, right=eye, at=(0, 1)),
     )
 
 
 def _discrete(Q: Unknown) -> tuple[SumPart, ...]:
-    one = np.eye(Q.rows)[None]
+    eye = np.eye(Q.rows)[None]
     return (
-        SumPart(unknown=Q, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
-        SumPart(unknown=Q, left=one, right=one, at=(1, 1)),
+        SumPart(unknown=Q, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
+        SumPart(unknown=Q, left=eye, right=eye, at=(1, 1)),
     )
 
 
 def _with_complement(C: Floats) -> Floats:
     """Return [C; N], N an orthonormal basis of the null space of C."""
-    _, _, right = np.linalg.svd(C)
-    return np.concatenate([C, right[len(C) :]])
+    _, _, right_vectors = np.linalg.svd(C)
+    return np.concatenate([C, right_vectors[len(C) :]])

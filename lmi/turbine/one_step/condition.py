@@ -100,8 +100,8 @@ class Around:
         The bound on He(E X W) holds for every t > 0 and is exact where t X E' = W / t; this t makes
         both sides equally large for steps X of order one.
         """
-        moved = np.linalg.norm(self.moving.A, axis=(2, 3)).max(axis=1)
-        return np.asarray(np.sqrt(np.maximum(moved, self.speed / 2)), dtype=np.float64)
+        speeds = np.linalg.norm(self.moving.A, axis=(2, 3)).max(axis=1)
+        return np.asarray(np.sqrt(np.maximum(speeds, self.speed / 2)), dtype=np.float64)
 
 
 def motion_lmi(
@@ -127,7 +127,7 @@ def motion_lmi(
     root = np.sqrt(speed)
     s = around.spread[chosen][:, None, None]
     A, d = moving.at.A[chosen] / speed, around.d[chosen][:, :, None] / speed
-    own = (around.scale[:, None] * moving.at.error)[chosen][:, :, None]
+    error_columns = (around.scale[:, None] * moving.at.error)[chosen][:, :, None]
     changes = around.dd[chosen][:, :, :, None]
     row = 2 if around.disturbed else 1
     step = (row, row)
@@ -142,15 +142,17 @@ def motion_lmi(
     if around.disturbed:
         terms.append(Term(unknown=P, left=EYE, right=d, at=(0, 1)))
         terms.append(Term(unknown=pace, left=-ONE, at=(1, 1), members=index))
-        terms.append(Term(unknown=wider, left=own / speed, at=(0, 1), members=index))
-        terms.append(Term(unknown=wider, left=own / (s * root), at=(row, 1), members=index))
+        terms.append(Term(unknown=wider, left=error_columns / speed, at=(0, 1), members=index))
+        terms.append(
+            Term(unknown=wider, left=error_columns / (s * root), at=(row, 1), members=index)
+        )
         constants.append(Constant(value=-ONE, at=(1, 1)))
     for j in range(3 if u is not None else 0):
         assert u is not None
         dA, dd = moving.A[chosen, j], changes[:, j]
         members = moving.members[chosen, j]
-        both = (dA + dA.transpose(0, 2, 1)) / speed
-        terms.append(Term(unknown=u, left=both, members=members))
+        symmetrised = (dA + dA.transpose(0, 2, 1)) / speed
+        terms.append(Term(unknown=u, left=symmetrised, members=members))
         terms.append(Term(unknown=u, left=dA / (s * root), at=(row, 0), members=members))
         if around.disturbed:
             terms.append(Term(unknown=u, left=dd / speed, at=(0, 1), members=members))
@@ -215,12 +217,12 @@ def reach_in_speed(P: Unknown, h: Floats, eta: Unknown) -> LMI:
     )
 
 
-def mean_class(wider: Unknown, shares: Floats, least: float) -> LMI:
+def mean_class(wider: Unknown, shares: Floats, mean: float) -> LMI:
     """Return sum of share_k c_k >= least."""
     every = np.arange(wider.count)
     zero = np.zeros(wider.count, dtype=np.intp)
     term = Term(unknown=wider, left=shares[:, None, None], items=zero, members=every)
-    constant = Constant(value=-least * ONE)
+    constant = Constant(value=-mean * ONE)
     return LMI(
         name="mean wind class", blocks=(1,), terms=(term,), constants=(constant,), strict=False
     )

@@ -1,4 +1,8 @@
-r"""Gains of the effort-sharing law at all winds and the loop's quadratic functions, found together.
+"""Gains at all winds and the loop's functions, by small convex steps.
+
+The search for better gains: the loop is enclosed again after each step before it is accepted.
+
+Gains of the effort-sharing law at all winds and the loop's quadratic functions, found together.
 
 The two-step design finds the gains at each wind separately and searches for one Lyapunov function
 afterwards.  The one-step design starts from the two-step gains and changes all unknowns together:
@@ -24,17 +28,240 @@ The result is a design in floating point and no proof; the certificate decides a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from takagi.lmi.turbine.one_step.iteration import Iteration, first_point, with_largest_decay_rate
-from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions, LoopOfGains
+from takagi.lmi.analysis.decay_rate import fast_decay
+from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, invariant_ellipsoid
+from takagi.lmi.turbine.one_step.design_point import (
+    DesignPoint,
+    ReachedValues,
+    design_point,
+    function_value,
+    mean_error,
+    shares_of,
+    weights_at,
+    widest_multiples,
+)
+from takagi.lmi.turbine.one_step.joint_step import RemainingRoom, Weights, joint_step
+from takagi.lmi.turbine.one_step.loop_of_gains import (
+    LoopFunctions,
+    LoopOfGains,
+    MovingCorners,
+    WindCellCorners,
+    functions_at,
+)
 from takagi.lmi.turbine.one_step.objective import Objective
-from takagi.lmi.turbine.one_step.value import ReachedValues
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+
+# Radius of the trust region, for the logarithm of each gain: at the start, the largest, and the
+# radius below which the search ends.
+FIRST_REACH, LARGEST_REACH, LEAST_REACH = 0.1, 0.2, 0.01
+WIDER, NARROWER = 1.5, 0.3
+# The search for functions at fixed gains stops below the first relative improvement of the
+# objective, and the search for gains below the second.
+SETTLED, ENOUGH = 3e-3, 1e-3
+# Relative amount by which a step may miss the mean wind error that is to be kept.  Without it the
+# feasible set of the LMIs may have no interior, which interior-point solvers need.
+ROOM = 1e-3
+# Largest number of improvements of the functions at fixed gains, at the start and after a step.
+AT_START, AFTER_STEP = 8, 1
+NO_WIND = "in some cell of wind speeds the loop tolerates no error of the wind estimate"
+
+
+def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint:
+    """Return the point at given gains; its functions are found without a first guess.
+
+    Raises
+    ------
+    ModelError : no function was found; the message says what to change.
+    """
+    windy, calm = loop.corners(theta)
+    directions = loop.box.directions
+    nu = theta[loop.cells + 1 :]
+    d = windy.fixed + windy.error
+    first = invariant_ellipsoid(windy.A, d, windy.cell, directions, speed=nu[windy.cell], rounds=5)
+    calm_answer = fast_decay(calm.A)
+    functions = None
+    if first.P is not None and calm_answer.P is not None:
+        none = np.zeros(loop.cells)
+        first_guess = LoopFunctions(np.asarray(first.P), none, none, np.asarray(calm_answer.P), 0.0)
+        functions = functions_at(windy, calm, first_guess, widest_multiples(loop))
+    if functions is None:
+        raise ModelError(
+            "one-step design: the gains it starts from have no common quadratic function under "
+            f"these wind limits ({first.diagnosis or calm_answer.diagnosis or NO_WIND})"
+            "; narrow the wind limits, the uncertainty or the box, or change the bandwidth"
+        )
+    # The first function maximises the wind class, whatever the objective is, because later steps
+    # must keep a share of the wind class of this start.
+    opening = replace(aim, wind_class=max(aim.wind_class, 1.0), decay=0.0)
+    # ``invariant_ellipsoid`` maximises the multiple of the weakest cell, so this is the best floor.
+    floor = float(functions.scales.min())
+    functions = _settled(loop, windy, calm, functions, opening, AT_START, floor=_Kept(0.0, floor))
+    spot = design_point(loop, theta, functions, aim)
+    if spot is None:
+        raise ModelError("one-step design: the linear loop at the start is not stable at some wind")
+    return replace(spot, floor=floor)
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """Lower limits that every accepted step respects.
+
+    Attributes
+    ----------
+    mean : least mean wind error [m/s]; 0 sets no limit.
+    multiple : least multiple of the wind error in the weakest cell.
+    """
+
+    mean: float
+    multiple: float
+
+    def lost_by(self, spot: DesignPoint) -> bool:
+        lower = 1 - 2 * ROOM
+        return (
+            spot.reached.wind_error < self.mean * lower
+            or float(spot.functions.scales.min()) < self.multiple * lower
+        )
+
+
+@dataclass(slots=True)
+class Iteration:
+    """State of the search; ``spot`` is the best point so far.
+
+    Attributes
+    ----------
+    reach : radius of the trust region, in the logarithms of the gains.
+    history : values of each accepted point; the first entry is the start.
+    refused : number of steps that were not accepted.
+    """
+
+    loop: LoopOfGains
+    aim: Objective
+    spot: DesignPoint
+    reach: float = FIRST_REACH
+    refused: int = 0
+    history: list[ReachedValues] = field(default_factory=list)
+    _kept: _Kept = field(init=False)
+    _near: tuple[MovingCorners, MovingCorners, NDArray[np.bool_]] | None = None
+
+    def __post_init__(self) -> None:
+        self.history.append(self.spot.reached)
+        kept_share, spot = self.aim.kept, self.spot
+        self._kept = _Kept(kept_share * spot.reached.wind_error, kept_share * spot.floor)
+
+    def stepped(self) -> bool:
+        """Try one step; return False if the search has ended."""
+        spot = self.spot
+        if self._near is None:
+            self._near = self.loop.moving(spot.theta, self.reach)
+        windy, calm, free = self._near
+        log_mean = np.log(self._kept.mean / spot.reached.wind_error) - ROOM
+        weights = replace(
+            weights_at(self.loop, spot, self.aim),
+            log_mean=float(log_mean),
+            floors=np.full(self.loop.cells, self._kept.multiple),
+        )
+        low, high = np.where(free, np.array([-self.reach, self.reach]), 0.0).T
+        room = RemainingRoom(low, high, self.loop.bends(self.reach))
+        step = joint_step(windy, calm, spot.functions, self.loop.box.directions, weights, room)
+        new = None
+        if step is not None:
+            new = self.assessed(spot.theta * np.exp(step.u), step.functions)
+        if new is None or new.value >= spot.value or self._kept.lost_by(new):
+            self.refused += 1
+            # A refused step means that the linearisation was used too far from its point.
+            self.reach *= NARROWER
+            self._near = None
+            return self.reach >= LEAST_REACH
+        gained = spot.value - new.value
+        self.spot, self._near = new, None
+        self.history.append(new.reached)
+        self.reach = min(self.reach * WIDER, LARGEST_REACH)
+        return gained > ENOUGH
+
+    def assessed(self, theta: Floats, functions: LoopFunctions) -> DesignPoint | None:
+        """Return the point at other gains, with new enclosures; None if no function holds there."""
+        try:
+            windy, calm = self.loop.corners(theta)
+        except ModelError:
+            return None
+        functions_there = functions_at(windy, calm, functions, widest_multiples(self.loop))
+        if functions_there is None or (self.aim.decay > 0 and not functions_there.decay_rate > 0):
+            return None
+        better = _settled(
+            self.loop, windy, calm, functions_there, self.aim, AFTER_STEP, floor=self._kept
+        )
+        spot = design_point(self.loop, theta, better, self.aim)
+        return None if spot is None else replace(spot, floor=self._kept.multiple)
+
+
+def with_largest_decay_rate(loop: LoopOfGains, spot: DesignPoint) -> DesignPoint:
+    """Return the point with the largest common decay rate at its gains, and the R that has it."""
+    _, calm = loop.corners(spot.theta)
+    answer = fast_decay(calm.A)
+    if (
+        answer.P is None
+        or answer.decay_rate is None
+        or answer.decay_rate <= spot.functions.decay_rate
+    ):
+        return spot
+    R = np.asarray(answer.P)
+    decay = float(decay_rates(R, calm.A).min())
+    functions = replace(spot.functions, R=R, decay_rate=decay)
+    return replace(spot, functions=functions, reached=replace(spot.reached, decay_rate=decay))
+
+
+def _settled(
+    loop: LoopOfGains,
+    windy: WindCellCorners,
+    calm: WindCellCorners,
+    functions: LoopFunctions,
+    aim: Objective,
+    step_count: int,
+    *,
+    floor: _Kept,
+) -> LoopFunctions:
+    """Return the functions after at most ``step_count`` improvements at fixed gains.
+
+    Parameters
+    ----------
+    floor : lower limits; functions below them are first raised towards them.
+    """
+    directions, shares = loop.box.directions, shares_of(loop)
+    value, mean = function_value(loop, functions, aim), mean_error(loop, functions)
+    floors = np.full(loop.cells, floor.multiple)
+    for _ in range(step_count):
+        log_mean = float(np.log(floor.mean / mean)) if floor.mean > 0 else None
+        weights = Weights(
+            aim.wind_class * shares, aim.overspeed, aim.decay, np.zeros(0), shares, log_mean, floors
+        )
+        step = joint_step(windy, calm, functions, directions, weights)
+        new_functions = None
+        if step is not None:
+            new_functions = functions_at(windy, calm, step.functions, widest_multiples(loop))
+        if new_functions is None or (aim.decay > 0 and not new_functions.decay_rate > 0):
+            break
+        new_value, reached = (
+            function_value(loop, new_functions, aim),
+            mean_error(loop, new_functions),
+        )
+        # Progress towards a limit counts as success, even if the objective became worse by it.
+        raised = (mean < floor.mean and reached > mean) or (
+            float(functions.scales.min()) < min(floor.multiple, float(new_functions.scales.min()))
+        )
+        if new_value < value or raised:
+            functions = new_functions
+        if value - new_value < SETTLED and not raised:
+            break
+        value, mean = new_value, reached
+    return functions
+
 
 Tell = Callable[[str], None]
 

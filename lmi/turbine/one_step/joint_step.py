@@ -9,7 +9,7 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
+from takagi.lmi.parameter_search.parameter_sweep import unknowns_near_least
 from takagi.lmi.turbine.one_step.condition import (
     Around,
     bent,
@@ -30,9 +30,9 @@ from takagi.lmi.turbine.one_step.loop_of_gains import (
 from takagi.models.arrays import Floats, Indices
 
 ONE, EYE = np.ones((1, 1, 1)), np.eye(3)[None]
-# The LMIs are solved with margin HELD, in units of order one.  A corner counts as violated above
-# VIOLATED, which is nearer to zero than the margin, so that solver errors do not add corners.
-HELD, VIOLATED = 1e-6, -1e-7
+# The margin with which the LMIs are solved, in units of order one.  A corner counts as violated
+# above VIOLATED, which is nearer to zero, so that solver errors do not add corners.
+REQUIRED_MARGIN, VIOLATED = 1e-6, -1e-7
 # A step of the gains accepts larger violations: new enclosures decide about it anyway.
 ROUGHLY = 5e-3
 # Corners of each cell in the first solve, corners added to each cell after a solve, and the largest
@@ -55,7 +55,7 @@ class Weights:
     decay : weight of 1 / decay rate.
     gains : (G,) weights of the logarithms of the gains.
     shares : (K - 1,) shares of the cells in the mean over wind.
-    least : lower limit of the mean relative change of the multiples; None for no limit.
+    log_mean : lower limit of the mean relative change of the multiples; None for no limit.
     floors : (K - 1,) lower limits of the multiples; None for no limits.
     """
 
@@ -64,7 +64,7 @@ class Weights:
     decay: float
     gains: Floats
     shares: Floats
-    least: float | None = None
+    log_mean: float | None = None
     floors: Floats | None = None
 
 
@@ -87,7 +87,7 @@ class JointStep:
 
 def joint_step(
     windy: MovingCorners | WindCellCorners,
-    still: MovingCorners | WindCellCorners,
+    calm: MovingCorners | WindCellCorners,
     functions: LoopFunctions,
     directions: Floats,
     weights: Weights,
@@ -97,23 +97,23 @@ def joint_step(
 
     Parameters
     ----------
-    windy, still : corners under the wind class, and undisturbed; without secants if the gains are
+    windy, calm : corners under the wind class, and undisturbed; without secants if the gains are
         fixed.
     directions : (D, 3) rows h_i scaled so that the box is |h_i' x| <= 1; the first is speed.
     room : limits on the change of the gains; None if the gains are fixed.
     """
-    posed = _StepCondition(windy, still, functions, directions, weights, room)
+    posed = _StepCondition(windy, calm, functions, directions, weights, room)
     chosen = [posed.first(around) for around in posed.arounds]
     for _ in range(ROUNDS):
-        values = unknowns_near_least(posed.condition(chosen), held=HELD)
+        values = unknowns_near_least(posed.condition(chosen), required_margin=REQUIRED_MARGIN)
         if not values or not all(np.all(np.isfinite(value)) for value in values.values()):
             return None
         worst = [posed.shortfall(i, values) for i in range(len(posed.arounds))]
         fresh = [
-            _worst_of_cells(around, each, old, VIOLATED if room is None else ROUGHLY)
-            for around, each, old in zip(posed.arounds, worst, chosen, strict=True)
+            _worst_of_cells(around, cell_worst, old, VIOLATED if room is None else ROUGHLY)
+            for around, cell_worst, old in zip(posed.arounds, worst, chosen, strict=True)
         ]
-        if not any(len(each) for each in fresh):
+        if not any(len(cell_worst) for cell_worst in fresh):
             return posed.step(values)
         chosen = [np.union1d(old, new) for old, new in zip(chosen, fresh, strict=True)]
     return None
@@ -125,7 +125,7 @@ class _StepCondition:
     def __init__(
         self,
         windy: MovingCorners | WindCellCorners,
-        still: MovingCorners | WindCellCorners,
+        calm: MovingCorners | WindCellCorners,
         functions: LoopFunctions,
         directions: Floats,
         weights: Weights,
@@ -133,19 +133,19 @@ class _StepCondition:
     ) -> None:
         self.functions, self.weights, self.room = functions, weights, room
         moving = [
-            each if isinstance(each, MovingCorners) else MovingCorners.still(each)
-            for each in (windy, still)
+            corners if isinstance(corners, MovingCorners) else MovingCorners.still(corners)
+            for corners in (windy, calm)
         ]
         self.T = [np.linalg.inv(np.linalg.cholesky(M)).T for M in (functions.P, functions.R)]
-        wind, rest = moving
+        wind, calm_moving = moving
         cell, count = wind.at.cell, len(functions.multipliers)
         alpha, scale = functions.multipliers[cell], functions.scales[cell]
         self.arounds = [Around.of(wind, self.T[0], alpha, scale, cell, disturbed=True)]
         if weights.decay > 0:
-            size = len(rest.at.A)
+            size = len(calm_moving.at.A)
             speed, one = np.full(size, 2 * functions.decay_rate), np.zeros(size, dtype=np.intp)
             self.arounds.append(
-                Around.of(rest, self.T[1], speed, np.ones(size), one, disturbed=False)
+                Around.of(calm_moving, self.T[1], speed, np.ones(size), one, disturbed=False)
             )
         self.h = directions @ self.T[0]
         self.speed_reach = float(reached_by_function(functions.P, directions)[0])
@@ -187,8 +187,8 @@ class _StepCondition:
         ]
         lmis += limits(self.paces[0], *_ends(self.paces[0].count, PACE))
         lmis += limits(self.wider, *self._wider_ends())
-        if w.least is not None:
-            lmis.append(mean_class(self.wider, w.shares, w.least))
+        if w.log_mean is not None:
+            lmis.append(mean_class(self.wider, w.shares, w.log_mean))
         # Without a requested bound on speed, a small weight keeps eta bounded above: otherwise the
         # optimal set is unbounded in eta.  The factor 0.5 is d log sqrt(eta) / d log eta.
         objective = {
@@ -218,8 +218,8 @@ class _StepCondition:
             return low, high
         # A cell below its floor is raised by at most RAISED in one step: the whole rise at once may
         # make the LMIs infeasible.
-        asked = self.weights.floors / self.functions.scales - 1
-        return np.maximum(low, np.minimum(asked, RAISED)), high
+        needed = self.weights.floors / self.functions.scales - 1
+        return np.maximum(low, np.minimum(needed, RAISED)), high
 
     def step(self, values: Mapping[str, Floats]) -> JointStep:
         f = self.functions
@@ -236,19 +236,19 @@ class _StepCondition:
         return JointStep(u, LoopFunctions((P + P.T) / 2, alpha, scales, (R + R.T) / 2, decay))
 
 
-def _ends(count: int, most: float) -> tuple[Floats, Floats]:
-    return np.full(count, -most), np.full(count, most)
+def _ends(count: int, size: float) -> tuple[Floats, Floats]:
+    return np.full(count, -size), np.full(count, size)
 
 
-def _worst_of_cells(around: Around, worst: Floats, old: Indices, least: float) -> Indices:
-    fresh = np.setdiff1d(np.nonzero(worst >= least)[0], old)
+def _worst_of_cells(around: Around, worst: Floats, old: Indices, threshold: float) -> Indices:
+    fresh = np.setdiff1d(np.nonzero(worst >= threshold)[0], old)
     return _by_cell(around.moving.at.cell, fresh, worst, ADDED)
 
 
 def _by_cell(cell: Indices, among: Indices, worst: Floats, count: int) -> Indices:
     """Return, for each cell, the ``count`` corners with the largest values of ``worst``."""
-    kept = []
+    chosen = []
     for k in np.unique(cell[among]):
         mine = among[cell[among] == k]
-        kept.append(mine[np.argsort(-worst[mine])[:count]])
-    return np.sort(np.concatenate(kept)) if kept else np.zeros(0, dtype=np.intp)
+        chosen.append(mine[np.argsort(-worst[mine])[:count]])
+    return np.sort(np.concatenate(chosen)) if chosen else np.zeros(0, dtype=np.intp)

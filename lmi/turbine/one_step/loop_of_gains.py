@@ -23,8 +23,13 @@ from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale, 
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, loop_vertices
+from takagi.models.laws.effort_sharing.law import (
+    EffortGains,
+    EffortSharingLaw,
+    LoopBox,
+    LoopCell,
+    loop_vertices,
+)
 from takagi.models.turbine.data import Turbine
 
 
@@ -53,7 +58,7 @@ def reached_by_function(P: Floats, directions: Floats) -> Floats:
 
 
 def functions_at(
-    corners: WindCellCorners, rest: WindCellCorners, functions: LoopFunctions, limit: Floats
+    corners: WindCellCorners, calm: WindCellCorners, functions: LoopFunctions, limit: Floats
 ) -> LoopFunctions | None:
     """Return the functions with multiples and decay rate recomputed at these corners.
 
@@ -68,20 +73,20 @@ def functions_at(
     -------
     None if a cell tolerates no wind error.
     """
-    found = []
-    for k, most in enumerate(limit):
+    multiples = []
+    for k, largest in enumerate(limit):
         mine = corners.cell == k
         A, fixed, error = corners.A[mine], corners.fixed[mine], corners.error[mine]
-        best = largest_scale(functions.P, A, fixed, error, limit=most)
-        scale, alpha = min(functions.scales[k], most), functions.multipliers[k]
+        best = largest_scale(functions.P, A, fixed, error, limit=largest)
+        scale, alpha = min(functions.scales[k], largest), functions.multipliers[k]
         # The search over alpha is one-dimensional and approximate; the step's own alpha may be
         # better.  It counts only if its inequalities hold at the true corners.
         if scale > best[0] and alpha > 0:
-            held = slacks(functions.P, A, fixed + scale * error, np.full(len(A), alpha))
-            best = (scale, alpha) if held.max() < 0 else best
-        found.append(best)
-    scales, multipliers = np.array(found).T
-    decay = float(decay_rates(functions.R, rest.A).min())
+            cell_slacks = slacks(functions.P, A, fixed + scale * error, np.full(len(A), alpha))
+            best = (scale, alpha) if cell_slacks.max() < 0 else best
+        multiples.append(best)
+    scales, multipliers = np.array(multiples).T
+    decay = float(decay_rates(functions.R, calm.A).min())
     if scales.min() <= 0:
         return None
     return replace(functions, scales=scales, multipliers=multipliers, decay_rate=decay)
@@ -191,9 +196,9 @@ class LoopOfGains:
             the cell.
         """
         gains = self.at(theta).gains
-        parts = [self._rows(self.enclosed(gains, k), k) for k in range(self.cells)]
-        windy, still = ([_distinct(part[i]) for part in parts] for i in (0, 1))
-        return _gathered(windy), _gathered(still)
+        cells = [self._rows(self.enclosed(gains, k), k) for k in range(self.cells)]
+        windy, calm = ([_distinct(cell[i]) for cell in cells] for i in (0, 1))
+        return _gathered(windy), _gathered(calm)
 
     def moving(
         self, theta: Floats, reach: float
@@ -212,9 +217,9 @@ class LoopOfGains:
         """
         free = np.ones((len(theta), 2), dtype=np.bool_)
         spans = self.bends(reach)
-        parts = [self._moving(theta, k, float(spans[k]), free) for k in range(self.cells)]
-        windy, still = ([part[i] for part in parts] for i in (0, 1))
-        return self._spread(windy), self._spread(still), free
+        cells = [self._moving(theta, k, float(spans[k]), free) for k in range(self.cells)]
+        windy, calm = ([cell[i] for cell in cells] for i in (0, 1))
+        return self._spread(windy), self._spread(calm), free
 
     def bends(self, reach: float) -> Floats:
         """Return (K - 1,): the largest difference of log gamma's change between a cell's ends.
@@ -230,12 +235,12 @@ class LoopOfGains:
 
     def _rows(self, cell: LoopCell, k: int) -> tuple[Floats, Floats]:
         """Return (A, fixed, error) of each corner as rows of 15; as many rows at all gains."""
-        found = loop_vertices(_opened(cell))
-        error = self.error[k] * found.per_wind_error
-        rest = found.at_rest.reshape(-1, 9)
+        vertices = loop_vertices(_opened(cell))
+        error = self.error[k] * vertices.per_wind_error
+        calm_rows = vertices.at_rest.reshape(-1, 9)
         return (
-            np.concatenate([found.A.reshape(-1, 9), found.fixed, error], axis=1),
-            np.concatenate([rest, np.zeros((len(rest), 6))], axis=1),
+            np.concatenate([vertices.A.reshape(-1, 9), vertices.fixed, error], axis=1),
+            np.concatenate([calm_rows, np.zeros((len(calm_rows), 6))], axis=1),
         )
 
     def _moving(
@@ -246,7 +251,7 @@ class LoopOfGains:
         here = self._rows(cell, k)
         secants: list[list[tuple[Floats, ...]]] = []
         for number, member in enumerate(self._members(k)):
-            found = []
+            changes = []
             for side in (-1, 1) if number < 2 else (-1,):
                 try:
                     there = self._rows(self._beside(theta, k, member, side * reach, cell), k)
@@ -254,20 +259,20 @@ class LoopOfGains:
                     free[member, (1 + side) // 2] = False
                     continue
                 change = [(b - a) / (side * reach) for a, b in zip(here, there, strict=True)]
-                found.append(tuple(change))
-            secants.append(found or [tuple(np.zeros_like(each) for each in here)])
-        windy, still = (
+                changes.append(tuple(change))
+            secants.append(changes or [tuple(np.zeros_like(corner) for corner in here)])
+        windy, calm = (
             _apart(
                 np.concatenate(
                     [
-                        np.concatenate([here[i], *(one[i] for one in row)], axis=1)
+                        np.concatenate([here[i], *(secant[i] for secant in row)], axis=1)
                         for row in product(*secants)
                     ]
                 )
             )
             for i in (0, 1)
         )
-        return windy, still
+        return windy, calm
 
     def _beside(
         self, theta: Floats, k: int, member: int, change: float, cell: LoopCell
@@ -284,10 +289,10 @@ class LoopOfGains:
         rate = Interval.of(float(gains.integral_rate[k]))
         return replace(cell, integral_rate=rate)
 
-    def _spread(self, parts: list[Floats]) -> MovingCorners:
-        rows = np.concatenate(parts).reshape(-1, 4, 15)
+    def _spread(self, cell_rows: list[Floats]) -> MovingCorners:
+        rows = np.concatenate(cell_rows).reshape(-1, 4, 15)
         A, fixed, error = rows[:, :, :9].reshape(-1, 4, 3, 3), rows[:, :, 9:12], rows[:, :, 12:]
-        cell = np.repeat(np.arange(self.cells), [len(part) for part in parts])
+        cell = np.repeat(np.arange(self.cells), [len(rows_of_cell) for rows_of_cell in cell_rows])
         members = np.stack([cell, cell + 1, self.cells + 1 + cell], axis=1)
         at = WindCellCorners(A[:, 0], fixed[:, 0], error[:, 0], cell)
         return MovingCorners(at, members, A[:, 1:], fixed[:, 1:], error[:, 1:])
@@ -305,9 +310,9 @@ def _apart(rows: Floats) -> Floats:
     return np.asarray(rows[np.unique(rough, axis=0, return_index=True)[1]])
 
 
-def _gathered(parts: list[Floats]) -> WindCellCorners:
-    rows = np.concatenate(parts)
-    cell = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+def _gathered(cell_rows: list[Floats]) -> WindCellCorners:
+    rows = np.concatenate(cell_rows)
+    cell = np.repeat(np.arange(len(cell_rows)), [len(rows_of_cell) for rows_of_cell in cell_rows])
     return WindCellCorners(rows[:, :9].reshape(-1, 3, 3), rows[:, 9:12], rows[:, 12:], cell)
 
 

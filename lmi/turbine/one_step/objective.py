@@ -37,13 +37,13 @@ class Objective:
     kept: float = 1.0
 
     def __post_init__(self) -> None:
-        given = {field.name: getattr(self, field.name) for field in fields(self)}
-        for name, value in given.items():
+        weights = {field.name: getattr(self, field.name) for field in fields(self)}
+        for name, value in weights.items():
             if not 0 <= value < 1e3:
                 raise ModelError(f"{name} = {value!r} was given; a number from 0 to 1000 is needed")
         if not 0 < self.kept <= 1:
             raise ModelError(f"kept = {self.kept!r} was given; a share above 0, up to 1, is needed")
-        if not sum(value for name, value in given.items() if name != "kept") > 0:
+        if not sum(value for name, value in weights.items() if name != "kept") > 0:
             raise ModelError("all weights are 0; give at least one objective a weight above 0")
 
     @property

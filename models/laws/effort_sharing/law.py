@@ -1,4 +1,6 @@
-r"""The effort-sharing law: one effort, shared between torque and pitch by a ramp.
+"""The effort-sharing law, and its loop on cells.
+
+The effort-sharing law: one effort, shared between torque and pitch by a ramp.
 
 With e = omega - omega*(v_f) and the states x [rad/s] and v_f [m/s],
 
@@ -23,13 +25,22 @@ the wind estimate moves neither.
 
 With the integrator scaled by nu(v), a slow loop (at low wind little torque is in reserve) is a fast
 loop on another time scale. Therefore one quadratic function can show decay at all winds.
+
+The effort-sharing loop in one cell of winds: its region, its coefficients' ranges, its corners.
+
+The loop's matrix is affine in each coefficient when the others are held, so over a box of
+coefficients it lies in the convex hull of its corners; the disturbance likewise.  The checker's
+``turbine.effort_sharing.loop_claim`` writes the loop out, in the coordinates (e, zeta, x).
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
+from itertools import product
 from math import exp
 from typing import NamedTuple
 
@@ -38,6 +49,7 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.schedule import (
     EffortSchedule,
     Feedforward,
@@ -184,9 +196,9 @@ class EffortSharingLaw:
         effort = _between(table.trim_effort, k, share)
         effort += _between(table.proportional, k, share) * signal
         limit = table.effort_limit[k]
-        taken = min(max(table.inertia[k] * rate, -limit), limit)
+        inertia_effort = min(max(table.inertia[k] * rate, -limit), limit)
         overlap = self.schedule.overlap
-        reserve = _ramp(-effort, overlap) + taken
+        reserve = _ramp(-effort, overlap) + inertia_effort
         torque = self.rated_torque - self.effort_torque * reserve
         shed = _ramp(effort, overlap) + self.feedforward.pitch_lead * rate * _shed_slope(
             table, overlap, k, share, signal, effort
@@ -217,13 +229,13 @@ class EffortSharingLaw:
         any ratio of sample time to tau_f is stable; the integral takes an Euler step and stops at
         its limit.
         """
-        x, kept = (float(value) for value in np.asarray(state))
+        x, filtered = (float(value) for value in np.asarray(state))
         rate = self._integral_rate(x, self._unpacked(state, measurement)[1], measurement)
         limit = self.integral_limit
         if self.wind_filter > 0:
-            seen = self._inside(measurement.wind_estimate)
-            kept = seen + (kept - seen) * exp(-time / self.wind_filter)
-        return np.array([min(max(x + time * rate, -limit), limit), kept])
+            estimate = self._inside(measurement.wind_estimate)
+            filtered = estimate + (filtered - estimate) * exp(-time / self.wind_filter)
+        return np.array([min(max(x + time * rate, -limit), limit), filtered])
 
     def sample(
         self, state: ArrayLike, measurement: Measurement, time: float
@@ -277,8 +289,8 @@ class _Columns(NamedTuple):
 @lru_cache(maxsize=32)
 def _columns(law: EffortSharingLaw) -> _Columns:
     homes = (*(law.schedule,) * 4, *(law.gains,) * 2, *(law.feedforward,) * 2)
-    found = zip(homes, _Columns._fields, strict=True)
-    return _Columns(*(tuple(getattr(home, name).tolist()) for home, name in found))
+    pairs = zip(homes, _Columns._fields, strict=True)
+    return _Columns(*(tuple(getattr(home, name).tolist()) for home, name in pairs))
 
 
 def _place(nodes: tuple[float, ...], wind: float) -> tuple[int, float]:
@@ -291,12 +303,12 @@ def _shed_slope(
 ) -> float:
     """Return b d/dv_f [psi(U) / b] at fixed e - x [rad/s^2 per m/s]."""
     width = table.wind[k + 1] - table.wind[k]
-    moved = table.trim_effort[k + 1] - table.trim_effort[k]
-    moved += (table.proportional[k + 1] - table.proportional[k]) * signal
+    effort_slope = table.trim_effort[k + 1] - table.trim_effort[k]
+    effort_slope += (table.proportional[k + 1] - table.proportional[k]) * signal
     bent = table.effectiveness[k + 1] - table.effectiveness[k]
     bent /= _between(table.effectiveness, k, share)
     slope = min(max((effort + overlap) / (2 * overlap), 0.0), 1.0)
-    return (slope * moved - _ramp(effort, overlap) * bent) / width
+    return (slope * effort_slope - _ramp(effort, overlap) * bent) / width
 
 
 def _between(column: tuple[float, ...], k: int, share: float) -> float:
@@ -309,3 +321,147 @@ def _ramp(effort: float, overlap: float) -> float:
         return 0.0
     above = effort + overlap
     return effort if effort >= overlap else above * above / (4 * overlap)
+
+
+NOMINAL = Interval(Fraction(1), Fraction(1))
+
+
+@dataclass(frozen=True, slots=True)
+class LoopBox:
+    """The region on which the family is valid, around the trim at the schedule wind.
+
+    Attributes
+    ----------
+    speed_error : bound on |e| [rad/s].
+    effort_lag : bound on |zeta| [rad/s^2].
+    speed_signal : bound on |e - x| [rad/s]; the demanded effort is gamma times this.
+    wind_share : bound on |v - v_s| over the cell's lower wind [-], up to which d is enclosed.
+    """
+
+    speed_error: Fraction
+    effort_lag: Fraction
+    speed_signal: Fraction
+    wind_share: Fraction
+
+    @property
+    def directions(self) -> Floats:
+        """(3, 3) rows h_i: (e, zeta, x) is in the box where |h_i' (e, zeta, x)| <= 1."""
+        e, z, y = (float(b) for b in (self.speed_error, self.effort_lag, self.speed_signal))
+        return np.array([[1 / e, 0, 0], [0, 1 / z, 0], [1 / y, 0, -1 / y]])
+
+
+@dataclass(frozen=True, slots=True)
+class LoopUncertainty:
+    """The uncertainty that the family covers in addition to the nominal model.
+
+    Attributes
+    ----------
+    inertia : the true inertia over the nominal one, e.g. [0.9, 1.1].
+    frozen_wake : whether pitch effectiveness may reach the frozen-wake value.
+    power_coefficient : the true c_P over the table's, e.g. [0.98, 1.02]; one factor for all pitch
+        angles and tip-speed ratios.
+    """
+
+    inertia: Interval
+    frozen_wake: bool
+    power_coefficient: Interval = NOMINAL
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopCell:
+    """Enclosures of the loop's coefficients for schedule winds in one cell, moving at some rate.
+
+    Attributes
+    ----------
+    wind : schedule winds [m/s];  wind_rate : |v_s'| [m/s^2] that is enclosed.
+    stiffness : a [1/s];  loop_gain : Gamma [1/s];  lag_gain : S [-];  share_gain : Phi [1/s].
+    lag_rate : T [1/s];  integral_rate : nu [1/s], a point.
+    effectiveness_limit : b of the frozen wake [rad/s^2 per rad], by the law's table.
+    residual : |r| [rad/s^2];  wind_gain : |d| [rad/s per m];  inertia_gain : largest kappa [-].
+    effectiveness_slope : |b'/b| [1/m].
+    reference_slope : |omega*' - kappa m mu f| [rad/s per m/s], the part of the moving reference
+        that the torque's feed-forward does not compensate.
+    lag_disturbance : |w_zeta| [rad/s^3], the part that the pitch lead does not compensate.
+    torque : reachable command [N m];  pitch : reachable angle [rad].
+    pitch_rate : largest demanded rate (beta_ref - beta)/tau [rad/s], before the limit.
+    """
+
+    wind: Interval
+    wind_rate: Fraction
+    stiffness: Interval
+    loop_gain: Interval
+    lag_gain: Interval
+    share_gain: Interval
+    lag_rate: Interval
+    integral_rate: Interval
+    effectiveness_limit: Interval
+    residual: Fraction
+    wind_gain: Fraction
+    inertia_gain: Fraction
+    effectiveness_slope: Fraction
+    reference_slope: Fraction
+    lag_disturbance: Fraction
+    torque: Interval
+    pitch: Interval
+    pitch_rate: Fraction
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopVertices:
+    """Corners of one cell.
+
+    Attributes
+    ----------
+    A : (N, 3, 3) in (e [rad/s], zeta [rad/s^2], x [rad/s]), with a schedule wind that moves at up
+        to the cell's rate.
+    at_rest : (M, 3, 3) with a constant schedule wind.
+    fixed : (N, 3) disturbance of the tables' residual and of the cell's wind rate;
+    per_wind_error : (N, 3) per m/s of |v - v_s|.  Each of them at a corner of the signs.
+    """
+
+    A: Floats
+    at_rest: Floats
+    fixed: Floats
+    per_wind_error: Floats
+
+
+def loop_vertices(cell: LoopCell) -> LoopVertices:
+    """Return the corners of the cell's coefficients, with both relative signs of (w_e, w_zeta).
+
+    Opposite signs of both give the mirrored inequality, so one sign of w_e suffices. If w_zeta is
+    zero there is only one sign.  T - (b'/b) v_s' is one coefficient, in a wider range than T.
+    """
+    rate = float(cell.wind_rate)
+    steady = float(cell.inertia_gain * cell.residual) + float(cell.reference_slope) * rate
+    error = float(cell.inertia_gain * cell.wind_gain)
+    lag = float(cell.lag_disturbance)
+    turning = cell.effectiveness_slope * cell.wind_rate
+    moving = Interval(cell.lag_rate.lower - turning, cell.lag_rate.upper + turning)
+    A, fixed, by_error = [], [], []
+    for matrix, phi in _matrices(cell, moving):
+        for sign in (1.0, -1.0) if lag else (1.0,):
+            A.append(matrix)
+            fixed.append([steady, phi * steady + sign * lag, 0.0])
+            by_error.append([error, phi * error, 0.0])
+    at_rest = [matrix for matrix, _ in _matrices(cell, cell.lag_rate)]
+    return LoopVertices(np.array(A), np.array(at_rest), np.array(fixed), np.array(by_error))
+
+
+def _matrices(cell: LoopCell, lag_rate: Interval) -> Iterator[tuple[list[list[float]], float]]:
+    """Yield the matrix at each corner, and its Phi."""
+    nu = float(cell.integral_rate.lower)
+    ranges = (cell.stiffness, cell.loop_gain, cell.lag_gain, cell.share_gain, lag_rate)
+    for a, gamma, s, phi, rate in product(*map(_ends, ranges)):
+        yield (
+            [
+                [a - gamma, s, gamma],
+                [phi * (a - gamma + nu), phi * s - rate, phi * gamma],
+                [-nu, 0.0, 0.0],
+            ],
+            phi,
+        )
+
+
+def _ends(interval: Interval) -> tuple[float, ...]:
+    low, high = float(interval.lower), float(interval.upper)
+    return (low,) if low == high else (low, high)

@@ -32,8 +32,7 @@ from scipy.optimize import brentq
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ramps import effort_ramp
-from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.data import Turbine, rotor_torque
 from takagi.models.turbine.trim import (
     TABLE_SHARE,
     optimal_tip_speed_ratio,
@@ -190,13 +189,18 @@ def _nodes(turbine: Turbine, speed_setpoint: float | None) -> list[float]:
 
 def _merged(nodes: list[float], kinks: list[float]) -> list[float]:
     """Return the nodes without those that are too close to another; kinks and both ends stay."""
-    kept = [round(k, 4) for k in kinks]
+    fixed_nodes = [round(k, 4) for k in kinks]
     merged = [nodes[0]]
     for v in nodes[1:-1]:
         gap = v - merged[-1]
-        if v in kept and gap < FINE / 2 and merged[-1] not in kept and len(merged) > 1:
+        if (
+            v in fixed_nodes
+            and gap < FINE / 2
+            and merged[-1] not in fixed_nodes
+            and len(merged) > 1
+        ):
             merged[-1] = v
-        elif v in kept or gap >= FINE / 2:
+        elif v in fixed_nodes or gap >= FINE / 2:
             merged.append(v)
     return [*merged, nodes[-1]]
 
@@ -311,9 +315,9 @@ def known_rate_feedforward(
         torque[:-1], torque[1:]
     )
     above = DEFAULT_RESERVE_SHARE * np.minimum(reserve[:-1], reserve[1:])
-    least = np.maximum(np.minimum(below, above), 0.0)
+    room = np.maximum(np.minimum(below, above), 0.0)
     inertia = np.round(inertia_share * slope, 7)
     # The limit is emitted with six decimals. It is rounded down, so that the reserve of torque is
     # not exceeded by the rounding.
-    limit = np.where(inertia != 0, np.floor(least * 1e6) / 1e6, 0.0)
+    limit = np.where(inertia != 0, np.floor(room * 1e6) / 1e6, 0.0)
     return Feedforward(inertia, limit, turbine.pitch_time_constant)

@@ -32,8 +32,7 @@ from typing import Literal, Protocol, TypeAlias
 import numpy as np
 from scipy.optimize import brentq
 
-from takagi.models.laws.published.coupling_filter import CouplingFilter
-from takagi.models.laws.published.regional_schedule import RegionalSchedule
+from takagi.models.laws.published.regional_schedule import CouplingFilter, RegionalSchedule
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, trim
@@ -145,13 +144,13 @@ def highest_pitch(law: LawFigures) -> float:
 
 def first_root(function: Callable[[float], float], low: float, high: float) -> float:
     """Return the first zero on a grid from low to high, refined; NaN without a sign change."""
-    places = np.linspace(low, high, GRID)
-    values = [function(float(x)) for x in places]
+    grid = np.linspace(low, high, GRID)
+    values = [function(float(x)) for x in grid]
     for k in range(GRID - 1):
         if values[k] == 0.0:
-            return float(places[k])
+            return float(grid[k])
         if values[k] * values[k + 1] < 0:
-            return float(brentq(function, places[k], places[k + 1], xtol=1e-13))
+            return float(brentq(function, grid[k], grid[k + 1], xtol=1e-13))
     return NO_ROOT
 
 
@@ -166,12 +165,12 @@ def named(
     integrals: tuple[float, ...],
 ) -> Equilibrium:
     turbine = law.turbine
-    near = (
+    as_intended = (
         abs(speed - point.rotor_speed) <= SPEED_TOLERANCE * turbine.rated_rotor_speed
         and abs(pitch - point.pitch) <= PITCH_TOLERANCE
         and abs(torque - point.torque) <= TORQUE_TOLERANCE * turbine.rated_torque
     )
-    kind: Kind = "intended" if near else "shifted"
+    kind: Kind = "intended" if as_intended else "shifted"
     return Equilibrium(wind, kind, speed, pitch, torque, integrals, point, f_1)
 
 
@@ -235,9 +234,9 @@ def two_integrators_equilibrium(law: LawFigures, wind: float) -> Equilibrium:
         kind: Kind = "intended" if f_1 < 1.0 else "continuum"
         return _resting(law, point, f_1, kind, 0.0, point.pitch, point.torque)
     if f_1 >= 1.0:
-        held = held_torque(law) if rotor(lowest) >= held_torque(law) else passing
-        pitch = first_root(lambda b: rotor(b) - held, lowest, highest_pitch(law))
-        return _resting(law, point, f_1, "continuum", 0.0, pitch, held)
+        level = held_torque(law) if rotor(lowest) >= held_torque(law) else passing
+        pitch = first_root(lambda b: rotor(b) - level, lowest, highest_pitch(law))
+        return _resting(law, point, f_1, "continuum", 0.0, pitch, level)
 
     def balance(error: float) -> float:
         pitch, command = _carried(law, speed + error, wind, error)
@@ -320,9 +319,9 @@ def _resting(
         (command + b.speed * error + b.pitch * pitch) / b.integral,
         (angle + c.speed * error + c.pitch * pitch) / c.integral,
     )
-    found = named(law, point.wind, point, f_1, speed, pitch, torque, integrals)
+    named_point = named(law, point.wind, point, f_1, speed, pitch, torque, integrals)
     if kind is None:
-        return found
+        return named_point
     return Equilibrium(point.wind, kind, speed, pitch, torque, integrals, point, f_1)
 
 

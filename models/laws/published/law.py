@@ -29,9 +29,12 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.regional_schedule import RegionalGainValues, RegionalSchedule
+from takagi.models.laws.published.regional_schedule import (
+    CouplingFilter,
+    RegionalGainValues,
+    RegionalSchedule,
+)
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
@@ -151,8 +154,8 @@ class PublishedLaw:
             reference = self.reference_speed(measurement.wind_estimate)
         if self.tracking_time is None:
             return np.array([reference - measurement.rotor_speed])
-        found = self.blended(state, measurement, reference=reference)
-        return self.tracking_rate(found, self.limited(found))
+        blended = self.blended(state, measurement, reference=reference)
+        return self.tracking_rate(blended, self.limited(blended))
 
     def tracking_rate(self, blended: BlendedCommands, command: Command) -> Floats:
         """Return (x_b', x_c') of the two integrators when ``command`` is what is carried out."""

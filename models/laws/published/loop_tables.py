@@ -11,7 +11,7 @@ from math import prod
 import numpy as np
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.dual import Dual, Range, span
+from takagi.models.intervals.interval import Dual, Range, span
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.regional_schedule import (
     RegionalSchedule,
@@ -91,8 +91,8 @@ class GainTable:
         value = span(*(_multilinear(table, w) for w in product(*ends)))
         slopes: list[Range] = [(0.0, 0.0)] * len(weights[0].slopes)
         for i, weight in enumerate(weights):
-            others = [(0.0, 1.0) if j == i else end for j, end in enumerate(ends)]
-            partial = _partial(table, i, others)
+            other_ends = [(0.0, 1.0) if j == i else end for j, end in enumerate(ends)]
+            partial = _partial(table, i, other_ends)
             inner = weight.through(weight.value, partial).slopes
             slopes = [(a[0] + b[0], a[1] + b[1]) for a, b in zip(slopes, inner, strict=True)]
         return Dual(value, tuple(slopes))
@@ -243,9 +243,9 @@ def _multilinear(table: dict[tuple[int, ...], float], weights: Sequence[float]) 
 
 def _partial(table: dict[tuple[int, ...], float], i: int, ends: Sequence[Range]) -> Range:
     """Return the range of the derivative with respect to weight i over the box of the others."""
-    found = []
+    slopes = []
     for weights in product(*ends):
         if weights[i] == 1.0:
             lower = [0.0 if j == i else w for j, w in enumerate(weights)]
-            found.append(_multilinear(table, weights) - _multilinear(table, lower))
-    return span(*found)
+            slopes.append(_multilinear(table, weights) - _multilinear(table, lower))
+    return span(*slopes)

@@ -107,8 +107,8 @@ class FilteredReferenceLaw:
     @property
     def state_names(self) -> tuple[str, ...]:
         """The law's integrals, then the filter's states."""
-        own = ("filtered reference speed [rad/s]", "its rate [rad/s^2]")
-        return (*self.law.state_names, *own[: self.filter.order])
+        filter_names = ("filtered reference speed [rad/s]", "its rate [rad/s^2]")
+        return (*self.law.state_names, *filter_names[: self.filter.order])
 
     def initial_state(self, wind: float) -> Floats:
         """Return the law's own rest state, and the filter's at the reference of this wind [m/s]."""
@@ -117,26 +117,30 @@ class FilteredReferenceLaw:
 
     def command(self, state: ArrayLike, measurement: Measurement) -> Command:
         """Return torque [N m, high-speed shaft] and pitch reference [rad], within the limits."""
-        own, filtered = self._parts(state)
-        return self.law.limited(self.law.blended(own, measurement, reference=float(filtered[0])))
+        law_state, filtered = self._parts(state)
+        return self.law.limited(
+            self.law.blended(law_state, measurement, reference=float(filtered[0]))
+        )
 
     def state_rate(self, state: ArrayLike, measurement: Measurement) -> Floats:
         """Return the rates of the integrals and of the filter."""
-        own, filtered = self._parts(state)
+        law_state, filtered = self._parts(state)
         reference = self.law.reference_speed(measurement.wind_estimate)
-        integrals = self.law.state_rate(own, measurement, reference=float(filtered[0]))
+        integrals = self.law.state_rate(law_state, measurement, reference=float(filtered[0]))
         return np.concatenate([integrals, self.filter.rate(filtered, reference)])
 
     def sample(
         self, state: ArrayLike, measurement: Measurement, time: float
     ) -> tuple[Command, Floats]:
         """Return the command, and the state ``time`` [s] later: the filter exactly, else Euler."""
-        own, filtered = self._parts(state)
+        law_state, filtered = self._parts(state)
         reference = self.law.reference_speed(measurement.wind_estimate)
-        rate = self.law.state_rate(own, measurement, reference=float(filtered[0]))
-        later = np.concatenate([own + time * rate, self.filter.after(filtered, reference, time)])
+        rate = self.law.state_rate(law_state, measurement, reference=float(filtered[0]))
+        later = np.concatenate(
+            [law_state + time * rate, self.filter.after(filtered, reference, time)]
+        )
         return self.command(state, measurement), later
 
     def _parts(self, state: ArrayLike) -> tuple[Floats, Floats]:
-        whole = np.asarray(state, dtype=np.float64)
-        return whole[: -self.filter.order], whole[-self.filter.order :]
+        full_state = np.asarray(state, dtype=np.float64)
+        return full_state[: -self.filter.order], full_state[-self.filter.order :]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.plant.file_units import file_unit
+from takagi.models.plant.plant import file_unit
 from takagi.reports.figures.style import COLOURS, GREY, WIDTH, house_style, new_figure
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.models.blending.run_time import RunTimeBlending
+    from takagi.models.blending.blending import RunTimeBlending
     from takagi.models.ts.model import TSModel
     from takagi.models.ts.premise import Premise
     from takagi.reports.loops.plant_motion import PlantMotion

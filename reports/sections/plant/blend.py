@@ -14,8 +14,7 @@ from takagi.reports.page.text import DASH, Section, Table, decimal, significant
 from takagi.reports.sections.plant.plant import equations_latex
 
 if TYPE_CHECKING:
-    from takagi.models.blending.blending import Actuator, Blending
-    from takagi.models.blending.run_time import RunTimeBlending
+    from takagi.models.blending.blending import Actuator, Blending, RunTimeBlending
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 

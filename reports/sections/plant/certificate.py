@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.plant.file_units import file_unit, time_in_file_units
+from takagi.models.plant.plant import file_unit, time_in_file_units
 from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.linear_quadratic import regulator

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
+from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import DASH, ClaimRow, behind, per_unit
 from takagi.reports.sections.plant.assumptions import EMBEDDINGS, SETS, assumptions

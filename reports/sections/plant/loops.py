@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.plant.file_units import file_unit
+from takagi.models.plant.plant import file_unit
 from takagi.reports.figures.plant.captioned import (
     Drawn,
     captioned_bode_figures,

@@ -16,25 +16,18 @@ if TYPE_CHECKING:
 Tell = Callable[[str], None]
 
 
-def plant_report_files(
-    design: PlantDesign, *, tell: Tell | None = None, timings: bool = True
-) -> ReportFiles:
+def plant_report_files(design: PlantDesign, *, tell: Tell | None = None) -> ReportFiles:
     """Return the page together with its figures; each figure is computed once.
 
-    ``figures`` has SVG files, and CSV files with the numbers of motions and weights.
-
-    Parameters
-    ----------
-    tell : called with a word before each section.
-    timings : whether the page has the time of each step of the design; without the times the same
-        design gives the same bytes.
+    ``figures`` has SVG files, and CSV files with the numbers of motions and weights.  The same
+    design gives the same bytes.  ``tell`` is called with a word before each section.
 
     Raises
     ------
     ModelError : gains that do not fit the model.
     """
     say = tell or (lambda _: None)
-    sections, data = _sections(design, say, timings=timings)
+    sections, data = _sections(design, say)
     kind = "Design report" if design.gains is not None else "Analysis report"
     claims = design.checked.claims
     proved = sum(claim.verdict is Verdict.PROVED for claim in claims)
@@ -50,9 +43,7 @@ def plant_report_files(
     )
 
 
-def _sections(
-    design: PlantDesign, say: Tell, *, timings: bool
-) -> tuple[list[Section], dict[str, str]]:
+def _sections(design: PlantDesign, say: Tell) -> tuple[list[Section], dict[str, str]]:
     from takagi.reports.figures.plant.captioned import (
         captioned_jumps_figure,
         captioned_motion_figures,
@@ -108,6 +99,6 @@ def _sections(
         found.append(blend_section(loop, loop.blend))
     found += [
         check_section(compared="the plant's file its", law=loop.gains is not None),
-        provenance_section(design, timings=timings),
+        provenance_section(design),
     ]
     return found, {**weights.data, **picture.data, **moved.data, **jumped.data}

@@ -13,8 +13,7 @@ from takagi.reports.sections.shared import premise_table
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Variable
+    from takagi.models.plant.plant import Plant, Variable
     from takagi.models.ts.model import TSModel
 
 VARIABLES = (

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
+from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.loops.linear_quadratic import Regulator, regulator
 from takagi.reports.loops.plant_claims import (
     SETTLED,

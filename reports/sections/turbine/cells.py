@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.certificates.design.turbine.result import ClaimSummary
-from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
 from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.regional_schedule import CouplingFilter, coupling_filter
 from takagi.reports.figures.cells import cells_figure
 from takagi.reports.figures.operation import membership_figure
 from takagi.reports.figures.style import captioned_figure

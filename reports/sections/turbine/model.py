@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.turbine.aerodynamics import tip_speed_ratio
+from takagi.models.turbine.data import tip_speed_ratio
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
 from takagi.reports.figures.operation import power_surface_figure, trim_figure
 from takagi.reports.figures.style import captioned_figure

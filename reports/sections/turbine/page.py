@@ -16,21 +16,15 @@ if TYPE_CHECKING:
 Tell = Callable[[str], None]
 
 
-def report_html(
-    design: TurbineDesign, *, tell: Tell | None = None, timings: bool = True
-) -> ReportFiles:
+def report_html(design: TurbineDesign, *, tell: Tell | None = None) -> ReportFiles:
     """Return the report of a design: one self-contained page, and its figures as files.
 
-    Parameters
-    ----------
-    tell : called with a word before each section.
-    timings : whether the page has the time of each step of the design; without the times the same
-        design gives the same bytes.
+    The same design gives the same bytes.  ``tell`` is called with a word before each section.
     """
     claims = design.checked.claims
     proved = sum(claim.verdict is Verdict.PROVED for claim in claims)
     sections = []
-    for name, make in _makers(design, timings=timings).items():
+    for name, make in _makers(design).items():
         if tell is not None:
             tell(f"report: {name}")
         sections.append(make())
@@ -45,7 +39,7 @@ def report_html(
     )
 
 
-def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], Section]]:
+def _makers(design: TurbineDesign) -> dict[str, Callable[[], Section]]:
     from takagi.certificates.design.turbine.result import claim_summary
     from takagi.reports.sections.shared import check_section, provenance_section
     from takagi.reports.sections.turbine.cells import blending_section, cells_section
@@ -77,5 +71,5 @@ def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], S
             compared="the turbine's data file the plant's",
             needs="; it needs Python's standard library alone",
         ),
-        "provenance": lambda: provenance_section(design, timings=timings),
+        "provenance": lambda: provenance_section(design),
     }

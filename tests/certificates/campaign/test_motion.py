@@ -20,7 +20,7 @@ from takagi.certificates.campaign.motion import (
 )
 from takagi.models import ModelError
 from takagi.models.laws.protocol import Measurement
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque, rotor_torque_gradient
 
 COUNT = 150
 

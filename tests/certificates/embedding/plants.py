@@ -9,7 +9,7 @@ from typing import Any
 
 from takagi.certificates import Checked, Claim
 from takagi.certificates.checker import check_document, read_text
-from takagi.certificates.checker.kernel.result import Outcome
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.certificate_file import certificate_document

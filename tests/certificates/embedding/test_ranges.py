@@ -27,7 +27,7 @@ from takagi.models import (
     sector_model,
     table_function,
 )
-from takagi.models.splines.surface import interpolate
+from takagi.models.splines.spline import interpolate
 from tests.certificates.both_checkers import verdicts
 from tests.certificates.embedding.plants import changed, one_state, said_of
 

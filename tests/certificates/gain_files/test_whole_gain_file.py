@@ -14,8 +14,12 @@ from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.refusal import OtherGains
-from takagi.certificates.controller.content import bound, bound_to_file, gain_file_of
-from takagi.certificates.controller.content import told as told_beside
+from takagi.certificates.controller.content import (
+    bound,
+    bound_to_file,
+    differences_in_words,
+    gain_file_of,
+)
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     effort_sharing_law_data,
@@ -101,7 +105,7 @@ def test_a_design_s_own_gains_are_certified_as_they_are(
     stop: dict[str, Any] = {"frequency": 9.3, "passed": 0.2}
     own: dict[str, Any] = {"speed_filter": 30.0, "torsion_filter": stop}
     assert dict(found)["controller"]["measurement"] == own
-    assert told_beside(found, path) == ""
+    assert differences_in_words(found, path) == ""
     for bad in ({"speed_filter": 0}, {"speed_filter": "8"}, {"corner": 8}, [8], "8 rad/s"):
         path.write_text(dump_gains(content | {"measurement": bad}), encoding="utf-8")
         with pytest.raises(CertificateError, match="a corner above 0 is needed"):

@@ -22,7 +22,7 @@ from takagi.certificates.claims.turbine.loop_claims import actuator_rates_claim
 from takagi.certificates.cross_check.comparison import cross_checked_document
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.data import rotor_torque
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
 SLOW_GENERATOR = 9000.0  # N m/s; the turbine has 15000

@@ -8,7 +8,7 @@ import pytest
 from takagi.certificates.requests.loop.set_level import (
     best_multiplier,
     fall_rate,
-    held_level,
+    invariant_level,
 )
 
 
@@ -23,7 +23,7 @@ def test_the_best_multiplier_of_two_vertices_is_found_between_grid_points(rate: 
     level, multiplier = best_multiplier(A, W, P, discrete=False)
 
     assert least * (1 - 1e-5) <= level <= least * (1 + 1e-5)
-    assert level == pytest.approx(held_level(A, W, P, multiplier, discrete=False))
+    assert level == pytest.approx(invariant_level(A, W, P, multiplier, discrete=False))
 
 
 def test_the_best_multiplier_may_lie_next_to_the_rate_of_fall() -> None:
@@ -35,7 +35,7 @@ def test_the_best_multiplier_may_lie_next_to_the_rate_of_fall() -> None:
     least = 1.0 / (1.0 * (10.0 - 1.0))
 
     level, multiplier = best_multiplier(A, W, P, discrete=False)
-    known, _ = best_multiplier(A, W, P, discrete=False, known=1.0 - 1e-9)
+    known, _ = best_multiplier(A, W, P, discrete=False, start=1.0 - 1e-9)
 
     assert least < level < least * (1 + 1e-3) and multiplier < 1.0
     assert known == pytest.approx(least, rel=1e-8)

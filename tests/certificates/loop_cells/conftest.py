@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from takagi.models import Turbine, nrel5mw
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopCell
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw, LoopCell
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from tests.certificates.loop_cells.loop_points import (
     BOX,

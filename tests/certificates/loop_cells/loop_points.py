@@ -17,12 +17,16 @@ from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.cell_loop import cell_loops
 from takagi.models import Interval, Turbine
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import (
+    EffortSharingLaw,
+    LoopBox,
+    LoopCell,
+    LoopUncertainty,
+)
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.ramps import effort_ramp
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
 

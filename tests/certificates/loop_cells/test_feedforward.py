@@ -7,8 +7,7 @@ from dataclasses import replace
 import pytest
 
 from takagi.models import Turbine
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopCell
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw, LoopCell
 from takagi.models.laws.effort_sharing.schedule import Feedforward, known_rate_feedforward
 from tests.certificates.loop_cells.loop_points import (
     BOX,

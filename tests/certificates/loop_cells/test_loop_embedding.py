@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from takagi.models import Interval, ModelError, Turbine
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import (
+from takagi.models.laws.effort_sharing.law import (
+    EffortSharingLaw,
     LoopBox,
     LoopCell,
     LoopUncertainty,

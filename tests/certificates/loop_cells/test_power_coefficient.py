@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.models import Turbine
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopCell
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw, LoopCell
+from takagi.models.turbine.data import rotor_torque
 from tests.certificates.loop_cells.loop_points import (
     BOX,
     ROUNDING,

@@ -26,10 +26,9 @@ from takagi.certificates.document.certificate_file import certificate_document, 
 from takagi.models import nrel5mw
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published import law as model
-from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.regional_schedule import regional_schedule
+from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 from takagi.models.ramps import Shape
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.data import rotor_torque
 from tests.paper_models import regional_models
 
 Floats = NDArray[np.float64]

@@ -232,7 +232,7 @@ def test_the_summary_names_rate_and_gaps(
     unmeasured(monkeypatch)
     checked, turbine = check_document(sealed(stored)), SimpleNamespace(cut_in=3.0, cut_out=25.0)
     design: Any = SimpleNamespace(
-        document=stored, checked=checked, turbine=turbine, effort_sharing_law=None
+        document=stored, checked=checked, turbine=turbine, effort_sharing_law=None, measured=None
     )
     (row,) = (row for row in summary_rows(design) if row.name == "observer")
     assert row.numbers[0].value == 0.004 and row.claim == checked.claims[0].name

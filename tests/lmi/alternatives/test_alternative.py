@@ -29,10 +29,9 @@ from takagi.lmi import (
     pdc_condition,
     rigorous_no,
 )
-from takagi.lmi.condition import Array
-from takagi.lmi.gains.requirements import limits_of
-from takagi.lmi.refutation import is_definite, is_semidefinite
-from takagi.lmi.refutation.adjoint import adjoint
+from takagi.lmi.condition.term import Array
+from takagi.lmi.gains.requirements.limits import limits_of
+from takagi.lmi.refutation.exact_algebra import adjoint, is_definite, is_semidefinite
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

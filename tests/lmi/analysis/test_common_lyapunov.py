@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi import common_lyapunov, exact_solution
-from takagi.lmi.analysis.quadratic_condition import rates_of
+from takagi.lmi.analysis.decay_rate import rates_of
 from tests.lmi.known_models import feasp_triple, oscillators, planar_pair
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, max_decay_rate
-from takagi.lmi.analysis.quadratic_condition import rate_of
+from takagi.lmi.analysis.decay_rate import rate_of
 from tests.lmi.known_models import feasp_triple
 
 pytestmark = pytest.mark.numeric

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.lmi import EigenvalueRegion, NormBounded, d_stability, robust_lyapunov
-from takagi.lmi.analysis.loop_pairs import pair_means, pairs_of
+from takagi.lmi.analysis.actuator_rates import pair_means, pairs_of
 from takagi.models import TSModel
 
 

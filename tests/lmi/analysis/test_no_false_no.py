@@ -23,9 +23,9 @@ from takagi.lmi import (
     pdc,
     polynomial_lyapunov,
 )
-from takagi.lmi.analysis.slow_modes import decays_exactly, slow_vertex
-from takagi.lmi.condition import fractions
-from takagi.lmi.refutation import is_definite
+from takagi.lmi.argument_checks import decays_exactly, slow_vertex
+from takagi.lmi.condition.evaluate import fractions
+from takagi.lmi.refutation.exact_algebra import is_definite
 from takagi.models import TSModel
 from tests.lmi.known_models import planar_pair, three_rules
 

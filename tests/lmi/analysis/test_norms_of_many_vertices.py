@@ -15,12 +15,9 @@ from takagi.lmi import (
     optimise,
     peak_gain,
 )
-from takagi.lmi.analysis.disturbance import (
-    disturbance_channel,
-    energy_gain_of,
-    peak_bound,
-    variance_bound,
-)
+from takagi.lmi.analysis.disturbance.channel import disturbance_channel
+from takagi.lmi.analysis.disturbance.energy_and_variance import energy_gain_of, variance_bound
+from takagi.lmi.analysis.disturbance.peak_to_peak import peak_bound
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,8 @@ from scipy.linalg import solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import expressed, peak_gain, peak_gain_condition
-from takagi.lmi.analysis.disturbance import disturbance_channel, peak_bound
+from takagi.lmi.analysis.disturbance.channel import disturbance_channel
+from takagi.lmi.analysis.disturbance.peak_to_peak import peak_bound
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import gain_of, planar_pair
 from tests.lmi.norms import sampled

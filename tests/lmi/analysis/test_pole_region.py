@@ -18,7 +18,7 @@ from takagi.lmi import (
     d_stability_condition,
     exact_matrices,
 )
-from takagi.lmi.refutation import is_definite
+from takagi.lmi.refutation.exact_algebra import is_definite
 from takagi.models import ModelError
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from takagi.lmi.explaining import on_smaller_box, with_narrower_premise
+from takagi.lmi.explaining.explanation import on_smaller_box, with_narrower_premise
 from takagi.models import ModelError, Premise, TSModel
 
 

@@ -99,7 +99,7 @@ def test_one_number_by_hand_is_no_better() -> None:
 def test_with_more_states_the_norm_falls_to_that_of_all_controllers() -> None:
     """NN2: a state of the controller's own gains something; two, the plant's order, reach all."""
     system = plant("NN2")
-    least = hinf_output_feedback(system).least
+    least = hinf_output_feedback(system).lower_bound
 
     static, first = (hinf_fixed_order(system, order, starts=4) for order in (0, 1))
 
@@ -112,7 +112,7 @@ def test_with_more_states_the_norm_falls_to_that_of_all_controllers() -> None:
 @pytest.mark.slow
 def test_the_plants_own_order_reaches_the_least_norm_of_all() -> None:
     system = plant("NN2")
-    least = hinf_output_feedback(system).least
+    least = hinf_output_feedback(system).lower_bound
 
     full = hinf_fixed_order(system, 2, starts=6)
 

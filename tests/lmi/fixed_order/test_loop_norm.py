@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi.gains.descent import largest_gain, response
+from takagi.lmi.gains.descent.gain_loops import largest_gain, response
 from tests.lmi.fixed_order.plants import plant
 from tests.lmi.norms import hamiltonian_norm, third_order
 

@@ -20,7 +20,7 @@ from takagi.lmi import (
     latex,
     pdc,
 )
-from takagi.lmi.condition import margin
+from takagi.lmi.condition.evaluate import margin
 from takagi.models import ModelError, Premise, TSModel
 
 pytestmark = pytest.mark.numeric

@@ -51,7 +51,7 @@ def test_the_first_design_of_the_textbook_has_its_gamma(first: OutputFeedback) -
     """Skogestad and Postlethwaite (2005), example 2.17: gamma = 1.37."""
     assert first.found and first.gain is not None
     assert first.gain == pytest.approx(1.37, abs=5e-3)
-    assert first.gain <= 1.002 * first.least
+    assert first.gain <= 1.002 * first.lower_bound
 
 
 def test_the_second_design_is_no_worse_than_the_textbooks() -> None:
@@ -119,7 +119,7 @@ def test_a_controller_that_is_lost_to_rounding_is_found_another_way(
     monkeypatch.setattr(controller, "controller_of", lost)
     found = mixed_sensitivity((1 - s) / (s + 2) ** 2, 5 / (s + 0.05), 1e-3)
 
-    assert found.gain is not None and found.gain <= 1.001 * found.least
+    assert found.gain is not None and found.gain <= 1.001 * found.lower_bound
     assert largest_entry(found) < 1e5
 
 
@@ -157,11 +157,11 @@ def test_a_norm_below_the_least_is_infeasible() -> None:
     """And one above it has a controller, of rows without rounding."""
     weights = (2 / (s + 0.1), 0.5)
     least = mixed_sensitivity(1 / (s + 1), *weights)
-    none = mixed_sensitivity(1 / (s + 1), *weights, norm_below=0.98 * least.least)
-    mild = mixed_sensitivity(1 / (s + 1), *weights, norm_below=1.1 * least.least)
+    none = mixed_sensitivity(1 / (s + 1), *weights, norm_below=0.98 * least.lower_bound)
+    mild = mixed_sensitivity(1 / (s + 1), *weights, norm_below=1.1 * least.lower_bound)
 
     assert none.status == "infeasible" and none.controller is None
-    assert mild.gain is not None and mild.gain <= 1.1 * least.least
+    assert mild.gain is not None and mild.gain <= 1.1 * least.lower_bound
     assert largest_entry(mild) < largest_entry(least) / 10
     with pytest.raises(ModelError, match="norm_below"):
         mixed_sensitivity(1 / (s + 1), *weights, norm_below=-1.0)
@@ -176,7 +176,7 @@ def test_the_loop_of_a_design_is_proved_by_a_claim() -> None:
     model = TSModel([loop.A], E=[loop.B], C=[loop.C])
     output = (loop.C, None, loop.D)
     proved = certify(model, claims=[L2Gain(gain=1.01 * found.gain, output=output)])
-    below = certify(model, claims=[L2Gain(gain=0.98 * found.least, output=output)])
+    below = certify(model, claims=[L2Gain(gain=0.98 * found.lower_bound, output=output)])
 
     assert proved.verdict is Verdict.PROVED
     assert below.verdict is Verdict.UNDECIDED
@@ -186,8 +186,8 @@ def test_no_controller_undercuts_the_least_gain() -> None:
     """The LMIs with gamma below: feasible just above the least, infeasible 2 per cent below."""
     found = mixed_sensitivity(1 / (s + 1), 2 / (s + 0.1), 0.5)
 
-    assert decide(objective_below(found.answer, 1.01 * found.least)).status == "candidate"
-    assert decide(objective_below(found.answer, 0.98 * found.least)).status == "infeasible"
+    assert decide(objective_below(found.answer, 1.01 * found.lower_bound)).status == "candidate"
+    assert decide(objective_below(found.answer, 0.98 * found.lower_bound)).status == "infeasible"
 
 
 def test_two_channels_with_one_weight_for_both() -> None:

@@ -14,7 +14,7 @@ import pytest
 from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import H2Norm, L2Gain, Peak
 from takagi.lmi import h2_pdc, hinf_pdc, pdc, peak_pdc
-from takagi.lmi.cone import balanced_states
+from takagi.lmi.cone.balance import balanced_states
 from takagi.lmi.solver import solve
 from takagi.models import TSModel
 from tests.lmi.compleib import SYSTEMS

@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import solve_continuous_are, solve_discrete_are
 
 from takagi.lmi import expressed, h2_pdc, h2_pdc_condition, lqr_pdc
-from takagi.lmi.condition import margin
+from takagi.lmi.condition.evaluate import margin
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import gramian_norm, sampled_gramian_norm

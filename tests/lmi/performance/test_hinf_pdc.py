@@ -21,8 +21,8 @@ from takagi.lmi import (
     peak_pdc,
     rigorous_no,
 )
-from takagi.lmi.condition import margin
-from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.gains.disturbance.request import DisturbanceCoordinates
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS, System, ac15, mfp
 from tests.lmi.norms import frequency_norm, hamiltonian_norm

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import expressed, peak_gain, peak_pdc, peak_pdc_condition
-from takagi.lmi.condition import margin
+from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.gains.disturbance import peak_gain as peak_gain_design
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS

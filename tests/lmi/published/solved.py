@@ -145,7 +145,7 @@ def cart_pole_rate() -> float:
 def least_of_control1() -> tuple[float, float]:
     """SDPLIB: the objective of a point inside, and a lower bound by the multipliers."""
     outcome = optimise(control1())
-    return outcome.objective, outcome.least
+    return outcome.objective, outcome.lower_bound
 
 
 def rate_of(vertices: Any) -> float:

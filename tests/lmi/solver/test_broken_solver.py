@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.lmi import common_lyapunov_condition, decide
-from takagi.lmi.solver import Session, solve
+from takagi.lmi.solver import solve
+from takagi.lmi.solver.solve import Session
 
 A = np.array([[[0.0, 1.0], [-1.0, -0.4]], [[0.0, 1.0], [-1.5, -0.5]]])
 

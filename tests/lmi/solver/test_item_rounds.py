@@ -17,7 +17,7 @@ from takagi.lmi import (
     optimise,
     optimise_by_rounds,
 )
-from takagi.lmi.condition import margin
+from takagi.lmi.condition.evaluate import margin
 
 pytestmark = pytest.mark.numeric
 
@@ -93,4 +93,4 @@ def test_the_least_objective_is_that_of_all(count: int) -> None:
     assert found.margin == pytest.approx(margin(condition, found.values), rel=1e-6)
     if count == 60:
         assert found.objective == pytest.approx(optimise(condition).objective, rel=1e-4)
-    assert found.least <= found.objective * (1 + 1e-6)
+    assert found.lower_bound <= found.objective * (1 + 1e-6)

@@ -18,9 +18,9 @@ from takagi.lmi import (
     extreme_parameter,
     pdc_condition,
 )
-from takagi.lmi.gains.requirements import limits_of
-from takagi.lmi.parameter_search import ParameterPencil, excluded_from
-from takagi.lmi.parameter_search.largest_parameter import adjoint
+from takagi.lmi.gains.requirements.limits import limits_of
+from takagi.lmi.parameter_search.largest_parameter import adjoint, excluded_from
+from takagi.lmi.parameter_search.parameter_path import ParameterPencil
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

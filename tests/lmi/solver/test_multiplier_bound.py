@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown, extreme_parameter
-from takagi.lmi.parameter_search import excluded_from
+from takagi.lmi.parameter_search.largest_parameter import excluded_from
 
 X = Unknown("X", 2, 2, symmetric=True)
 

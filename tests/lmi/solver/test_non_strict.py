@@ -25,11 +25,10 @@ from takagi.lmi import (
     optimise_by_rounds,
     pdc_condition,
 )
-from takagi.lmi.condition import margin
-from takagi.lmi.condition.evaluate import shares
-from takagi.lmi.cone import ConeProgram, Raw
+from takagi.lmi.condition.evaluate import margin, shares
+from takagi.lmi.cone.cone_program import ConeProgram, Raw
 from takagi.lmi.decision import decide as stages
-from takagi.lmi.solver import Session, attempts
+from takagi.lmi.solver.solve import Session, attempts
 from takagi.models import ModelError, TSModel
 
 X = Unknown("x", 1, 1)

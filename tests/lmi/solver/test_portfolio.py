@@ -15,17 +15,24 @@ from takagi.lmi import (
     hinf_norm_condition,
     pdc_condition,
 )
-from takagi.lmi.cone import ConeProgram, Raw, SolverRow, cone_program, least_objective_bound
-from takagi.lmi.cone.assemble import assemble
+from takagi.lmi.cone.cone_program import (
+    ConeProgram,
+    Raw,
+    SolverRow,
+    assemble,
+    cone_program,
+    least_objective_bound,
+)
 from takagi.lmi.decision import decide as stages
-from takagi.lmi.solver import Session, again, attempts, sdpa_solver, solve
+from takagi.lmi.solver import installed_solvers, solve
+from takagi.lmi.solver.solve import Session, again, attempts
 from takagi.models import TSModel
 from tests.lmi.solver.control import OPTIMUM, control1
 
 pytestmark = pytest.mark.numeric
 
 needs_sdpa = pytest.mark.skipif(
-    not sdpa_solver.sdpa_is_installed(), reason="sdpa-python is not installed"
+    not installed_solvers.sdpa_is_installed(), reason="sdpa-python is not installed"
 )
 
 
@@ -82,7 +89,7 @@ def test_control1_has_its_published_optimum(whole: bool) -> None:
 
     assert outcome.settled and outcome.margin > 0
     assert outcome.objective == pytest.approx(OPTIMUM, rel=5e-5)
-    assert outcome.least <= outcome.objective
+    assert outcome.lower_bound <= outcome.objective
 
 
 @pytest.mark.parametrize("whole", [False, True])
@@ -141,7 +148,7 @@ def test_an_objective_far_above_its_bound_is_not_settled(monkeypatch: pytest.Mon
 
     assert outcome.status == "unknown" and not outcome.settled
     assert outcome.objective == pytest.approx(2.0 * honest.objective, rel=1e-2)
-    assert outcome.least <= honest.objective <= outcome.objective
+    assert outcome.lower_bound <= honest.objective <= outcome.objective
 
 
 def test_indefinite_multipliers_bound_nothing() -> None:
@@ -205,13 +212,13 @@ def test_sdpa_begins_again_when_it_does_not_move(monkeypatch: pytest.MonkeyPatch
     bound = SolverRow(np.concatenate([1e-6 * np.ones(n * (n + 1) // 2), [0.0]]), 1e4)
     program = margin_program(condition, bound)
     best = again(program, "clarabel").y[-1]
-    monkeypatch.setattr(sdpa_solver, "SMALLEST_BEGINNING", 0.0)
-    monkeypatch.setattr(sdpa_solver, "BEGINNINGS", (1e-9,))
-    stuck = sdpa_solver.with_sdpa(program)
-    monkeypatch.setattr(sdpa_solver, "BEGINNINGS", (1e-9, 1e2))
+    monkeypatch.setattr(installed_solvers, "SMALLEST_BEGINNING", 0.0)
+    monkeypatch.setattr(installed_solvers, "BEGINNINGS", (1e-9,))
+    stuck = installed_solvers.with_sdpa(program)
+    monkeypatch.setattr(installed_solvers, "BEGINNINGS", (1e-9, 1e2))
 
-    assert stuck.iterations < sdpa_solver.STUCK
-    assert sdpa_solver.with_sdpa(program).y[-1] == pytest.approx(best, abs=1e-5)
+    assert stuck.iterations < installed_solvers.STUCK
+    assert installed_solvers.with_sdpa(program).y[-1] == pytest.approx(best, abs=1e-5)
 
 
 # ------------------------------------------------------------------ which is first

@@ -28,8 +28,8 @@ from takagi.lmi import (
     pdc_condition,
     rigorous_no,
 )
-from takagi.lmi.gains.requirements import Limits, limits_of
-from takagi.lmi.refutation import is_definite, is_semidefinite
+from takagi.lmi.gains.requirements.limits import Limits, limits_of
+from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown, exact_no
-from takagi.lmi.refutation.adjoint import over_one_denominator
+from takagi.lmi.refutation.exact_algebra import over_one_denominator
 from takagi.models import ModelError
 
 

@@ -20,11 +20,11 @@ from takagi.lmi import (
     pose,
     trace,
 )
-from takagi.lmi.condition import margin
-from takagi.lmi.cone import ConeProgram, Raw
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.cone.cone_program import ConeProgram, Raw
 from takagi.lmi.decision import decide as stages
-from takagi.lmi.decision.outcome import NEAR, measured
-from takagi.lmi.solver import Session, again, attempts
+from takagi.lmi.decision.outcome import LARGEST_GAP, measured
+from takagi.lmi.solver.solve import Session, again, attempts
 from takagi.models import TSModel
 
 pytestmark = pytest.mark.numeric
@@ -78,14 +78,14 @@ def off_by(factor: float) -> object:
 def outcome_at(objective: float, least: float) -> Outcome:
     """Return a candidate with an objective and a bound."""
     values = {"P": ONE * objective / 2}
-    return Outcome("candidate", values, 1.0, np.inf, {}, (), objective=objective, least=least)
+    return Outcome("candidate", values, 1.0, np.inf, {}, (), objective=objective, lower_bound=least)
 
 
 @pytest.mark.parametrize("slack", [1e-6, 1e-2, 0.3])
 @pytest.mark.parametrize("least", [1.0, 0.0197, -5.0, 3e27])
 def test_the_gap_is_measured_against_the_bound(slack: float, least: float) -> None:
     """Settled a hair inside the tolerance, or a thousandth; not a hair outside it."""
-    tolerance = max(slack, NEAR)
+    tolerance = max(slack, LARGEST_GAP)
     inside = outcome_at(least + 0.999 * tolerance * abs(least), least)
     outside = outcome_at(least + 1.001 * tolerance * abs(least), least)
 
@@ -177,8 +177,8 @@ def test_far_above_its_bound_it_is_unknown(monkeypatch: pytest.MonkeyPatch, fact
 
     assert outcome.status == "unknown" and not outcome.settled
     assert f"{outcome.objective:.5g} was found" in outcome.reason
-    assert f"no less than {outcome.least:.5g}" in outcome.reason
-    assert outcome.least <= lyapunov_trace() < outcome.objective
+    assert f"no less than {outcome.lower_bound:.5g}" in outcome.reason
+    assert outcome.lower_bound <= lyapunov_trace() < outcome.objective
     assert margin(condition, outcome.feasible) > 0
 
 
@@ -223,7 +223,7 @@ def test_a_bound_above_what_was_found_is_none(monkeypatch: pytest.MonkeyPatch) -
     outcome = stages.optimise(least_trace())
 
     assert outcome.status == "candidate"
-    assert outcome.least <= outcome.objective == pytest.approx(lyapunov_trace(), rel=1e-3)
+    assert outcome.lower_bound <= outcome.objective == pytest.approx(lyapunov_trace(), rel=1e-3)
 
 
 # ------------------------------------------------------------------ what is made of it

@@ -19,12 +19,11 @@ from takagi.lmi import (
     common_lyapunov,
     common_lyapunov_condition,
 )
-from takagi.lmi.condition import margin
-from takagi.lmi.cone import ConeProgram, Raw, SolverRow, cone_program
-from takagi.lmi.cone.assemble import assemble
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.cone.cone_program import ConeProgram, Raw, SolverRow, assemble, cone_program
 from takagi.lmi.decision import decide as stages
-from takagi.lmi.solver import Session, attempts
-from takagi.lmi.solver.cvxpy_solvers import with_cvxpy
+from takagi.lmi.solver.installed_solvers import with_cvxpy
+from takagi.lmi.solver.solve import Session, attempts
 
 
 def stable() -> Condition:

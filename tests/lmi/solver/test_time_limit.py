@@ -33,8 +33,7 @@ from takagi.lmi import (
     polynomial_lyapunov,
     robust_hinf_norm,
 )
-from takagi.lmi.solver import limited, out_of_time
-from takagi.lmi.solver.time_limit import remaining
+from takagi.lmi.solver.time_limit import limited, out_of_time, remaining
 from takagi.models import ModelError, Premise, TSModel
 
 A = np.array([[[0.0, 1.0], [-1.0, -0.4]], [[0.0, 1.0], [-1.5, -0.5]]])

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from takagi.lmi import pdc, pdc_condition, rigorous_no
-from takagi.lmi.condition import lmi_value
-from takagi.lmi.gains.decay import decay_request, decided
-from takagi.lmi.gains.requirements import GivenLimits
-from takagi.lmi.sums.membership_points import at_points, number_of_points, points_of
+from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.gains.decay.condition import decay_request
+from takagi.lmi.gains.decay.design import decided
+from takagi.lmi.gains.requirements.limits import GivenLimits
+from takagi.lmi.sums.membership_shape import at_points, number_of_points, points_of
 from takagi.models import Premise, TSModel
 from tests.lmi.known_models import three_rules
 

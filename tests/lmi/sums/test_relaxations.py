@@ -20,8 +20,8 @@ from takagi.lmi import (
     pdc_condition,
     relaxation_named,
 )
-from takagi.lmi.condition import fractions
-from takagi.lmi.sums.simplex_products import multisets
+from takagi.lmi.condition.evaluate import fractions
+from takagi.lmi.sums.product_premises import multisets
 from takagi.models import ModelError
 from tests.lmi.sums.known import (
     bound,

@@ -17,7 +17,7 @@ from takagi.lmi import (
     pdc_condition,
     relaxation_named,
 )
-from takagi.lmi.gains.requirements import Limits
+from takagi.lmi.gains.requirements.limits import Limits
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

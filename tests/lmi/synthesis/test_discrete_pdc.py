@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_are
 
 from takagi.lmi import Design, expressed, pdc, pdc_condition
-from takagi.lmi.condition import margin
+from takagi.lmi.condition.evaluate import margin
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

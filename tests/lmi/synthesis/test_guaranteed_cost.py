@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
-from takagi.lmi.condition import smallest_eigenvalues
-from takagi.lmi.gains.cost import guaranteed_cost_condition, guaranteed_cost_gain
+from takagi.lmi.condition.evaluate import smallest_eigenvalues
+from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition, guaranteed_cost_gain
 from takagi.models import ModelError
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from takagi.lmi import (
     pdc_condition,
     relaxation_ladder,
 )
-from takagi.lmi.sums.relaxation_sizes import contains
+from takagi.lmi.sums.relaxations import contains
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.known_models import pendulum, three_rules
 from tests.lmi.sums.known import bound, random_theta

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import pdc
-from takagi.lmi.condition import smallest_eigenvalues
+from takagi.lmi.condition.evaluate import smallest_eigenvalues
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import pendulum
 

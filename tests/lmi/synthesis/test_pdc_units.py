@@ -11,9 +11,11 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi import Condition, Outcome, decide, pdc, with_input_states
-from takagi.lmi.gains.decay import decay_request, decided, largest_rate, stopped_by_limit
 from takagi.lmi.gains.decay import design as compensation_design
-from takagi.lmi.gains.requirements import GivenLimits
+from takagi.lmi.gains.decay import relaxation_search
+from takagi.lmi.gains.decay.condition import decay_request
+from takagi.lmi.gains.decay.design import decided, stopped_by_limit
+from takagi.lmi.gains.requirements.limits import GivenLimits
 from takagi.models import TSModel
 from tests.lmi.synthesis.placed import pendulum
 
@@ -167,10 +169,10 @@ def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.Monkey
         return replace(found, outcome=unknown)
 
     task = decay_request(pendulum(), GivenLimits(gain_bound=30.0), decay_rate=0.0)
-    true = largest_rate.largest(task, "wang-tanaka-griffin")
-    monkeypatch.setattr(largest_rate, "decide", gives_up)
-    monkeypatch.setattr(largest_rate, "decided", never)
-    found = largest_rate.largest(task, "wang-tanaka-griffin")
+    true = relaxation_search.largest(task, "wang-tanaka-griffin")
+    monkeypatch.setattr(relaxation_search, "decide", gives_up)
+    monkeypatch.setattr(relaxation_search, "decided", never)
+    found = relaxation_search.largest(task, "wang-tanaka-griffin")
 
     assert found.low < true.low <= true.high < np.inf
     assert found.high == np.inf
@@ -184,7 +186,7 @@ def test_what_the_first_solver_leaves_open_is_asked_again(monkeypatch: pytest.Mo
         return replace(outcome, status="unknown")
 
     plain = pdc(pendulum(), decay_rate="max", gain_bound=30.0)
-    monkeypatch.setattr(largest_rate, "decide", gives_up)
+    monkeypatch.setattr(relaxation_search, "decide", gives_up)
     other = pdc(pendulum(), decay_rate="max", gain_bound=30.0)
 
     assert other.decay_rate == pytest.approx(plain.decay_rate, rel=1e-4)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from takagi.lmi import EigenvalueRegion
-from takagi.lmi.gains.requirements.region_sums import region_sums
+from takagi.lmi.gains.requirements.closed_loop import region_sums
 from takagi.models import TSModel
 from tests.lmi.synthesis.placed import More, blends, pendulum, placed
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import Design, EigenvalueRegion, NormBounded, pdc, pdc_condition, relaxation_ladder
-from takagi.lmi.gains.requirements import Requirements
+from takagi.lmi.gains.requirements.requirements import Requirements
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import pendulum, three_rules
 

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import max_decay_rate, observer, observer_condition, secant_vertices
-from takagi.lmi.condition import smallest_eigenvalues
+from takagi.lmi.condition.evaluate import smallest_eigenvalues
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.lmi import DoubleSum, EigenvalueRegion, NormBounded, Unknown, robust_lyapunov
-from takagi.lmi.condition import Uncertainty
-from takagi.lmi.gains.requirements.closed_loop import closed_loop
-from takagi.lmi.gains.requirements.region_sums import region_sums
-from takagi.lmi.gains.requirements.robust_sums import with_uncertainty
+from takagi.lmi.condition.region import Uncertainty
+from takagi.lmi.gains.requirements.closed_loop import closed_loop, region_sums, with_uncertainty
 from takagi.models import ModelError, TSModel
 from tests.lmi.synthesis.placed import Added, More, blends, nothing, pendulum, placed
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.lmi.turbine import GROWN, EffortDesign, EffortSettings, effort_gains
+from takagi.lmi.turbine.effort import GROWN, EffortDesign, EffortSettings, effort_gains
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
 from takagi.models.ramps import effort_ramp

@@ -12,18 +12,19 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
-from takagi.lmi.turbine import (
-    LoopOfGains,
-    Objective,
-    OneStepDesign,
-    one_step_gains,
-)
-from takagi.lmi.turbine.one_step.value import motion
+from takagi.lmi.turbine.one_step.design import OneStepDesign, one_step_gains
+from takagi.lmi.turbine.one_step.design_point import motion
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
+from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import (
+    EffortGains,
+    EffortSharingLaw,
+    LoopBox,
+    LoopUncertainty,
+)
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
-from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque_gradient
+from takagi.models.turbine.data import rotor_thrust, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
 BOX = LoopBox(Fraction("0.04"), Fraction("0.008"), Fraction("0.03"), Fraction("0.03"))

@@ -18,7 +18,7 @@ from takagi.lmi import (
     fuzzy_lyapunov_condition,
     polynomial_lyapunov,
 )
-from takagi.lmi.refutation import is_definite
+from takagi.lmi.refutation.exact_algebra import is_definite
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.known_models import oscillators
 

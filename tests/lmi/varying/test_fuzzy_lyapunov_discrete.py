@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import Answer, expressed, fuzzy_lyapunov, fuzzy_lyapunov_condition, latex
-from takagi.lmi.condition import margin
+from takagi.lmi.condition.evaluate import margin
 from tests.lmi.known_models import rolmip_pair
 
 Floats = NDArray[np.float64]

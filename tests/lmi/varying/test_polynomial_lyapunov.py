@@ -19,8 +19,8 @@ from takagi.lmi import (
     polynomial_lyapunov,
     polynomial_lyapunov_condition,
 )
-from takagi.lmi.condition import margin
-from takagi.lmi.refutation import is_definite
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.refutation.exact_algebra import is_definite
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.known_models import oscillators, planar_pair
 

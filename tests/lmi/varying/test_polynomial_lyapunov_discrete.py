@@ -16,7 +16,7 @@ from takagi.lmi import (
     polynomial_lyapunov,
     polynomial_lyapunov_condition,
 )
-from takagi.lmi.refutation import is_definite
+from takagi.lmi.refutation.exact_algebra import is_definite
 from tests.lmi.known_models import rolmip_pair
 
 Floats = NDArray[np.float64]

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import ModelError, Plant, TSModel
-from takagi.models.blending.blending import blending_of
-from takagi.models.blending.run_time import RunTimeBlending
+from takagi.models.blending.blending import RunTimeBlending, blending_of
 from takagi.models.blending.substitution import blended_model
 from takagi.models.laws.pdc import PdcLaw
 from tests.models.blending.plants import ROOM, plant_of

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import Plant, TSModel, load_model
-from takagi.models.blending.blending import blending_of
-from takagi.models.blending.run_time import RunTimeBlending
+from takagi.models.blending.blending import RunTimeBlending, blending_of
 from takagi.models.blending.substitution import blended_model
 
 Floats = NDArray[np.float64]

@@ -23,9 +23,9 @@ from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Measurement, SampledLaw
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.simulation.baseline import BaselineLaw
-from takagi.models.simulation.dynamics import plant_rate as turbine_rate
+from takagi.models.simulation.turbine_plant import plant_rate as turbine_rate
 from takagi.models.simulation.turbine_plant import validation_plant
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import trim
 from takagi.reports.loops.plant_motion import plant_rate

@@ -23,8 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from takagi.models import Floats
-from takagi.models.simulation.dynamics import dynamics, loads
-from takagi.models.simulation.turbine_plant import SimulatedTurbine
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, dynamics, loads
 from takagi.models.turbine.loader import nrel5mw
 from takagi.models.turbine.trim import trim
 

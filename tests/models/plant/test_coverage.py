@@ -17,7 +17,7 @@ from takagi.models import (
     sector_model,
     table_function,
 )
-from takagi.models.plant.table_coverage import check_coverage
+from takagi.models.plant_files.entry_checks import check_coverage
 from takagi.models.splines.table_function import TableFunction
 
 X, U = sp.symbols("x u", real=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from takagi.models import Plant
-from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
+from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
 from takagi.models.plant_files.loader import load_plant
 
 TEXT = """

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from takagi.models import Curve, Interval, ModelError, Surface, interpolate_curve, table_function
-from takagi.models.splines.surface import interpolate
+from takagi.models.splines.spline import interpolate
 from takagi.models.splines.table_function import TableFunction
 
 X, Y = sp.symbols("x y", real=True)

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from takagi.models import Floats, ModelError
-from takagi.models.plant_simulation.experiment import Experiment, SampledProgram
-from takagi.models.plant_simulation.runs import run
+from takagi.models.plant_simulation.runs import Experiment, SampledProgram, run
 from takagi.models.plant_simulation.signals import Noise, Pulse, Signals, Step
 
 FREE = np.array([[-np.inf, np.inf]])
@@ -33,7 +32,7 @@ def integrator(
         inputs=1,
         limits=limits,
         rest=np.array([5.0]),
-        far=np.array([np.inf]),
+        far_limits=np.array([np.inf]),
         disturbances=disturbances or Signals(1),
         disturbance_rest=np.zeros(1),
         noise=noise or Signals(1),
@@ -61,7 +60,7 @@ def test_an_input_is_cut_until_the_time_of_the_closed_form() -> None:
     assert np.abs(found.state[:, 0] - exact).max() < 1e-5
     (cut,) = found.cuts
     assert cut.begin == 0.0 and cut.end == pytest.approx(2.0, abs=1e-4) and not cut.upper
-    assert found.sent.min() == -1.0 and found.wanted[0, 0] == -3.0
+    assert found.sent.min() == -1.0 and found.commanded[0, 0] == -3.0
     assert found.ended == "whole"
 
 
@@ -151,7 +150,7 @@ def test_discrete_time_cuts_and_disturbs_too() -> None:
 )
 def test_a_run_that_ends_early_says_how(rate: object, start: float, ended: str) -> None:
     """Too far; a division by zero; a logarithm of a negative number."""
-    loop = replace(integrator(), rate=rate, far=np.array([20.0]))  # type: ignore[arg-type]
+    loop = replace(integrator(), rate=rate, far_limits=np.array([20.0]))  # type: ignore[arg-type]
     found = run(loop, np.array([start]), 10.0)
 
     assert found.ended == ended

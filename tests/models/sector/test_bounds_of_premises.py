@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from takagi.certificates import certify
-from takagi.lmi.explaining import with_narrower_premise
+from takagi.lmi.explaining.explanation import with_narrower_premise
 from takagi.models import (
     Interval,
     ModelError,

@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Premise, TSModel
-from takagi.models.sector.assembly import check_exact
-from takagi.models.sector.multilinear import corner_values, vertex_product
+from takagi.models.sector.assembly import check_exact, corner_values, vertex_product
 from takagi.models.ts.vertex_arrays import VertexProduct
 
 Z = sp.symbols("z1:5")

@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from takagi.models import Plant, interpolate_curve, load_model, sector_model, table_function
-from takagi.models.equations.premise_units import UNKNOWN, unit_of
+from takagi.models.equations.equations import UNKNOWN, unit_of
 
 X, V, Q = sp.symbols("x v q", real=True)
 UNITS = {X: "m", V: "m/s", Q: "rad"}

@@ -24,7 +24,7 @@ from takagi.cli.main import main
 from takagi.models import ModelError, TSModel, nrel5mw, sector_model
 from takagi.models.plant.plant import Plant
 from takagi.models.plant_files.loader import PlantFile, load_plant
-from takagi.models.simulation import dynamics
+from takagi.models.simulation import turbine_plant
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.reports.code import sampling, targets
 from takagi.reports.code.baseline import baseline_program
@@ -141,7 +141,7 @@ def test_why_it_is_refused(program: ControllerProgram, time: float, swings: bool
     """Torque at a steady 8 m/s on the validation plant, which does not filter the speed itself."""
     plant, wind, step = validation_plant(nrel5mw()), 8.0, 0.01
     state, at = plant.initial_state(wind)
-    run, law, inner = dynamics.dynamics(plant), ProgramRun(program), round(time / 0.01)
+    run, law, inner = turbine_plant.dynamics(plant), ProgramRun(program), round(time / 0.01)
     place, before, sent = plant.index("generator speed"), np.array([at.torque, at.pitch]), []
     assert place is not None
     for _ in range(round(100 / time)):

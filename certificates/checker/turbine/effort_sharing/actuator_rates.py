@@ -34,6 +34,7 @@ from itertools import pairwise, product
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.obligation import (
@@ -44,7 +45,6 @@ from takagi.certificates.checker.kernel.obligation import (
 )
 from takagi.certificates.checker.kernel.reader import listed, member, number
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
@@ -53,7 +53,8 @@ from takagi.certificates.checker.turbine.effort_sharing.prerequisite import prer
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import read_ranges
 from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.turbine_claim import TurbineClaim, row_bound
-from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
+from takagi.certificates.checker.words.rates import beyond_words, fed_words
+from takagi.certificates.checker.words.rounded import at_least, at_most, exactly, range_around
 
 NAME = "actuator rates of the effort-sharing loop"
 
@@ -193,7 +194,7 @@ class ActuatorRates(TurbineClaim):
         P = read_matrix(self.loop, "P", self._place)
         for k, (cell, bound) in enumerate(zip(cells, self.bounds, strict=True)):
             required = _bounded(cell, bound, P, f"{where}.cells[{k}]")
-            yield f"wind {_span(*wind[k : k + 2])} m/s: ", required
+            yield f"wind {range_around(*wind[k : k + 2])} m/s: ", required
         rates = [number(cell, "wind_rate", self._place) for cell in self.loop["cells"]]
         step = number(self.claim, "torque_step", where) - torque_step(self.subject.law, rates)
         failure = "torque may step by more than is stated where v_s passes a node"
@@ -201,7 +202,7 @@ class ActuatorRates(TurbineClaim):
         failure = "the schedule wind's rate may change faster than is stated"
         for k, bend in self.bends.items():
             spare = number(cells[k], "schedule_bend", where) - bend
-            place = f"wind {_span(*wind[k : k + 2])} m/s: "
+            place = f"wind {range_around(*wind[k : k + 2])} m/s: "
             yield place, iter((nonnegative(spare, failure),))
 
     def figures(self) -> Iterator[Figure | WindProfile]:
@@ -212,44 +213,29 @@ class ActuatorRates(TurbineClaim):
             yield Figure(f"largest {name.replace('_', ' ')}", unit, largest, larger=False)
 
     def sentence(self) -> str:
-        cells, where, names = self.cells, self.where, ("pitch", "torque")
-        pitch, torque = ([number(c, f"{name}_rate", where) for c in cells] for name in names)
-        most, of_torque = (
-            number(self.data["model"], f"{name}_rate_limit", "model") for name in names
+        where, data, cells = self.where, self.data, self.cells
+        pitch, torque, bend = (
+            [number(cell, name, where) for cell in cells]
+            for name in ("pitch_rate", "torque_rate", "schedule_bend")
         )
-        within = [k for k, rate in enumerate(torque) if rate <= of_torque]
+        pitch_limit, torque_limit = (
+            number(data["model"], f"{name}_rate_limit", "model") for name in ("pitch", "torque")
+        )
+        fed = [a for a, bound in zip(bend, self.bounds, strict=True) if bound.fed > 0]
+        within = [rate <= torque_limit for rate in torque]
         # A limit is rounded down; a value stated to be below it is compared after rounding.
-        limit = at_least(most, 6)
+        limit = at_least(pitch_limit, 6)
         below = sum(rate < Fraction(limit) for rate in pitch)
-        beyond = "".join(
-            f", NOT for {_span(*ends)} m/s" for ends in _beyond(within, self.subject.law.wind)
-        )
         step = number(self.claim, "torque_step", where)
         return (
             "on the proved set and in its wind class, under what the claim about these assumes, of "
             f"{len(cells)} wind cells: pitch moves at most "
             f"at {at_most(max(pitch), 6)} rad/s, and in {below} stays below the drive's limit of "
             f"{limit} rad/s; the torque asked for moves, between the law's wind nodes, at most at "
-            f"{at_most(max(torque), 4)} N m/s{self._fed_words(cells)}, and in {len(within)} within "
-            f"the turbine's limit of {exactly(of_torque)} N m/s{beyond}; it steps by "
+            f"{at_most(max(torque), 4)} N m/s{fed_words(fed, list(self.bends.values()))}, and in "
+            f"{sum(within)} within the turbine's limit of {exactly(torque_limit)} N m/s"
+            f"{beyond_words(within, self.subject.law.wind)}; it steps by "
             f"at most {at_most(step, 4)} N m where the schedule wind passes a node"
-        )
-
-    def _fed_words(self, cells: Sequence[Any]) -> str:
-        """Return the clause on the cells whose torque is fed v_s'; empty if there are none."""
-        fed = [cell for cell, bound in zip(cells, self.bounds, strict=True) if bound.fed > 0]
-        if not fed:
-            return ""
-        held, bends = "NOT for every wind of the wind class", self.bends
-        if bends:
-            held = (
-                "as in every wind of the claim on the wind's rate, which keeps it at most "
-                f"{at_most(max(bends.values()), 3)} m/s^3"
-            )
-        least = min(number(cell, "schedule_bend", self.where) for cell in fed)
-        return (
-            f" (where it is fed the schedule wind's rate, in {len(fed)} of them, while |v_s''| "
-            f"is at most {at_least(least, 3)} m/s^3, {held})"
         )
 
 
@@ -265,21 +251,3 @@ def _bounded(cell: Any, bound: CellRates, P: Matrix, where: str) -> Obligations:
         )
     failure = "the torque asked for may move faster than is stated"
     yield nonnegative(torque - bound.torque_rate(B, bend), failure)
-
-
-def _beyond(within: list[int], wind: list[Fraction]) -> list[list[Fraction]]:
-    """Return the winds of the other cells, with adjacent cells joined."""
-    found: list[list[Fraction]] = []
-    for k, (low, high) in enumerate(pairwise(wind)):
-        if k in within:
-            continue
-        if found and found[-1][1] == low:
-            found[-1][1] = high
-        else:
-            found.append([low, high])
-    return found
-
-
-def _span(low: Fraction, high: Fraction) -> str:
-    """Return a range of winds that is not narrower than the exact one."""
-    return f"{at_least(low, 6)} to {at_most(high, 6)}"

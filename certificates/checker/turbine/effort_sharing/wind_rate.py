@@ -27,6 +27,7 @@ from fractions import Fraction
 from itertools import chain, pairwise
 from typing import Any, ClassVar, Self
 
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
@@ -36,17 +37,15 @@ from takagi.certificates.checker.kernel.obligation import (
 )
 from takagi.certificates.checker.kernel.reader import increasing, listed, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.effort_sharing.loop_claim import IN_WIND_CLASS
 from takagi.certificates.checker.turbine.effort_sharing.prerequisite import prerequisite_claim
 from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.turbine_claim import TurbineClaim
+from takagi.certificates.checker.words.rates import range_sentence
 from takagi.certificates.checker.words.rounded import at_least, at_most, range_within
 
 MOST_RANGES, MOST_NODES = 20, 5000
-# The rates of which the sentence names the winds [m/s^2].
-NAMED_RATES = tuple(map(Fraction, ("0.02", "0.05", "0.1", "0.2", "0.5", "1", "1.5", "2", "3", "5")))
 
 
 @dataclass(frozen=True)
@@ -187,7 +186,9 @@ class WindRate(TurbineClaim):
         peak = number(peaks, "speed_error", f"{where}.peaks")
         rated = number(member(self.data, "model", "certificate"), "rated_rotor_speed", "model")
         overspeed = 100 * ((max(self.law.speed) + peak) / rated - 1)
-        listed_ranges = "; ".join(map(_range_words, self.ranges))
+        listed_ranges = "; ".join(
+            range_sentence(one.wind, one.estimate, one.error) for one in self.ranges
+        )
         return (
             f"with the law's wind filter of {at_most(self.wind_filter, 6)} s, from any start with "
             "V <= 1 and the filter at its estimate, the loop stays in its proved wind class, under "
@@ -221,24 +222,3 @@ def _bends(one: Range, i: int, ahead: Fraction) -> Iterator[Fraction]:
     least, most = sorted((first, last))
     for node in one.wind[bisect_right(one.wind, least) : bisect_left(one.wind, most)]:
         yield low + (high - low) * (node - first) / (last - first)
-
-
-def _range_words(one: Range) -> str:
-    known = "known exactly" if one.error == 0 else f"known to {at_least(one.error, 3)} m/s"
-    steps = [f"{at_least(min(one.estimate), 3)} m/s^2 everywhere"]
-    for rate in NAMED_RATES:
-        start = _from(one, rate)
-        if start is not None and rate > min(one.estimate):
-            steps.append(f"{at_most(rate, 3)} m/s^2 from {at_most(start, 6)} m/s on")
-    return f"wind and estimate within {one.words}, {known}: at least {', '.join(steps)}"
-
-
-def _from(one: Range, rate: Fraction) -> Fraction | None:
-    """Return the least wind from which r is at least the rate up to the range's end."""
-    if one.estimate[-1] < rate:
-        return None
-    for i in range(len(one.wind) - 2, -1, -1):
-        low, high = one.estimate[i : i + 2]
-        if low < rate:
-            return one.wind[i] + (one.wind[i + 1] - one.wind[i]) * (rate - low) / (high - low)
-    return one.wind[0]

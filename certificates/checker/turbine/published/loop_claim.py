@@ -21,6 +21,7 @@ from fractions import Fraction
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval, point
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
@@ -30,7 +31,6 @@ from takagi.certificates.checker.kernel.obligation import (
 )
 from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw

@@ -1,0 +1,396 @@
+"""Lyapunov functions that change with constant parameters, or with memberships.
+
+LMIs for memberships that move within bounds on their rates; nothing here solves them.
+
+dP/dt is posed at every corner of the velocities: of the premises, dw_k/dt = +-rho_k, or of the
+memberships, |dh_i/dt| <= phi_i with sum_i dh_i/dt = 0.
+
+Source: Tanaka, Hori and Wang (2003), IEEE Trans. Fuzzy Systems 11(4), for bounds on dh/dt; Geromel
+and Colaneri (2006), Systems and Control Letters 55, for the corners.
+
+Stability for memberships that move, by a Lyapunov function that depends on them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.answer import Answer
+from takagi.lmi.argument_checks import Vertices, number, rate_parameter
+from takagi.lmi.condition.term import LMI, Condition
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.polynomials import Basis, Degrees
+from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.membership_shape import double_sums, rate_parts, rule_table
+from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.varying.parameter_condition import (
+    SOURCES,
+    Form,
+    SoughtPolynomial,
+    check_form,
+    form_lmis,
+    polynomial_lmis,
+)
+from takagi.lmi.varying.parameter_motion import kept_degrees
+from takagi.lmi.varying.parameter_space import (
+    RateBounds,
+    VaryingLoop,
+    decided_lyapunov,
+    degrees_of,
+    membership_rates,
+    no_lyapunov,
+    polya_of,
+    varying_loop,
+)
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+
+def polynomial_lyapunov_condition(
+    model: Vertices,
+    *,
+    degree: int | Sequence[int] = 1,
+    polya: int = 0,
+    decay_rate: float = 0.0,
+    form: Form = "direct",
+    gains: ArrayLike | None = None,
+    sample_time: float | None = None,
+) -> Condition:
+    """Pose P(h) > 0 and He(P(h) A(h)) + 2 alpha P(h) < 0 for every constant h.
+
+    Discrete time: A(h)' P(h) A(h) < rho^2 P(h), as a Schur complement.  Each Bernstein coefficient
+    of the polynomials in h is one item; see ``parameter_condition``.
+
+    Parameters
+    ----------
+    model : a model (its A), or vertices (r, n, n); entries may be Fractions.
+    degree, polya, decay_rate, form, gains, sample_time : as for ``polynomial_lyapunov``.
+
+    Returns
+    -------
+    The condition in the model's coordinates as they are, with the unknown ``P``, whose members are
+    the coefficients of P(h).  Nothing is solved.
+
+    Raises
+    ------
+    ModelError : as ``polynomial_lyapunov``.
+
+    Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
+    """
+    loop = varying_loop(model, gains, sample_time)
+    degrees = degrees_of(loop.space, degree)
+    return _condition(loop, degrees, polya_of(polya), number("decay_rate", decay_rate), form)
+
+
+@limited
+def polynomial_lyapunov(
+    model: Vertices,
+    *,
+    degree: int | Sequence[int] = 1,
+    polya: int = 0,
+    decay_rate: float = 0.0,
+    form: Form = "direct",
+    gains: ArrayLike | None = None,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+    time_limit: float | None = None,
+) -> Answer:
+    """Return a candidate P(h) > 0 with He(P(h) A(h)) + 2 alpha P(h) < 0 for every constant h.
+
+    Every blend of the vertices is then stable as long as it stays what it is.  Discrete time:
+    A(h)' P(h) A(h) < e^(-2 alpha T) P(h).
+
+    Parameters
+    ----------
+    model : a model, or vertices (r, n, n) of one simplex.  With premises h is the point of a
+        product of simplexes, one a premise.
+    degree : of P in the memberships, or in each premise's; 0 is a common P, 1 one P a rule.
+    polya : how far the LMIs' degrees are raised before their coefficients are taken.  As degree
+        and polya grow every stable family is found, in ever more LMIs.
+    decay_rate : alpha in 1/s.
+    form : "direct"; or "dilated", with slack matrices the same for all h in the place of
+        products of P and A: never worse than a common P, and one LMI a vertex for degree 1.
+    gains : (r, m, n) of u = -sum_j h_j K_j x; the loop is then of degree 2.
+    scales : (n,) engineering range of each state; None balances.
+    sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
+
+    Returns
+    -------
+    An ``Answer``: ``family`` is P(h), ``decay_rate`` what it shows, recomputed from it.  A no is
+    about P of this degree and these coefficients; the diagnosis says so, or names a blend that is
+    unstable by itself.  Nothing is proved here.
+
+    Not promised: anything about memberships that move; see ``fuzzy_lyapunov``.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, a degree that is not whole, an unknown form.
+
+    Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
+    """
+    loop = varying_loop(model, gains, sample_time)
+    degrees = degrees_of(loop.space, degree)
+    alpha, polya = float(number("decay_rate", decay_rate)), polya_of(polya)
+    s = loop.units(scales)
+    scaled = loop.scaled(s)
+    condition = _condition(scaled, degrees, polya, alpha, form)
+    why = scaled.hopeless(alpha)
+    if why:
+        return no_lyapunov(condition, s, why)
+    advice = "raise the degree or polya, lower the decay rate, or shrink the box"
+    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, degrees), advice)
+
+
+def _condition(
+    loop: VaryingLoop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
+) -> Condition:
+    check_form(form)
+    no_rates = [np.zeros(size) for size in loop.space.sizes]
+    sought = SoughtPolynomial.of(loop, degrees, no_rates, polya=polya)
+    slack, lmis = form_lmis(sought, form)
+    return Condition(
+        name=f"polynomial Lyapunov function, degree {degrees}, {form}",
+        unknowns=(sought.P, *slack),
+        lmis=lmis,
+        parameters=rate_parameter(alpha, loop.sample_time),
+        source=SOURCES[form],
+    )
+
+
+RATE_SOURCES = "Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006)"
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Question:
+    """Which P(h) is sought, for which motion of h.
+
+    Attributes
+    ----------
+    degrees : of P in each simplex, 0 where h jumps in continuous time.
+    rates : bounds of |dw/dt| in 1/s, one array a simplex.
+    relaxation : "polya-<d>", or a named one.
+    form : "direct" or "dilated".
+    """
+
+    degrees: Degrees
+    rates: tuple[Floats, ...]
+    relaxation: str
+    form: Form
+
+    @property
+    def polya(self) -> int | None:
+        """Return d of "polya-<d>", or None."""
+        match = re.fullmatch(r"polya-(\d+)", self.relaxation)
+        return int(match[1]) if match else None
+
+    def check(self, loop: VaryingLoop) -> None:
+        """Raise ModelError where what was asked does not go together."""
+        check_form(self.form)
+        relaxation_named(self.relaxation)
+        plain = loop.sample_time is None and self.form == "direct"
+        linear = max(self.degrees) <= 1
+        if self.polya is None and not (plain and linear and loop.K is None):
+            raise ModelError(
+                f"relaxation {self.relaxation} is for a double sum: continuous time, no gains, "
+                'form="direct", degree 1; take "polya-<d>"'
+            )
+
+    def condition(self, loop: VaryingLoop, alpha: float | Fraction) -> Condition:
+        """Return the condition in the loop's states."""
+        self.check(loop)
+        sought = SoughtPolynomial.of(loop, self.degrees, self.rates, polya=self.polya or 0)
+        unknowns: tuple[Unknown, ...]
+        if self.polya is None and any(self.degrees):
+            unknowns, lmis = _named(sought, loop, self.relaxation)
+        else:
+            unknowns, lmis = form_lmis(sought, self.form)
+        source = SOURCES[self.form]
+        if loop.sample_time is None and any(self.degrees):
+            source = f"{source}; {RATE_SOURCES}"
+        return Condition(
+            name=f"fuzzy Lyapunov function, degree {self.degrees}, {self.relaxation}",
+            unknowns=(sought.P, *unknowns),
+            lmis=lmis,
+            parameters=rate_parameter(alpha, loop.sample_time),
+            source=source,
+        )
+
+
+def _named(
+    sought: SoughtPolynomial, loop: VaryingLoop, relaxation: str
+) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    """Pose sum_ij h_i h_j (He(P_j A_i) + 2 alpha P_j + dP/dt) < 0 by a named relaxation."""
+    A, corners = loop.A.astype(np.float64), loop.space.corners
+    members = sought.basis.corners(corners)
+    eye = np.eye(sought.P.rows)[None]
+    gain = rule_table(len(A), "gain", members)
+    plain = DoubleSum(
+        rules=len(A),
+        blocks=(sought.P.rows,),
+        parts=(
+            SumPart(
+                unknown=sought.P,
+                left=eye,
+                right=A,
+                member=gain,
+                plus_transpose=True,
+                latex=("", "A_{i}"),
+                symbol="P_{j}",
+            ),
+            SumPart(
+                unknown=sought.P,
+                left=2.0 * eye,
+                right=eye,
+                member=gain,
+                parameter="alpha",
+                latex=(r"2\alpha", ""),
+                symbol="P_{j}",
+            ),
+        ),
+        weight=sought.weight,
+        corners=corners if loop.space.premises else None,
+    )
+    rate_terms = [
+        rate_parts(sought.P, corners, velocity, members=members)
+        for velocity in sought.motion.velocities
+    ]
+    unknowns: list[Unknown] = []
+    lmis = list(polynomial_lmis(sought))
+    for loop_at_rate in double_sums(plain, rate_terms):
+        slack, relaxed_lmis = relaxation_named(relaxation)(loop_at_rate)
+        unknowns += slack
+        lmis += relaxed_lmis
+    return tuple(unknowns), tuple(lmis)
+
+
+def fuzzy_lyapunov_condition(
+    model: Vertices,
+    *,
+    rate_bounds: RateBounds,
+    degree: int | Sequence[int] = 1,
+    decay_rate: float = 0.0,
+    relaxation: str = "polya-0",
+    gains: ArrayLike | None = None,
+    form: Form = "direct",
+    sample_time: float | None = None,
+) -> Condition:
+    """Pose P(h) > 0 and He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0 for bounded rates of h.
+
+    Discrete time: A(h)' P(h+) A(h) < rho^2 P(h), as a Schur complement.  See ``fuzzy_condition``.
+
+    Parameters
+    ----------
+    model, rate_bounds, degree, decay_rate, relaxation, gains, form, sample_time : as for
+        ``fuzzy_lyapunov``; entries of the model may be Fractions.
+
+    Returns
+    -------
+    The condition in the model's coordinates as they are, with the unknown ``P``, whose members are
+    the coefficients of P(h).  Nothing is solved.
+
+    Raises
+    ------
+    ModelError : as ``fuzzy_lyapunov``.
+
+    Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006).
+    """
+    loop = varying_loop(model, gains, sample_time)
+    question = _question(loop, rate_bounds, degree, relaxation, form)
+    return question.condition(loop, number("decay_rate", decay_rate))
+
+
+@limited
+def fuzzy_lyapunov(
+    model: Vertices,
+    *,
+    rate_bounds: RateBounds,
+    degree: int | Sequence[int] = 1,
+    decay_rate: float = 0.0,
+    relaxation: str = "polya-0",
+    gains: ArrayLike | None = None,
+    form: Form = "direct",
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+    time_limit: float | None = None,
+) -> Answer:
+    """Return a candidate P(h) > 0 with He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0.
+
+    V = x' P(h) x then decays as V' <= -2 alpha V while the memberships move within these rates.
+    Discrete time: V(x+) <= e^(-2 alpha T) V(x).
+
+    Parameters
+    ----------
+    model : a model, or vertices (r, n, n).  With premises the memberships are products of theirs.
+    rate_bounds : with premises |dz_k/dt| in the unit of z_k per second, one for each in order or
+        by name; without, |dh_i/dt| in 1/s; one number for all.  0 is a constant, inf no bound: in
+        continuous time P then does not depend on it.  In discrete time a step is at most T times
+        the bound.
+    degree : of P in the memberships, or in each premise's; 0 is a common P.
+    decay_rate : alpha in 1/s.
+    relaxation : "polya-<d>", coefficients of the polynomials in h after d raisings of the degree
+        (with premises in each of them); or, in continuous time without gains and for degree 1, one
+        of the names that ``pdc`` has.
+    gains : (r, m, n) of u = -sum_j h_j K_j x.
+    form : "direct", or "dilated": with slack matrices in the place of products of P and A.
+    scales : (n,) engineering range of each state; None balances.
+    sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
+
+    Returns
+    -------
+    An ``Answer``: ``family`` is P(h), ``decay_rate`` what it shows, recomputed from it.  A no is
+    about P of this degree and these coefficients; the diagnosis says so, or names a blend that is
+    unstable by itself.  Nothing is proved here.
+
+    Not promised: that the memberships do move within these rates.  Where they
+    depend on the state, show it by other means, for instance on a level set.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, names, bounds for some memberships only, options that do not go
+        together, too many corners of rates to pose.
+
+    Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006); in
+    discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009).
+    """
+    loop = varying_loop(model, gains, sample_time)
+    question = _question(loop, rate_bounds, degree, relaxation, form)
+    alpha = float(number("decay_rate", decay_rate))
+    s = loop.units(scales)
+    scaled = loop.scaled(s)
+    condition = question.condition(scaled, alpha)
+    why = scaled.hopeless(alpha)
+    if why:
+        return no_lyapunov(condition, s, why)
+    advice = (
+        "lower the rate bounds or the decay rate, raise the degree, or take a richer relaxation "
+        '("polya-2")'
+    )
+    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, question.degrees), advice)
+
+
+def _question(
+    loop: VaryingLoop,
+    rate_bounds: RateBounds,
+    degree: int | Sequence[int],
+    relaxation: str,
+    form: Form,
+) -> Question:
+    bounds = membership_rates(loop.space, rate_bounds)
+    degrees = degrees_of(loop.space, degree)
+    return Question(
+        degrees=kept_degrees(degrees, bounds, discrete=loop.sample_time is not None),
+        rates=bounds,
+        relaxation=relaxation,
+        form=form,
+    )

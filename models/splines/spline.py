@@ -1,0 +1,348 @@
+"""Interpolating cubic splines of one variable and bicubic ones of two.
+
+Interpolating cubic spline of one argument, with exact values and rigorous ranges.
+
+The spline is *defined* by the shortest decimals of its knots and coefficients; floats evaluate it
+to rounding, and ``bounds`` encloses it in exact arithmetic.
+
+Interpolating bicubic spline of a table, with exact derivatives and rigorous ranges.
+
+The spline is *defined* by the decimals of its knots and coefficients (12 decimals).  The table it
+was made from is reproduced to about 1e-12; floats evaluate it to rounding, and ``bounds`` encloses
+it in exact arithmetic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from math import lcm
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BSpline, NdBSpline, make_interp_spline
+
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval, Number, exact
+from takagi.models.splines.exact_spline import (
+    DEGREE,
+    MAX_ORDER,
+    ExactSpline,
+    exact_bounds,
+    exact_spline,
+    exact_value,
+    points_inside,
+    require_inside,
+)
+
+# A curve is treated as a surface that does not depend on y: the y direction has one span [0, 1] and
+# four equal coefficients.
+FLAT_KNOTS = tuple(Fraction(k) for k in (0, 0, 0, 0, 1, 1, 1, 1))
+DIGITS = 14  # of the coefficients, counted from the largest
+ORIGIN = Interval(Fraction(0), Fraction(0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """Cubic spline s(x) = sum_i c_i N_i(x).
+
+    Attributes
+    ----------
+    knots : full knot vector, (n + 4,); each float stands for its shortest decimal.
+    coefficients : (n,); likewise.
+    name, x_name : words for messages, e.g. ``"friction"``, ``"speed [rad/s]"``.
+
+    Raises
+    ------
+    ModelError : sizes that do not fit, knots that do not increase, a number that is not finite.
+    """
+
+    knots: Floats
+    coefficients: Floats
+    name: str = "curve"
+    x_name: str = "x"
+    _spline: BSpline = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("knots", "coefficients"):
+            array = np.array(getattr(self, name), dtype=np.float64)
+            if array.ndim != 1 or not np.all(np.isfinite(array)):
+                raise ModelError(f"{self.name}: {name} must be a row of finite numbers")
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        coefficient_count = len(self.knots) - DEGREE - 1
+        if coefficient_count < DEGREE + 1 or len(self.coefficients) != coefficient_count:
+            raise ModelError(
+                f"{self.name}: {len(self.coefficients)} coefficients for {len(self.knots)} knots; "
+                f"{max(coefficient_count, DEGREE + 1)} are needed, at least {DEGREE + 1}"
+            )
+        steps = np.diff(self.knots)
+        if np.any(steps < 0) or not np.all(steps[DEGREE : len(steps) - DEGREE] > 0):
+            raise ModelError(f"{self.name}: knots must increase, inner knots strictly")
+        object.__setattr__(self, "_spline", BSpline(self.knots, self.coefficients, DEGREE))
+
+    @property
+    def x_range(self) -> tuple[float, float]:
+        """Smallest and largest x of the table."""
+        return float(self.knots[DEGREE]), float(self.knots[-DEGREE - 1])
+
+    def __call__(self, x: ArrayLike, dx: int = 0, *, clip: bool = False) -> Floats:
+        """Return d^dx s / dx^dx at the points; orders 0, 1 and 2.
+
+        ``clip=True`` moves points outside the table to its edge; without it they are refused.
+
+        Raises
+        ------
+        ModelError : order out of range, a NaN, or a point outside the table with clip=False.
+        """
+        _check_order(self.name, dx)
+        inside = points_inside(self.name, self.x_name, x, self.x_range, clip)
+        return np.asarray(self._spline(inside, nu=dx), dtype=np.float64)
+
+    def bounds(self, x: Interval, dx: int = 0) -> Interval:
+        """Return a rigorous enclosure of a derivative over x, in exact arithmetic.
+
+        Parameters
+        ----------
+        dx : order 0, 1 or 2.
+
+        Raises
+        ------
+        ModelError : order out of range, or x leaves the table.
+        """
+        _check_order(self.name, dx)
+        spline = _exact_curve(self)
+        require_inside(self.name, self.x_name, x, spline.x)
+        return exact_bounds(spline, x, ORIGIN, dx, 0)
+
+    def exact(self, x: Number, dx: int = 0) -> Fraction:
+        """Return a derivative at one rational point, exactly; ModelError outside the table."""
+        return self.bounds(Interval.of(x), dx).lower
+
+
+def interpolate_curve(
+    x: ArrayLike, values: ArrayLike, *, name: str = "curve", x_name: str = "x"
+) -> Curve:
+    """Return the cubic not-a-knot spline through (x[i], values[i]).
+
+    The coefficients come from a linear system in floats, rounded to 14 digits of the largest one,
+    so that what is odd or even stays so: a table through the origin that is odd is 0 there exactly.
+    The result is defined by them: it passes through the other values to about 1e-14 of the largest.
+
+    Raises
+    ------
+    ModelError : fewer than 4 points, x not increasing, a number that is not finite, or sizes that
+        differ.
+
+    Source: de Boor (1978), A Practical Guide to Splines, ch. IV (not-a-knot).
+    """
+    points = np.asarray(x, dtype=np.float64)
+    table = np.asarray(values, dtype=np.float64)
+    if points.ndim != 1 or points.shape != table.shape:
+        raise ModelError(f"{name}: {table.shape} values for {points.shape} points; one each")
+    if len(points) < DEGREE + 1:
+        raise ModelError(f"{name}: {len(points)} points in {x_name}; a cubic needs at least 4")
+    if not (np.all(np.isfinite(points)) and np.all(np.diff(points) > 0)):
+        raise ModelError(f"{name}: {x_name} must be finite and strictly increasing")
+    if not np.all(np.isfinite(table)):
+        raise ModelError(f"{name}: every value must be a finite number")
+    spline = make_interp_spline(points, table, k=DEGREE)
+    return Curve(
+        np.asarray(spline.t), _rounded_to_digits(np.asarray(spline.c)), name=name, x_name=x_name
+    )
+
+
+def _rounded_to_digits(coefficients: Floats) -> Floats:
+    largest = float(np.abs(coefficients).max())
+    if largest == 0:
+        return coefficients
+    decimals = DIGITS - 1 - int(np.floor(np.log10(largest)))
+    return np.array([round(float(c), decimals) + 0.0 for c in coefficients])
+
+
+def _check_order(name: str, order: int) -> None:
+    if order not in range(MAX_ORDER + 1):
+        raise ModelError(f"{name}: derivative {order} asked; orders are 0, 1 or 2")
+
+
+@lru_cache(maxsize=64)
+def _exact_curve(curve: Curve) -> ExactSpline:
+    """Return the curve in rational numbers; built once, then kept (curves are immutable)."""
+    values = [exact(entry) for entry in curve.coefficients.tolist()]
+    scale = lcm(*(value.denominator for value in values))
+    rows = tuple((int(value * scale),) * (DEGREE + 1) for value in values)
+    return exact_spline(tuple(exact(k) for k in curve.knots.tolist()), FLAT_KNOTS, rows, scale)
+
+
+DECIMALS = 12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Bicubic spline s(x, y) = sum_ij c_ij N_i(x) N_j(y), degree 3 in each direction.
+
+    Attributes
+    ----------
+    x_knots, y_knots : full knot vectors, (nx + 4,) and (ny + 4,), decimals with 12 places.
+    coefficients : (nx, ny), decimals with 12 places.
+    name, x_name, y_name : words for messages, e.g. ``"c_P"``, ``"tip-speed ratio [-]"``.
+
+    Raises
+    ------
+    ModelError : sizes that do not fit, unsorted knots, NaN, or numbers with more decimals.
+    """
+
+    x_knots: Floats
+    y_knots: Floats
+    coefficients: Floats
+    name: str = "surface"
+    x_name: str = "x"
+    y_name: str = "y"
+    _spline: NdBSpline = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("x_knots", "y_knots", "coefficients"):
+            array = np.array(getattr(self, name), dtype=np.float64)
+            if not np.all(np.isfinite(array)) or np.any(np.round(array, DECIMALS) != array):
+                raise ModelError(
+                    f"{self.name}: {name} must be finite decimals with at most {DECIMALS} places; "
+                    "round them before building the surface"
+                )
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        self._check_sizes()
+        spline = NdBSpline((self.x_knots, self.y_knots), self.coefficients, DEGREE)
+        object.__setattr__(self, "_spline", spline)
+
+    def _check_sizes(self) -> None:
+        expected = (len(self.x_knots) - DEGREE - 1, len(self.y_knots) - DEGREE - 1)
+        if self.coefficients.shape != expected or min(expected) < DEGREE + 1:
+            raise ModelError(
+                f"{self.name}: coefficients have shape {self.coefficients.shape}, but the knots "
+                f"ask for {expected} (at least 4 in each direction)"
+            )
+        for name, knots in (("x_knots", self.x_knots), ("y_knots", self.y_knots)):
+            simple = np.all(np.diff(knots[DEGREE : len(knots) - DEGREE]) > 0)
+            if np.any(np.diff(knots) < 0) or not simple:
+                raise ModelError(f"{self.name}: {name} must increase, inner knots strictly")
+
+    @property
+    def x_range(self) -> tuple[float, float]:
+        """Smallest and largest x of the table."""
+        return float(self.x_knots[DEGREE]), float(self.x_knots[-DEGREE - 1])
+
+    @property
+    def y_range(self) -> tuple[float, float]:
+        """Smallest and largest y of the table."""
+        return float(self.y_knots[DEGREE]), float(self.y_knots[-DEGREE - 1])
+
+    def __call__(
+        self, x: ArrayLike, y: ArrayLike, dx: int = 0, dy: int = 0, *, clip: bool = False
+    ) -> Floats:
+        """Return d^(dx+dy) s / dx^dx dy^dy at the points, broadcast; derivatives are exact.
+
+        Parameters
+        ----------
+        x, y : numbers or arrays that broadcast.
+        dx, dy : orders 0, 1 or 2.
+        clip : False refuses points outside the table.  True moves them to its edge: the value is
+            then held constant, while derivatives are those *at* the edge.
+
+        Raises
+        ------
+        ModelError : order out of range, a NaN, or a point outside the table with clip=False.
+        """
+        if dx not in range(MAX_ORDER + 1) or dy not in range(MAX_ORDER + 1):
+            raise ModelError(f"{self.name}: derivative ({dx}, {dy}) asked; orders are 0, 1 or 2")
+        inside_x = points_inside(self.name, self.x_name, x, self.x_range, clip)
+        inside_y = points_inside(self.name, self.y_name, y, self.y_range, clip)
+        if inside_x.shape != inside_y.shape:
+            inside_x, inside_y = np.broadcast_arrays(inside_x, inside_y)
+        points = np.stack((inside_x, inside_y), axis=-1)
+        return np.asarray(self._spline(points, nu=(dx, dy)), dtype=np.float64)
+
+    def bounds(self, x: Interval, y: Interval, dx: int = 0, dy: int = 0) -> Interval:
+        """Return a rigorous enclosure of a partial derivative over the rectangle x times y.
+
+        The union of the Bernstein hulls of the cells that the rectangle meets, in exact
+        arithmetic: see ``takagi.models.splines.exact_spline``.
+
+        Parameters
+        ----------
+        dx, dy : orders 0, 1 or 2.
+
+        Raises
+        ------
+        ModelError : order out of range, or the rectangle leaves the table.
+        """
+        spline = _exact_surface(self)
+        require_inside(self.name, self.x_name, x, spline.x)
+        require_inside(self.name, self.y_name, y, spline.y)
+        return exact_bounds(spline, x, y, dx, dy)
+
+    def exact(self, x: Number, y: Number, dx: int = 0, dy: int = 0) -> Fraction:
+        """Return a partial derivative at one rational point, exactly."""
+        return exact_value(_exact_surface(self), exact(x), exact(y), dx, dy)
+
+
+def interpolate(
+    x: ArrayLike,
+    y: ArrayLike,
+    values: ArrayLike,
+    *,
+    name: str = "surface",
+    x_name: str = "x",
+    y_name: str = "y",
+) -> Surface:
+    """Return the bicubic not-a-knot spline through values[i, j] at (x[i], y[j]).
+
+    x, y and then the coefficients are rounded to 12 decimals; the result is defined by those.
+
+    Raises
+    ------
+    ModelError : fewer than 4 points in a direction, unsorted points, NaN, or sizes that differ.
+
+    Source: de Boor (1978), A Practical Guide to Splines, ch. IV (not-a-knot) and XVII (tensor).
+    """
+    points = [_rounded_to_decimals(axis) for axis in (x, y)]
+    table = np.asarray(values, dtype=np.float64)
+    _check_table(name, points, table, (x_name, y_name))
+    along_x = make_interp_spline(points[0], table, k=DEGREE)
+    along_y = make_interp_spline(points[1], np.asarray(along_x.c).T, k=DEGREE)
+    coefficients = _rounded_to_decimals(np.asarray(along_y.c).T)
+    return Surface(along_x.t, along_y.t, coefficients, name=name, x_name=x_name, y_name=y_name)
+
+
+def _rounded_to_decimals(values: ArrayLike) -> Floats:
+    return np.asarray(np.round(np.asarray(values, dtype=np.float64), DECIMALS), dtype=np.float64)
+
+
+def _check_table(name: str, points: list[Floats], table: Floats, axes: tuple[str, str]) -> None:
+    expected = tuple(len(axis) for axis in points)
+    if table.shape != expected:
+        raise ModelError(f"{name}: the table has shape {table.shape}, its axes ask for {expected}")
+    for axis, axis_name in zip(points, axes, strict=True):
+        if len(axis) < DEGREE + 1:
+            raise ModelError(f"{name}: {len(axis)} points in {axis_name}; a cubic needs at least 4")
+        if not np.all(np.isfinite(axis)) or np.any(np.diff(axis) <= 0):
+            raise ModelError(f"{name}: {axis_name} must be finite and strictly increasing")
+    if not np.all(np.isfinite(table)):
+        i, j = np.argwhere(~np.isfinite(table))[0]
+        raise ModelError(
+            f"{name}: the value at {axes[0]} = {points[0][i]:.9g}, {axes[1]} = {points[1][j]:.9g} "
+            f"is {table[i, j]}; every cell needs a finite number"
+        )
+
+
+@lru_cache(maxsize=16)
+def _exact_surface(surface: Surface) -> ExactSpline:
+    """Return the surface in rational numbers; built once, then kept (surfaces are immutable)."""
+    scale = 10**DECIMALS
+    coefficients = tuple(
+        tuple(int(exact(entry) * scale) for entry in row) for row in surface.coefficients.tolist()
+    )
+    x_knots = tuple(exact(knot) for knot in surface.x_knots.tolist())
+    y_knots = tuple(exact(knot) for knot in surface.y_knots.tolist())
+    return exact_spline(x_knots, y_knots, coefficients, scale)
