@@ -36,7 +36,7 @@ def ts_model_data(model: TSModel) -> dict[str, Any]:
         "disturbance_names": list(model.disturbances),
         **stacks,
         "box": {
-            name: [_inside(low, 1), _inside(high, -1)]
+            name: [inner_decimal(low, 1), inner_decimal(high, -1)]
             for name, (low, high) in model.box.items()
             # The model need not hold on the whole box around a band or a union of cells.
             if model.domain is None
@@ -64,8 +64,8 @@ def pdc_law_data(model: TSModel, K: Floats) -> dict[str, Any]:
     }
 
 
-def _inside(end: Fraction, direction: int) -> float:
-    """Return the end of a range as a decimal that does not lie outside it."""
+def inner_decimal(end: Fraction, direction: int) -> float:
+    """Return a float whose shortest decimal is not below the end (1), or not above it (-1)."""
     inner = float(end)
     while direction * (Fraction(repr(inner)) - end) < 0:
         inner = float(np.nextafter(inner, direction * np.inf))

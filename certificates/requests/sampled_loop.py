@@ -115,7 +115,8 @@ class _Search:
 
     def at(self, step: float) -> Iterator[tuple[str, dict[str, Any]]]:
         """Yield (words, claim) at a sample time, the best first."""
-        large_set_shape = self._of_a_large_set()
+        has_box = len(box_rows(self.loop)) > 0
+        large_set_shape = candidate_set(self.loop, None, None, None)[1] if has_box else None
         for share in OF_A_LARGE_SET if large_set_shape is not None else ():
             yield from self._claims(step, large_set_shape, share, DEGREES[0], LEAST_SHARE)
         for degree in (*DEGREES, HIGHEST):
@@ -180,9 +181,6 @@ class _Search:
             decay_rate=rate,
             smallest=least_share,
         )
-
-    def _of_a_large_set(self) -> Floats | None:
-        return candidate_set(self.loop, None, None, None)[1] if len(box_rows(self.loop)) else None
 
     def _level(self, P: Floats, functions: Floats) -> float:
         """Return about the largest level whose set lies in the box, at samples and between them."""

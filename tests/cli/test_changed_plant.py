@@ -253,7 +253,7 @@ def test_the_largest_box_in_which_old_gains_hold_is_found(tmp_path: Path, capsys
 
     assert main(["certify", str(plant), "--gains", str(gains), "--out", str(tmp_path / "c")]) == 1
     said = capsys.readouterr().out
-    assert "0.688 times as wide about rest: x [-0.6875, 0.6875]" in said
+    assert "0.688 times as wide about rest: x in [-0.6875, 0.6875]" in said
 
 
 def test_gains_that_hold_nowhere_are_said_to(gains: Path, tmp_path: Path, capsys: Capture) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.controller.language import Entry, keep, program, read, send, step
+from takagi.certificates.checker.controller.language import Item, keep, program, read, send, step
 
 EFFORT = "rad/s^2"
 WIND = "limit(wind_estimate, first(wind), last(wind))"
@@ -35,7 +35,7 @@ UNITS = {
 }
 
 
-def effort_sharing_program(law: Any) -> Entry:
+def effort_sharing_program(law: Any) -> Item:
     """Return the law's program, with or without a filter on the wind estimate."""
     filtered = float(law["wind_filter"]) > 0
     parameter_names = [name for name in UNITS if filtered or name != "wind_filter"]
@@ -62,7 +62,7 @@ def effort_sharing_program(law: Any) -> Entry:
     )
 
 
-def _filter() -> list[Entry]:
+def _filter() -> list[Item]:
     return [
         _seen(),
         step("v_after", "m/s", "v_seen + (v_s - v_seen)*exp(-sample_time/wind_filter)"),
@@ -70,7 +70,7 @@ def _filter() -> list[Entry]:
     ]
 
 
-def _passing() -> list[Entry]:
+def _passing() -> list[Item]:
     return [
         _seen(),
         step("v_s", "m/s", "v_seen", "there is no filter, so the estimate is the schedule wind"),
@@ -78,11 +78,11 @@ def _passing() -> list[Entry]:
     ]
 
 
-def _seen() -> Entry:
+def _seen() -> Item:
     return step("v_seen", "m/s", WIND, "the estimate, held within the table's winds")
 
 
-def _effort() -> list[Entry]:
+def _effort() -> list[Item]:
     return [
         step("e", "rad/s", "speed - line(v_s, wind, rotor_speed)", "speed error"),
         step("s", "rad/s", "e - x"),
@@ -102,7 +102,7 @@ def _effort() -> list[Entry]:
     ]
 
 
-def _actuators() -> list[Entry]:
+def _actuators() -> list[Item]:
     effort_slope = "slope(v_s, wind, trim_effort) + slope(v_s, wind, proportional)*s"
     return [
         step("g", EFFORT, "hold(v_s, wind, feedforward_limit)"),
@@ -121,7 +121,7 @@ def _actuators() -> list[Entry]:
     ]
 
 
-def _integral() -> Entry:
+def _integral() -> Item:
     return step(
         "x_after",
         "rad/s",

@@ -13,7 +13,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import Number
 
-Entry = dict[str, Any]
+Item = dict[str, Any]
 WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?!\w*\s*\()", re.ASCII)
 
 LANGUAGE = {
@@ -44,20 +44,20 @@ LANGUAGE = {
 }
 
 
-def read(name: str, unit: str, meaning: str) -> Entry:
+def read(name: str, unit: str, meaning: str) -> Item:
     return {"name": name, "unit": unit, "meaning": meaning}
 
 
-def keep(name: str, unit: str, start: str, following: str, meaning: str) -> Entry:
+def keep(name: str, unit: str, start: str, following: str, meaning: str) -> Item:
     return {"name": name, "unit": unit, "start": start, "next": following, "meaning": meaning}
 
 
-def step(name: str, unit: str, formula: str, meaning: str = "", removable: Any = ()) -> Entry:
+def step(name: str, unit: str, formula: str, meaning: str = "", removable: Any = ()) -> Item:
     entry = {"set": name, "unit": unit, "formula": formula, "meaning": meaning}
     return entry | ({"near": list(removable)} if removable else {})
 
 
-def send(name: str, unit: str, formula: str, meaning: str) -> Entry:
+def send(name: str, unit: str, formula: str, meaning: str) -> Item:
     return {"name": name, "unit": unit, "formula": formula, "meaning": meaning}
 
 
@@ -65,11 +65,11 @@ def program(
     name: str,
     names: dict[str, tuple[str, str]],
     *,
-    reads: list[Entry],
-    keeps: list[Entry],
-    steps: list[Entry],
-    sends: list[Entry],
-) -> Entry:
+    reads: list[Item],
+    keeps: list[Item],
+    steps: list[Item],
+    sends: list[Item],
+) -> Item:
     """Return a program; ``names`` has (path, unit)."""
     return {
         "name": name,

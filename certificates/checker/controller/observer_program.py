@@ -23,7 +23,7 @@ from typing import Any
 
 from takagi.certificates.checker.controller.language import (
     WORD,
-    Entry,
+    Item,
     exact,
     keep,
     names_in,
@@ -35,7 +35,7 @@ from takagi.certificates.checker.controller.plant_program import PlantWriting, v
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 
-def observer_program(model: Any, law: Any, controller: Any) -> Entry:
+def observer_program(model: Any, law: Any, controller: Any) -> Item:
     """Return the program; the parameters are those of ``plant_program``."""
     writing = _ObserverWriting(model, law, controller)
     # Files of before neither state the longest sample time nor hold estimates.
@@ -86,7 +86,7 @@ class _ObserverWriting(PlantWriting):
     holds = True
     own_states: list[Any]
 
-    def whole(self) -> Entry:
+    def whole(self) -> Item:
         states, inputs = (variables_of(self.model, key) for key in ("states", "inputs"))
         observer, names = self.law["observer"], {v["name"] for v in states}
         at_estimate = observer["weights"] == "estimated"

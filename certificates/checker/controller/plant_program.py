@@ -14,7 +14,7 @@ from collections.abc import Collection
 from typing import Any
 
 from takagi.certificates.checker.controller.language import (
-    Entry,
+    Item,
     exact,
     keep,
     names_in,
@@ -27,7 +27,7 @@ from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 
-def plant_program(model: Any, law: Any, controller: Any, *, called: bool = False) -> Entry:
+def plant_program(model: Any, law: Any, controller: Any, *, called: bool = False) -> Item:
     """Return the program.
 
     Parameters
@@ -50,12 +50,12 @@ class PlantWriting:
         self.references = law.get("references", [])
         self.taken = _plant_names(model, law)
         self.names: dict[str, tuple[str, str]] = {}
-        self.reads: list[Entry] = []
-        self.steps: list[Entry] = []
-        self.keeps: list[Entry] = []
-        self.sends: list[Entry] = []
+        self.reads: list[Item] = []
+        self.steps: list[Item] = []
+        self.keeps: list[Item] = []
+        self.sends: list[Item] = []
 
-    def whole(self) -> Entry:
+    def whole(self) -> Item:
         variables = variables_of(self.model, "states")
         effort = self.blending["effort"] if self.blending else ""
         integrals = {reference["integral"] for reference in self.references}

@@ -11,14 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.controller.language import (
-    Entry,
-    keep,
-    program,
-    read,
-    send,
-    step,
-)
+from takagi.certificates.checker.controller.language import Item, keep, program, read, send, step
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 UNITS = {"a": "1/s", "b": "1/s^2 per rad", "d": "1/s per m/s"}
@@ -51,7 +44,7 @@ ROTOR = {
 }
 
 
-def published_program(law: Any) -> Entry:
+def published_program(law: Any) -> Item:
     """Return the program of law ``paper`` or ``paper-two-integrators``.
 
     Raises
@@ -97,7 +90,7 @@ def published_program(law: Any) -> Entry:
     )
 
 
-def _integrals(two: bool) -> list[Entry]:
+def _integrals(two: bool) -> list[Item]:
     if not two:
         return [keep("x", "rad", _start(0), "x - sample_time*e", "integral of the speed deficit")]
     torque_gap = "(torque_held - u_1)/(tracking_time*partial_I)"
@@ -131,7 +124,7 @@ def _region_names(law: Any, region: str) -> dict[str, tuple[str, str]]:
     return names
 
 
-def _reference() -> list[Entry]:
+def _reference() -> list[Item]:
     return [
         step("v_ref", "m/s", "limit(wind_estimate, cut_in, cut_out)"),
         step("slowest", "rad/s",
@@ -143,7 +136,7 @@ def _reference() -> list[Entry]:
     ]  # fmt: skip
 
 
-def _region(law: Any, region: str) -> list[Entry]:
+def _region(law: Any, region: str) -> list[Item]:
     premises = sorted(law[region]["premises"])
     v, omega, beta = f"{region}_v", f"{region}_omega", f"{region}_beta"
     wind = f"{region}_wind"
@@ -169,7 +162,7 @@ def _region(law: Any, region: str) -> list[Entry]:
     return steps
 
 
-def _secant(name: str, p: str, here: str, trim: str, at: tuple[str, str, str]) -> list[Entry]:
+def _secant(name: str, p: str, here: str, trim: str, at: tuple[str, str, str]) -> list[Item]:
     """Return [a(far) - a(near)] / (far - near) of a = T_r / J, over at least the step."""
     low_end, high_end = f"({name}_mid - {name}_half)", f"({name}_mid + {name}_half)"
     ends = [[argument.format(end) for argument in at] for end in (high_end, low_end)]
@@ -190,7 +183,7 @@ def _command(region: str, integral: str) -> str:
     return f"-{region}_w*e - {region}_p*pitch + {region}_I*{integral}"
 
 
-def _blended(shape: str) -> list[Entry]:
+def _blended(shape: str) -> list[Item]:
     half = "torque_overlap/2"
     curve = f"rated_torque - (rated_torque + {half} - T_near)^2/(2*torque_overlap)"
     return [

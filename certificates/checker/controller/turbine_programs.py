@@ -12,17 +12,10 @@ stopped is the measured speed.
 
 from __future__ import annotations
 
-from takagi.certificates.checker.controller.language import (
-    Entry,
-    keep,
-    program,
-    read,
-    send,
-    step,
-)
+from takagi.certificates.checker.controller.language import Item, keep, program, read, send, step
 
 
-def speed_filter_program() -> Entry:
+def speed_filter_program() -> Item:
     return program(
         "speed filter",
         {"corner": ("measurement.speed_filter", "rad/s")},
@@ -39,7 +32,7 @@ def speed_filter_program() -> Entry:
     )  # fmt: skip
 
 
-def torsion_filter_program() -> Entry:
+def torsion_filter_program() -> Item:
     pole = "{0} + ({1} - {0})*exp(-sample_time*frequency)"
     return program(
         "speed filter",
@@ -68,7 +61,7 @@ def torsion_filter_program() -> Entry:
     )  # fmt: skip
 
 
-def observer_program() -> Entry:
+def observer_program() -> Item:
     rotor = {
         "torque_constant": "kg m",
         "radius": "m",
@@ -111,7 +104,7 @@ def observer_program() -> Entry:
     )  # fmt: skip
 
 
-def rate_limit_program() -> Entry:
+def rate_limit_program() -> Item:
     limited = {
         name: f"limit({command}, {previous} - sample_time*{rate}, {previous} + sample_time*{rate})"
         for name, command, previous, rate in (

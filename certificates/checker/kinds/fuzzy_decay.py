@@ -78,10 +78,8 @@ class WeightedFunctionClaim(LoopClaim):
 
     def obligations(self) -> Obligations:
         for condition, words in self.conditions():
-            for polynomial in leaves(
-                self.claim, self.loop, self.where, condition, Polynomial.halved
-            ):
-                for powers, coefficient in polynomial.coefficients():
+            for leaf in leaves(self.claim, self.loop, self.where, condition, Polynomial.halved):
+                for powers, coefficient in leaf.coefficients():
                     yield positive(coefficient, f"{words} weights to the powers {powers}")
 
     def figures(self) -> Iterator[Figure | WindProfile]:
@@ -263,19 +261,17 @@ def _scheduled(claim: Any, loop: PolytopicLoop, where: str) -> tuple[Polynomial,
     terms: dict[Exponent, Matrix] = {}
     coefficients = []
     for i, entry in enumerate(listed):
-        entry_place = f"{where}.P[{i}]"
-        powers = member(entry, "powers", entry_place)
+        at = f"{where}.P[{i}]"
+        powers = member(entry, "powers", at)
         if not isinstance(powers, list) or len(powers) != len(sizes):
-            raise CertificateError(f"{entry_place}.powers: one row for each simplex is needed")
-        rows = [numbers({"powers": row}, "powers", entry_place, s)
+            raise CertificateError(f"{at}.powers: one row for each simplex is needed")
+        rows = [numbers({"powers": row}, "powers", at, s)
                 for row, s in zip(powers, sizes, strict=True)]  # fmt: skip
         a = tuple(tuple(int(v) for v in row) for row in rows)
         exact = all(v == w for r, s in zip(rows, a, strict=True) for v, w in zip(r, s, strict=True))
         if not exact or a not in needed or a in terms:
-            raise CertificateError(
-                f"{entry_place}.powers: every exponent of the degrees once is needed"
-            )
-        coefficients.append(read_matrix(entry, "matrix", entry_place, (n, n)))
+            raise CertificateError(f"{at}.powers: every exponent of the degrees once is needed")
+        coefficients.append(read_matrix(entry, "matrix", at, (n, n)))
         terms[a] = _multinomial(a) * coefficients[-1]
     return Polynomial(sizes, degrees, terms), coefficients
 

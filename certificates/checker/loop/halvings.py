@@ -29,7 +29,7 @@ from takagi.certificates.checker.kernel.reader import numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
 
-WeightPiece = TypeVar("WeightPiece")
+T = TypeVar("T")
 
 
 def pieces(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[PolytopicLoop]:
@@ -43,12 +43,8 @@ def pieces(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[PolytopicLoo
 
 
 def leaves(
-    claim: Any,
-    loop: PolytopicLoop,
-    where: str,
-    undivided: WeightPiece,
-    halve: Callable[..., WeightPiece],
-) -> Iterator[WeightPiece]:
+    claim: Any, loop: PolytopicLoop, where: str, undivided: T, halve: Callable[..., T]
+) -> Iterator[T]:
     """Yield ``undivided`` on every piece; ``halve(piece, premise, fixed, moving)`` halves a piece.
 
     Raises

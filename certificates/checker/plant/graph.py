@@ -140,10 +140,8 @@ class Graph:
         p, x = Fraction(exponent), self.value(a)
         if largest_bits(p) > MOST_BITS or max(abs(p.numerator), p.denominator) > MOST_POWER:
             # Python refuses to print a number of more than 4,300 digits.
-            digits = (
-                str(p)[:40] if largest_bits(p) <= MOST_SHOWN else "has too many digits to print"
-            )
-            raise Refused(f"the exponent {digits}; at most {MOST_POWER}, above and below")
+            words = str(p)[:40] if largest_bits(p) <= MOST_SHOWN else "has too many digits to print"
+            raise Refused(f"the exponent {words}; at most {MOST_POWER}, above and below")
         if x == 0 and p <= 0:
             raise Refused("zero to a power that is not positive")
         if p == 0:

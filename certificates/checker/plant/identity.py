@@ -99,7 +99,7 @@ class Algebra:
         """
         while True:
             try:
-                fraction = self.quotient(root)
+                q = self.quotient(root)
                 break
             except _Finer:
                 self._restart()
@@ -108,12 +108,9 @@ class Algebra:
             for key, number in self.atoms.keys.items()
             if isinstance(key, tuple) and key[0] == "variable"
         }
-        if fraction.bottom or any(a not in names for monomial in fraction.top for a, _ in monomial):
+        if q.bottom or any(a not in names for monomial in q.top for a, _ in monomial):
             raise Refused("no polynomial with rational coefficients")
-        return {
-            tuple((str(names[a]), k) for a, k in monomial): c
-            for monomial, c in fraction.top.items()
-        }
+        return {tuple((str(names[a]), k) for a, k in monomial): c for monomial, c in q.top.items()}
 
     def collected(self, root: int) -> int:
         """Return a node equal to this one where it is defined: of a polynomial, its sum of terms.

@@ -43,12 +43,10 @@ def _scaled(a: LinearSum, c: Fraction) -> LinearSum:
 
 
 def _sum(a: LinearSum, b: LinearSum) -> LinearSum:
-    factors = dict(a.factors)
+    total = dict(a.factors)
     for v, c in b.factors:
-        factors[v] = factors.get(v, Fraction(0)) + c
-    return LinearSum(
-        tuple((v, c) for v, c in sorted(factors.items()) if c), a.constant + b.constant
-    )
+        total[v] = total.get(v, Fraction(0)) + c
+    return LinearSum(tuple((v, c) for v, c in sorted(total.items()) if c), a.constant + b.constant)
 
 
 def _linear(graph: Graph, root: int) -> dict[int, LinearSum]:
@@ -122,16 +120,14 @@ def _range(a: LinearSum, sides: Mapping[str, Ends]) -> Ends | None:
 def with_variable(graph: Graph, root: int, a: LinearSum, variable: int) -> int:
     """Return the node with c a + b written as c t + b, where t is the variable's node."""
     linear = _linear(graph, root)
-    replaced: dict[int, int] = {}
+    nodes: dict[int, int] = {}
     for number in graph.below([root]):
         linear_sum = linear.get(number)
         if linear_sum is not None and linear_sum.factors:
             c = linear_sum.factors[0][1] / a.factors[0][1]
             if _scaled(a, c).factors == linear_sum.factors:
                 multiple = graph.multiply(graph.constant(c), variable)
-                replaced[number] = graph.add(multiple, graph.constant(linear_sum.constant))
+                nodes[number] = graph.add(multiple, graph.constant(linear_sum.constant))
                 continue
-        replaced[number] = rebuilt(
-            graph, number, tuple(replaced[operand] for operand in graph[number].operands)
-        )
-    return replaced[root]
+        nodes[number] = rebuilt(graph, number, tuple(nodes[n] for n in graph[number].operands))
+    return nodes[root]

@@ -32,13 +32,13 @@ def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Pol
 
     If no such variable is in an outer denominator, N is the node itself and there are no powers.
     """
-    quotients: dict[int, tuple[int, Poles]] = {}
+    forms: dict[int, tuple[int, Poles]] = {}
     for number in graph.below([root]):
-        node, tops = graph[number], [quotients[operand] for operand in graph[number].operands]
+        node, tops = graph[number], [forms[operand] for operand in graph[number].operands]
         is_integer_power = node.op == "power" and node.value.denominator == 1
         if graph.has_zero_factor(number):
             # 0/x and 0 (1/x) are not treated as quotients with a limit, since no plant needs them.
-            quotients[number] = number, {}
+            forms[number] = number, {}
         elif node.op == "add":
             first, second = tops[0][1], tops[1][1]
             common = {v: max(first.get(v, 0), second.get(v, 0)) for v in first | second}
@@ -46,12 +46,9 @@ def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Pol
                 _times(graph, top, {v: k - poles.get(v, 0) for v, k in common.items()})
                 for top, poles in tops
             ]
-            quotients[number] = graph.add(*numerators), common
+            forms[number] = graph.add(*numerators), common
         elif node.op == "multiply":
-            quotients[number] = (
-                graph.multiply(tops[0][0], tops[1][0]),
-                _joined(tops[0][1], tops[1][1]),
-            )
+            forms[number] = graph.multiply(tops[0][0], tops[1][0]), _joined(tops[0][1], tops[1][1])
         elif node.op == "divide" or (is_integer_power and node.value < 0):
             below = tops[-1]
             if node.op == "power":
@@ -60,16 +57,16 @@ def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Pol
             else:
                 above = tops[0]
             cofactor, powers = _factored(graph, below[0], vanishing)
-            above_cofactor = (
+            divided = (
                 above[0] if cofactor == graph.constant(1) else graph.divide(above[0], cofactor)
             )
-            top = _times(graph, above_cofactor, below[1])
-            quotients[number] = top, _joined(above[1], powers)
+            top = _times(graph, divided, below[1])
+            forms[number] = top, _joined(above[1], powers)
         elif is_integer_power:
-            quotients[number] = _raised(graph, tops[0], int(node.value))
+            forms[number] = _raised(graph, tops[0], int(node.value))
         else:
-            quotients[number] = number, {}
-    top, poles = quotients[root]
+            forms[number] = number, {}
+    top, poles = forms[root]
     return (top, poles) if poles else (root, {})
 
 

@@ -46,7 +46,7 @@ def read_references(model: Any, plant: PlantNodes, where: str) -> list[Following
     states = [v.name for v in plant.states]
     names = names_of(model, plant)
     tables = {name: table.arguments for name, table in plant.tables.items()}
-    following = []
+    references = []
     for k, entry in enumerate(listed):
         entry_place = f"{where}.references[{k}]"
         name, integral = text(entry, "reference", entry_place), text(entry, "integral", entry_place)
@@ -60,12 +60,11 @@ def read_references(model: Any, plant: PlantNodes, where: str) -> list[Following
             )
         written = member(entry, "follow", entry_place)
         node = read_expression(written, plant.graph, Scope(names, tables), f"{entry_place}.follow")
-        following.append(Following(signal, column, row, node))
-    if len({f.column for f in following}) < len(following) or len({f.row for f in following}) < len(
-        following
-    ):
+        references.append(Following(signal, column, row, node))
+    count = len(references)
+    if len({f.column for f in references}) < count or len({f.row for f in references}) < count:
         raise CertificateError(f"{where}.references: each has a signal and an integral of its own")
-    return following
+    return references
 
 
 def check_following(plant: PlantNodes, follow: list[Following], algebra: Algebra) -> None:

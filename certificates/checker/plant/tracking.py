@@ -353,10 +353,9 @@ def _room(plant: PlantNodes, K: Matrix, evidence: Evidence) -> Obligations:
     if evidence.Q is not None:
         sides += [_product(sides[a], sides[b], same=a == b) for a, b in _pairs(len(sides))]
     line, n = evidence.line, len(evidence.residuals)
-    identity = Matrix.identity(n)
+    eye = Matrix.identity(n)
     rows = [
-        (v, Matrix([identity.rows[i]]), line.rows[i], line.below)
-        for i, v in enumerate(plant.states)
+        (v, Matrix([eye.rows[i]]), line.rows[i], line.below) for i, v in enumerate(plant.states)
     ]
     input_line = -(K @ line)
     rows += [
@@ -395,16 +394,14 @@ def _others(plant: PlantNodes, follow: list[Following]) -> str:
 
 
 def _still(plant: PlantNodes, follow: list[Following]) -> str:
-    columns = {f.column for f in follow}
-    resting = [
-        v.name for k, v in enumerate(plant.disturbances) if k not in columns and v.side is None
-    ]
-    return f"; with {', '.join(resting)} at rest" if resting else ""
+    refs = {f.column for f in follow}
+    names = [v.name for k, v in enumerate(plant.disturbances) if k not in refs and v.side is None]
+    return f"; with {', '.join(names)} at rest" if names else ""
 
 
 def _other_signals(plant: PlantNodes, follow: list[Following]) -> list[Variable]:
-    columns = {f.column for f in follow}
-    return [v for k, v in enumerate(plant.disturbances) if k not in columns and v.side is not None]
+    refs = {f.column for f in follow}
+    return [v for k, v in enumerate(plant.disturbances) if k not in refs and v.side is not None]
 
 
 def _range(plant: PlantNodes, variable: Variable) -> str:

@@ -20,12 +20,11 @@ def require_whole_law(gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
     seconds changes them at its samples: xi + T (h - r).
     """
     about_loops = {kind for kind in kinds if kind in KINDS or kind == "tracking"}
-    extra_members = [key for key in ("blending", "references") if key in gains]
-    if extra_members and SAMPLED in kinds:
+    extras = [key for key in ("blending", "references") if key in gains]
+    if extras and SAMPLED in kinds:
         raise CertificateError(
-            f"gains.{extra_members[0]}: the law has a state of its own, which it changes at its "
-            f"samples; {SAMPLED} would be about one that moves between them; leave the "
-            "sample time out"
+            f"gains.{extras[0]}: the law has a state of its own, which it changes at its samples; "
+            f"{SAMPLED} would be about one that moves between them; leave the sample time out"
         )
     if "blending" in gains and about_loops and "effort-blend" not in kinds:
         raise CertificateError(

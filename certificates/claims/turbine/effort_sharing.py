@@ -27,7 +27,7 @@ from takagi.certificates.claims.turbine.largest_wind_error import (
 from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, invariant_ellipsoid
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval
+from takagi.models.intervals.interval import Interval, exact
 from takagi.models.laws.effort_sharing.law import (
     EffortSharingLaw,
     LoopBox,
@@ -77,7 +77,7 @@ def effort_sharing_candidate(
     ------
     ModelError : the box exceeds tables or actuator limits; names the wind cell.
     """
-    say = tell or _silent
+    say = tell or (lambda words: None)
     shape = wind_class or WindClass()
     say("enclosing the closed loop")
     loops = cell_loops(turbine, law, box, uncertainty)
@@ -166,19 +166,14 @@ def effort_sharing_claim(candidate: EffortSharingCandidate) -> dict[str, Any]:
 def _name(candidate: EffortSharingCandidate) -> str:
     """Return the claim's name in the checker's words, rounded so that it does not claim more."""
     cells = candidate.cells
-    low, high = _stated(cells[0].wind.lower), _stated(cells[-1].wind.upper)
-    lowest = min(_stated(cell.effectiveness_limit.lower) for cell in cells)
-    highest = max(_stated(cell.effectiveness_limit.upper) for cell in cells)
+    low, high = exact(float(cells[0].wind.lower)), exact(float(cells[-1].wind.upper))
+    lowest = min(exact(float(cell.effectiveness_limit.lower)) for cell in cells)
+    highest = max(exact(float(cell.effectiveness_limit.upper)) for cell in cells)
     wake = "equilibrium wake"
     if candidate.uncertainty.frozen_wake and lowest > 0:
         reach = f"{at_least(lowest, 3)} to {at_least(highest, 3)} rad/s^2 per rad"
         wake = f"pitch effectiveness up to {reach}"
     return f"effort-sharing loop, {at_most(low, 6)} to {at_least(high, 6)} m/s, {wake}"
-
-
-def _stated(value: Fraction) -> Fraction:
-    """Return the decimal that is written to the file for a number."""
-    return Fraction(repr(float(value)))
 
 
 def _peaks(P: Floats) -> dict[str, float]:
@@ -222,10 +217,6 @@ def _cell(candidate: EffortSharingCandidate, k: int) -> dict[str, Any]:
         "wind_rate": float(candidate.wind_rate[k]),
         "decay_rate": float(candidate.decay_rate[k]),
     }
-
-
-def _silent(_: str) -> None:
-    """Ignore the progress message."""
 
 
 # Fractions of the requested interval's excess over 1 that are tried, the largest first.

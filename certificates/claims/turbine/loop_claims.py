@@ -200,6 +200,7 @@ def actuator_rates_claim(
     signal = [_signal_rate(bound, P) for bound in bounds]
     resting_rates = [b.torque_rate(B, Fraction(0)) for b, B in zip(bounds, signal, strict=True)]
     limit = number(data["model"], "torque_rate_limit", "model")
+    pitch_limit = number(data["model"], "pitch_rate_limit", "model")
     rates = [number(cell, "wind_rate", "loop") for cell in data["loop"]["cells"]]
     claim: dict[str, Any] = {
         "name": "actuator rates of the effort-sharing loop",
@@ -208,7 +209,7 @@ def actuator_rates_claim(
         "torque_step": float(_up(torque_step(subject.law, rates))),
         "cells": [
             {
-                "pitch_rate": float(_pitch(bound, data["model"])),
+                "pitch_rate": float(min(pitch_limit, _up(bound.pitch))),
                 "signal_rate": float(B),
                 **_torque(bound, resting, limit),
             }
@@ -231,12 +232,6 @@ def _signal_rate(bound: CellRates, inverse: Any) -> Fraction:
     rows = np.array([[float(entry) for entry in h] for h in bound.corners])
     largest = float(np.sqrt(np.einsum("ci,ij,cj->c", rows, inverse, rows).max()))
     return _up(Fraction(largest * RESERVE))
-
-
-def _pitch(bound: CellRates, model: Any) -> Fraction:
-    """Return the bound of the pitch rate, in short decimals where it is below the limit."""
-    limit = number(model, "pitch_rate_limit", "model")
-    return min(limit, _up(bound.pitch))
 
 
 def _torque(bound: CellRates, resting: Fraction, limit: Fraction) -> dict[str, float]:

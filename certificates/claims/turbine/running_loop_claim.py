@@ -55,8 +55,16 @@ def running_loop_claim(
     Raises
     ------
     Refused : the law has no filter of the measured speed or of the wind, or no cell was found.
+    ModelError : the controller's observer or filters are no objects.
     """
-    head = _claim_head(model, gains, controller, inertia)
+    radius = float(model["rotor_radius"])
+    wake_length = [float(f"{share * radius:.2g}") for share in WAKE]
+    head = {
+        "kind": "running-loop",
+        "decay_rate": DECAY,
+        "uncertainty": {"inertia": list(inertia), "wake_length": wake_length},
+        **_stated_controller(controller, gains),
+    }
     subject = loop_subject(model, gains, head)
     cells = list(cells_over_winds(subject))
     if not cells:
@@ -68,32 +76,6 @@ def running_loop_claim(
         **head,
         "winds": [_row(pair) for pair in winds],
         "cells": [_data(cell) for cell in cells],
-    }
-
-
-def _claim_head(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-) -> dict[str, Any]:
-    """Return what a claim about the running loop states of machine and family.
-
-    Raises
-    ------
-    Refused : the law has no filter of the measured speed or of the wind.
-    ModelError : the controller's observer or filters are no objects.
-    """
-    stated = _stated_controller(controller, gains)
-    radius = float(model["rotor_radius"])
-    return {
-        "kind": "running-loop",
-        "decay_rate": DECAY,
-        "uncertainty": {
-            "inertia": list(inertia),
-            "wake_length": [float(f"{share * radius:.2g}") for share in WAKE],
-        },
-        **stated,
     }
 
 

@@ -17,11 +17,12 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.claims.certification import certify
 from takagi.certificates.design.design import Tell
 from takagi.certificates.design.given.kept_model import law_for
+from takagi.certificates.design.plant.narrower_ranges import range_in_words
 from takagi.certificates.requests.decay import Decay
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant.plant import Plant, Variable, file_unit, rate_in_file_units
+from takagi.models.plant.plant import Plant, Variable, rate_in_file_units
 
 # Factors are multiples of this: five proofs find the factor to 3 % of the whole box.
 FINEST = Fraction(1, 32)
@@ -103,7 +104,8 @@ def as_sentences(change: LargestChange, plant: Plant, settings: PlantSettings) -
             "these gains do not hold the new plant near its rest; design gains anew"
         ]
     number, unit = rate_in_file_units(plant, change.share_rate)
-    sides = ", ".join(_side(v, change.share) for v in plant.states if v.range is not None)
+    narrower = (drawn_in(v, change.share) for v in plant.states if v.range is not None)
+    sides = ", ".join(map(range_in_words, narrower))
     return [
         f"with these gains a decay of {number:.4g} {unit} is proved where the ranges of the states "
         f"are {float(change.share):.3g} times as wide about rest: {sides}. Give the states such "
@@ -143,13 +145,3 @@ def drawn_in(variable: Variable, share: Fraction) -> Variable:
         return variable
     low, high = (variable.rest + share * (end - variable.rest) for end in (side.lower, side.upper))
     return replace(variable, range=Interval(low, high))
-
-
-def _side(variable: Variable, share: Fraction) -> str:
-    size, unit = file_unit(variable)
-    side = drawn_in(variable, share).range
-    assert side is not None
-    behind = "" if unit in ("", "-") else f" {unit}"
-    return (
-        f"{variable.name} [{float(side.lower) / size:.4g}, {float(side.upper) / size:.4g}]{behind}"
-    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -28,6 +27,7 @@ from takagi.certificates.design.plant.wishes import (
     reach_rates,
     slowest_mode,
 )
+from takagi.certificates.document.model_data import inner_decimal
 from takagi.certificates.document.plant_text import unknown_premises
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -167,7 +167,7 @@ def input_limits(plant: Plant, model: TSModel, settings: PlantSettings) -> dict[
         elif variable.range is not None:
             low, high = model.box[label]
             share = Fraction(PRICES[settings.effort].room)
-            room = _rounded_down(share * min(-low, high))
+            room = inner_decimal(share * min(-low, high), -1)
             if room <= 0:
                 raise ModelError(
                     f"input {variable.label} rests at the end of its range {variable.range}; a "
@@ -181,12 +181,6 @@ def input_limits(plant: Plant, model: TSModel, settings: PlantSettings) -> dict[
             "give a limit for every input, or for none"
         )
     return limits
-
-
-def _rounded_down(value: Fraction) -> float:
-    """Return a float whose shortest decimal is not above the value."""
-    nearest = float(value)
-    return nearest if Fraction(repr(nearest)) <= value else math.nextafter(nearest, -math.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,7 +263,7 @@ def _state_box(model: TSModel) -> Floats:
     """Return the half-width of the box about the origin for each state; inf where it has none."""
     return np.array(
         [
-            _rounded_down(min(-model.box[label][0], model.box[label][1]))
+            inner_decimal(min(-model.box[label][0], model.box[label][1]), -1)
             if label in model.box
             else np.inf
             for label in model.states

@@ -234,7 +234,9 @@ class WorkEstimate:
     @property
     def words(self) -> str:
         """Time and memory to one or two digits."""
-        return f"about {self.time} and {_memory(self.megabytes)}"
+        size = self.megabytes
+        memory = f"{size / 1000:.2g} GB" if size >= 1000 else f"{round(size, -1):.0f} MB"
+        return f"about {self.time} and {memory}"
 
 
 def work_of(
@@ -300,7 +302,3 @@ def _time(seconds: float) -> str:
             count = seconds / size
             return f"{count:.0f} {unit}" if count >= 10 else f"{count:.2g} {unit}"
     return f"{max(seconds, 1.0):.0f} s"
-
-
-def _memory(megabytes: float) -> str:
-    return f"{megabytes / 1000:.2g} GB" if megabytes >= 1000 else f"{round(megabytes, -1):.0f} MB"

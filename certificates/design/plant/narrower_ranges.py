@@ -65,4 +65,4 @@ def range_in_words(variable: Variable) -> str:
     assert variable.range is not None  # it was narrowed
     size, unit = file_unit(variable)
     low, high = (float(end) / size for end in (variable.range.lower, variable.range.upper))
-    return f"{variable.name} in [{low:.4g}, {high:.4g}]{'' if unit == '-' else f' {unit}'}"
+    return f"{variable.name} in [{low:.4g}, {high:.4g}]{'' if unit in ('', '-') else f' {unit}'}"

@@ -11,9 +11,9 @@ references are nearly the largest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -111,10 +111,11 @@ def _note(time: float, jump: float) -> str:
 
 def _jump(plant: Plant, model: TSModel, design: Design, observer: ConstantObserver | None) -> float:
     """Return the least share of a range by which a reference may jump; 0 where no set was found."""
+    from takagi.certificates.document.plant_embedding import plant_data
     from takagi.certificates.requests.loop.loop import ClaimedLoop
     from takagi.certificates.requests.tracking import Tracking, jump_shares
 
-    loop = ClaimedLoop.of(model, np.asarray(design.require()[0]), model_data=_data(model))
+    loop = ClaimedLoop.of(model, np.asarray(design.require()[0]), model_data=plant_data(model))
     try:
         evidence = Tracking("jumps", observer=observer).candidate(loop)
     except ModelError:
@@ -157,12 +158,6 @@ def replace_rate(model: TSModel, rate: float) -> TSModel:
 
     A = np.asarray(model.A) + rate * np.eye(len(model.states))
     return Model(A, np.asarray(model.B), states=model.states, inputs=model.inputs)
-
-
-def _data(model: TSModel) -> Mapping[str, Any]:
-    from takagi.certificates.document.plant_embedding import plant_data
-
-    return plant_data(model)
 
 
 def _refuse(plant: Plant, settings: PlantSettings) -> None:
