@@ -38,14 +38,14 @@ def test_every_true_claim_is_seen_by_all(documents: dict[str, Data]) -> None:
 
 
 def campaign(documents: dict[str, Data], count: int, seed: int) -> Counter[str]:
-    """Return how often which verdict was met; all readers have to agree on each claim."""
+    """Return how often which verdict was met; no claim is proved by one alone."""
     met: Counter[str] = Counter()
     for change, document in mutants(list(documents.values()), count, seed):
         answers, others = verdicts(document), second(document)
-        if "REFUSED" in answers + others:
-            # One reader may refuse what the other calls open; none may prove it.
-            assert {*answers} != {"PROVED"} != {*others}, (change, answers, others)
+        if answers == ["REFUSED"]:  # the oracle reads no files and hashes
             met["REFUSED"] += 1
+        elif others == ["REFUSED"]:
+            assert "UNDECIDED" in answers, (change, answers)
         else:
             assert answers == others, change
             met.update(answers)

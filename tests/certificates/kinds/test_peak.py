@@ -10,9 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import Peak
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import TSModel
+from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.claims import model_data, said_of
 
 Data = dict[str, Any]
@@ -173,3 +175,15 @@ def test_proved_peak_holds_in_simulation(first: Any, second: Any, discrete: bool
         x = moved if discrete else x + step * moved
         most = max(most, abs(float(h @ model.C[:, 0] @ x)))
     assert most <= attempt.claim["gain"] * attempt.claim["disturbance_norm"] * 1.01
+
+
+@pytest.mark.parametrize(("gain", "verdict"), [(2, "PROVED"), (1.9999, "UNDECIDED")])
+def test_a_disturbance_that_reaches_the_output_directly(gain: float, verdict: str) -> None:
+    """x' = -x + w with |w| <= 1 keeps |x| <= 1, so that y = x + w reaches 2."""
+    model = model_data([[[-1]]], E=[[[1]]])
+    claim = {"name": "p", "kind": "peak", "P": [[1]], "level": 1, "multiplier": 1, "share": 0.5}
+    claim |= {"disturbance": "disturbances", "disturbance_norm": 1, "gain": gain}
+    claim |= {"output": {"C": [[[1]]], "F": [[[1]]]}}
+    document = certificate_document(model=model, gains=None, claims=[claim], provenance={})
+
+    assert verdicts(document) == second(document) == [verdict]

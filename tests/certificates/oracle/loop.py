@@ -42,14 +42,6 @@ MOST_MIXTURES = 200_000
 
 
 @dataclass(frozen=True, slots=True)
-class Observer:
-    """L of each rule, or one; with ``slopes`` (S_k, R_k) the weights are those at the estimate."""
-
-    L: Stack
-    slopes: tuple[tuple[fmpq_mat, fmpq_mat], ...] | None
-
-
-@dataclass(frozen=True, slots=True)
 class VertexLoop:
     """The matrices of each rule; a stack of one matrix is the same for all rules, or empty.
 
@@ -60,9 +52,7 @@ class VertexLoop:
     ``stated`` : the model's count of rules, also where a claim leaves some matrices out.
     ``averages`` : the weights are means over the segment from rest to the state, as for a secant
     model; no law, observer or output can know them.
-    ``of_plant`` : the model is that of a plant's equations, which leave nothing besides.
     ``beside`` : further stacks that a claim needs, by rule.
-    ``observer`` : of a law with output feedback; C and D have the outputs that it measures.
     ``extremes`` : the loop with its constants at the other ends of their bounds.
     """
 
@@ -84,9 +74,7 @@ class VertexLoop:
     together: bool = True
     stated: int = 1
     averages: bool = False
-    of_plant: bool = False
     beside: tuple[Stack, ...] = ()
-    observer: Observer | None = None
     extremes: tuple[VertexLoop, ...] = ()
 
     @property
@@ -170,12 +158,6 @@ def pick(matrices: Stack, i: int) -> fmpq_mat:
     return matrices[0] if len(matrices) == 1 else matrices[i]
 
 
-def single(matrices: Stack) -> Stack:
-    """Return a stack of one matrix where all matrices are equal, else all of them."""
-    first = matrices[0]
-    return [first] if all(matrix == first for matrix in matrices) else list(matrices)
-
-
 def read_loop(model: Any, gains: Any) -> VertexLoop:
     """Return the loop that the checker reads, with the matrices of each rule.
 
@@ -187,10 +169,6 @@ def read_loop(model: Any, gains: Any) -> VertexLoop:
 
 
 def _converted(loop: PolytopicLoop) -> VertexLoop:
-    observer = None
-    if (law := loop.observer) is not None:
-        slopes = tuple((_matrix(S), _matrix(R)) for S, R in law.slopes)
-        observer = Observer(_stack(law.L), slopes if law.at_estimate else None)
     return VertexLoop(
         _stack(loop.A),
         B=_stack(loop.B),
@@ -209,8 +187,6 @@ def _converted(loop: PolytopicLoop) -> VertexLoop:
         together=loop.shared_weights,
         stated=loop.stated_rules,
         averages=loop.weights == SECANTS,
-        of_plant=loop.scheduled_by is not None,
-        observer=observer,
         extremes=tuple(map(_converted, loop.at_other_ends)),
     )
 

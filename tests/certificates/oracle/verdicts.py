@@ -1,7 +1,7 @@
 """The oracle's verdicts on the claims of a certificate about loops.
 
-It reads every formula of these claims in another way than the checker, from the loop that the
-checker reads.  Files, hashes and the claims that a model contains its plant are the checker's.
+It reads the formulas of these claims in another way than the checker, from the loop that the
+checker reads.  Files, hashes and all other claims are the checker's.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from tests.certificates.oracle import decay, disturbed, limits, observing, sampled
+from tests.certificates.oracle import decay, disturbed, limits
 from tests.certificates.oracle.exact import Definite, Obligations
 from tests.certificates.oracle.loop import VertexLoop, read_loop
 from tests.certificates.oracle.reading import Refusal
@@ -32,10 +32,6 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "exit-probability": disturbed.exit_probability,
     "invariant-ellipsoid": disturbed.invariant_ellipsoid,
     "input-limits": limits.input_limits,
-    "observer": observing.observer,
-    "observed-feedback": observing.observed_feedback,
-    "observed-loop": observing.observed_loop,
-    "sampled-loop": sampled.sampled_loop,
 }
 # A claim that something does not exist: where its conditions hold, the verdict is DISPROVED.
 AGAINST = "no-common-decay"
