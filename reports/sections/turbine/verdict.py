@@ -173,7 +173,8 @@ def _assumed(claim: Claim, first: Claim) -> str:
 def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> CaptionedFigure:
     turbine = design.turbine
     rows = [
-        OverlapRow(f"{c.label}{' (chosen)' if c.chosen else ''}", c.proved, c.left) for c in claims
+        OverlapRow(f"{c.label}{' (chosen)' if c.chosen else ''}", c.proved, c.unproved)
+        for c in claims
     ]
     told = "; ".join(f"{claim.label}: {wind_words(claim)}" for claim in claims)
     return captioned_figure(
