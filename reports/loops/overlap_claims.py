@@ -24,7 +24,6 @@ from takagi.certificates.claims.turbine.published_search import Span, merged
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.lmi.turbine.one_step.value import ReachedValues
 
 KIND = "paper-loop"
 FEW, MOST = 3, 6
@@ -148,54 +147,24 @@ def span_words(span: Span, *, inward: bool) -> str:
     return f"{low:.7g} to {high:.7g}" if low < high else f"{span[0]:.9g} to {span[1]:.9g}"
 
 
-@dataclass(frozen=True, slots=True)
-class SynthesisSummary:
-    """Both ways of finding the gains, by the same analysis in floating point.
-
-    Attributes
-    ----------
-    objective : the name of what was made better, or "weights of its own".
-    before, after : what the two-step gains reach, and those found in one step; None where the
-        two-step gains are the design's.
-    steps : number of joint steps that were taken.
-    kept : why the two-step gains were kept although one step was asked for; else empty.
-    """
-
-    objective: str
-    before: ReachedValues | None
-    after: ReachedValues | None
-    steps: int
-    kept: str
-
-
-def synthesis_summary(design: TurbineDesign) -> SynthesisSummary | None:
-    """Return how the gains were found; None for the published laws."""
-    found = design.synthesis
-    if found is None:
-        return None
-    joint = found.joint
-    name = _name(design)
-    if joint is None:
-        return SynthesisSummary(name, None, None, 0, found.kept)
-    return SynthesisSummary(name, joint.before, joint.after, len(joint.history) - 1, "")
-
-
 def synthesis_words(design: TurbineDesign) -> str:
     """Return a line about how the gains were found; empty for the published laws."""
-    found = synthesis_summary(design)
-    if found is None:
+    synthesis = design.synthesis
+    if synthesis is None:
         return ""
-    if found.before is None or found.after is None:
-        why = f", for {found.kept}" if found.kept else ""
+    if synthesis.joint is None:
+        why = f", for {synthesis.kept}" if synthesis.kept else ""
         return f"two steps: gains wind by wind, then one function for all winds{why}"
+    before, after = synthesis.joint.before, synthesis.joint.after
     return (
-        f"one step, {found.objective}, {found.steps} joint steps: mean wind "
-        f"error {found.before.wind_error:.4f} to {found.after.wind_error:.4f} m/s, decay "
-        f"{found.before.decay_rate:.4f} to {found.after.decay_rate:.4f} 1/s"
+        f"one step, {objective_name(design)}, {len(synthesis.joint.history) - 1} joint steps: "
+        f"mean wind error {before.wind_error:.4f} to {after.wind_error:.4f} m/s, decay "
+        f"{before.decay_rate:.4f} to {after.decay_rate:.4f} 1/s"
     )
 
 
-def _name(design: TurbineDesign) -> str:
+def objective_name(design: TurbineDesign) -> str:
+    """Return the name of what one step of synthesis made better, or "weights of its own"."""
     from takagi.lmi.turbine.one_step.objective import OBJECTIVES
 
     aim = design.settings.objective

@@ -8,7 +8,7 @@ import numpy as np
 
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.overlap_claims import synthesis_words
-from takagi.reports.page.text import Section, Table, significant, with_decimals
+from takagi.reports.page.text import Section, significant
 from takagi.reports.sections.turbine.drawings import effort_figure, gains_figure
 from takagi.reports.sections.turbine.model import region_starts
 
@@ -49,7 +49,6 @@ def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, A
             alternative="The ramp psi of the demanded effort and of its negative, and their "
             "slopes, which sum to one",
         ),
-        "table": _table(law),
         "synthesis": synthesis_words(design),
         "limited": "" if not winds.size else f"{winds.min():g} to {winds.max():g} m/s",
         "overlap": significant(float(law.schedule.overlap)),
@@ -57,44 +56,3 @@ def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, A
         "pitch_lead": significant(law.feedforward.pitch_lead),
         "integral_limit": significant(law.integral_limit),
     }
-
-
-def _table(law: EffortSharingLaw) -> Table:
-    table, gains = law.schedule, law.gains
-    # nu, f and g belong to the interval after a node; after the last node there is none.
-    rates, inertia, limit = (
-        [*map(float, column), float("nan")]
-        for column in (gains.integral_rate, law.feedforward.inertia, law.feedforward.effort_limit)
-    )
-    columns = (
-        table.wind,
-        table.rotor_speed,
-        table.trim_effort,
-        table.effectiveness,
-        gains.proportional,
-        rates,
-        inertia,
-        limit,
-    )
-    return Table(
-        "The tables of the law, as exported",
-        (
-            ("v<sub>s</sub>", "m/s"),
-            ("ω*", "rad/s"),
-            ("q*", "rad/s²"),
-            ("b", "rad/s² per rad"),
-            ("γ", "1/s"),
-            ("ν", "1/s"),
-            ("f", "rad/s per m/s"),
-            ("g", "rad/s²"),
-        ),
-        tuple(
-            tuple(
-                with_decimals(float(value), digits)
-                for value, digits in zip(row, (4, 6, 6, 6, 5, 6, 4, 4), strict=True)
-            )
-            for row in zip(*columns, strict=True)
-        ),
-        folded=f"All {len(table.wind)} nodes as a table",
-        note="ν, f and g hold from their node to the next; the others are linear between nodes.",
-    )
