@@ -12,11 +12,14 @@ from enum import Enum
 from fractions import Fraction
 from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
+
+if TYPE_CHECKING:
+    from takagi.reports.sections.plant.summary import SummaryRow
 
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 # Kind of claim -> the sections of a plant's file that it follows from, the first that is there.
@@ -28,38 +31,6 @@ _SECTIONS: Mapping[str, tuple[str, ...]] = {
     "sector-embedding": ("equations",),
     "tracking": ("reference",),
 }
-
-
-class SummaryNumber(Protocol):
-    """A number of a row: ``share`` is of what the model's file states, 0 to 1."""
-
-    @property
-    def quantity(self) -> str: ...
-    @property
-    def value(self) -> float: ...
-    @property
-    def unit(self) -> str: ...
-    @property
-    def share(self) -> float | None: ...
-
-
-class SummaryLine(Protocol):
-    """A row of a design's summary; ``basis`` is what rests on no proof, "" for a proved row."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def text(self) -> str: ...
-    @property
-    def numbers(self) -> Sequence[SummaryNumber]: ...
-    @property
-    def basis(self) -> str: ...
-    @property
-    def partial(self) -> bool: ...
-    @property
-    def shortfall(self) -> str: ...
-    @property
-    def claim(self) -> str: ...
 
 
 class CheckedClaim(Protocol):
@@ -142,7 +113,7 @@ def with_failures(
     )
 
 
-def junit(checked: CheckedFile, *, source: str, summary: Sequence[SummaryLine] = ()) -> str:
+def junit(checked: CheckedFile, *, source: str, summary: Sequence[SummaryRow] = ()) -> str:
     """Return JUnit XML: one test case a claim; what is not PROVED is a failure.
 
     The figures of a claim become properties of its case.
@@ -228,7 +199,7 @@ def _line(lines: Sequence[str], rule: str) -> int:
     return 1
 
 
-def markdown(checked: CheckedFile, *, source: str, summary: Sequence[SummaryLine] = ()) -> str:
+def markdown(checked: CheckedFile, *, source: str, summary: Sequence[SummaryRow] = ()) -> str:
     """Return the verdict, a table of the claims, and the checker's messages as Markdown.
 
     The figures of a claim stand in a column of their own.
@@ -329,7 +300,7 @@ def _properties(items: Sequence[tuple[str, str]]) -> list[str]:
     return ["    <properties>", *lines, "    </properties>"]
 
 
-def _row_properties(row: SummaryLine) -> list[tuple[str, str]]:
+def _row_properties(row: SummaryRow) -> list[tuple[str, str]]:
     """Return (name, value) of each number of a row, of its share, and what they rest on."""
     items = []
     for number in row.numbers:
@@ -340,7 +311,7 @@ def _row_properties(row: SummaryLine) -> list[tuple[str, str]]:
     return [*items, (f"{row.name}: rests on", _rests_on(row))] if items else []
 
 
-def _rests_on(row: SummaryLine) -> str:
+def _rests_on(row: SummaryRow) -> str:
     return row.basis or f"proved{f': {row.claim}' if row.claim else ''}"
 
 

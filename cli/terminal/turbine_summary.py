@@ -72,13 +72,19 @@ def as_text(design: TurbineDesign, *, every_claim: bool = False) -> str:
 
 def _synthesis(design: TurbineDesign) -> dict[str, Any] | None:
     """Return how the gains were found, as plain data."""
-    from takagi.reports.loops.overlap_claims import synthesis_summary
+    from takagi.reports.loops.overlap_claims import objective_name
 
-    found = synthesis_summary(design)
-    if found is None or found.before is None or found.after is None:
-        return None if found is None else {"steps": "two", "kept": found.kept}
+    synthesis = design.synthesis
+    if synthesis is None or synthesis.joint is None:
+        return None if synthesis is None else {"steps": "two", "kept": synthesis.kept}
+    joint = synthesis.joint
     reached = {
         name: {"wind_error": each.wind_error, "decay_rate": each.decay_rate}
-        for name, each in (("two-step", found.before), ("one-step", found.after))
+        for name, each in (("two-step", joint.before), ("one-step", joint.after))
     }
-    return {"steps": "one", "objective": found.objective, "joint_steps": found.steps, **reached}
+    return {
+        "steps": "one",
+        "objective": objective_name(design),
+        "joint_steps": len(joint.history) - 1,
+        **reached,
+    }

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from takagi.certificates.checker.kernel.result import Checked
-from takagi.reports.appendix.tex import Tex, decimal, escape, matrix
+from takagi.reports.appendix.tex import Tex, decimal, escape, listed, matrix
 
 # Kind of claim -> heading of its theorem, with the source of the inequality.
 TITLES = {
@@ -29,12 +29,18 @@ TITLES = {
     "l2-gain": r"Energy gain \cite{takagi-boyd}",
     "h2-norm": r"Response to white noise \cite{takagi-boyd}",
     "peak": r"Peak gain \cite{takagi-boyd}",
+    "observer": r"Error of the observer \cite{takagi-tanaka}",
+    "observed-feedback": r"Law with its observer \cite{takagi-tanaka}",
+    "fuzzy-decay": r"Decay by $P(h)$ \cite{takagi-oliveira}",
+    "fuzzy-l2-gain": r"Energy gain by $P(h)$ \cite{takagi-oliveira}",
     "coherent-loop": "Invariance, bounds and decay",
     "wind-rate": "Admissible winds",
     "actuator-rates": "Rates of the actuators",
     "running-loop": "The loop with its observer",
     "paper-loop": "The loop of Schulte's law",
 }
+# Of a function of the weights so many matrices are printed.
+MOST_MATRICES = 8
 
 
 def theorems_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
@@ -55,6 +61,8 @@ def theorems_context(document: Mapping[str, Any], checked: Checked) -> dict[str,
             members["number"] = list(numbers).index(key) + 1
             if "level" in claim and (level := decimal(claim["level"])) not in levels:
                 levels.append(level)
+        if kind.startswith("fuzzy"):
+            members |= _weighted(claim)
         members["same"] = _same_set(claim, rows)
         rows.append(
             {
@@ -69,6 +77,23 @@ def theorems_context(document: Mapping[str, Any], checked: Checked) -> dict[str,
     return {
         "theorems": rows,
         "matrices": [(k, *parts) for k, parts in enumerate(numbers.values(), start=1)],
+    }
+
+
+def _weighted(claim: Mapping[str, Any]) -> dict[str, Any]:
+    """Return P(w) of a claim for its theorem: its matrices by exponents, and rates of weights."""
+    rates = claim.get("rates", ())
+    matrices = [
+        (Tex("".join(f"({listed(powers)})" for powers in part["powers"])),
+         matrix(part["matrix"], exactly=True))
+        for part in claim["P"]
+    ]  # fmt: skip
+    return {
+        "shown": matrices[:MOST_MATRICES],
+        "hidden": max(len(matrices) - MOST_MATRICES, 0),
+        "of_premises": len(claim["degrees"]) > 1,
+        "rates": [Tex(r"\text{any}") if row is None else listed(row) for row in rates],
+        "bounded": any(row is not None for row in rates),
     }
 
 

@@ -1,32 +1,31 @@
 """The claims about a turbine in short: one per pair of overlaps, and the one-step search.
 
-Winds count as proved only if the checker says so: all claimed winds of a PROVED claim; for any
-other claim, the ranges that its text names as proved, or none if the text cannot be parsed.
+Winds count as proved only if the checker says so: it replays each claim, and returns the cells that
+hold.
 """
 
 from __future__ import annotations
 
+import json
 import math
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.claims.turbine.published_search import Span, gaps, merged
+from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.turbine.published.loop import Loop
+from takagi.certificates.checker.turbine.published.loop_claim import check_published
+from takagi.certificates.checker.words.rounded import at_least, at_most
+from takagi.certificates.claims.turbine.published_search import Span, merged
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.lmi.turbine.one_step.design_point import ReachedValues
 
 KIND = "paper-loop"
-NUMBER = r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
-RANGE = re.compile(rf"{NUMBER} to {NUMBER}")
-PROVED_WINDS = re.compile(r"proved for winds (.+?)(?: \(\+\d+ more\))? m/s with ")
-DECAY = re.compile(rf"at no less than {NUMBER} to {NUMBER} 1/s")
-HALF_WIDTH = re.compile(rf"in a stated set \(speed within {NUMBER} to {NUMBER} rad/s\)")
-SPEED = re.compile(rf"the speed is within {NUMBER} % of rated of its reference")
-PITCH = re.compile(r"of rated of its reference, (pitch within [^;]*)")
 FEW, MOST = 3, 6
 
 
@@ -39,11 +38,10 @@ class OverlapClaim:
     name, text, verdict : the checker's.
     speed_overlap : eps_omega [rad/s];  torque_overlap : eps_T [N m].
     chosen : whether these are the overlaps of the law that is emitted.
-    proved : disjoint winds for which it is proved [m/s];  left : those examined and not proved.
+    proved : disjoint winds for which it is proved [m/s];  unproved : those examined without proof.
     decay : (least, greatest) proved decay rate over the winds [1/s];  speed_share : bound on the
         speed's distance from its reference at rest [% of rated];  half_width : of the widest set,
-        in speed [rad/s].  The checker's digits; empty where it names none.
-    pitch : how far pitch rests from the trim tables', in the checker's words.
+        in speed [rad/s].  Rounded so that they hold; empty where no wind is proved.
     """
 
     name: str
@@ -53,11 +51,10 @@ class OverlapClaim:
     torque_overlap: float
     chosen: bool
     proved: tuple[Span, ...]
-    left: tuple[Span, ...]
+    unproved: tuple[Span, ...]
     decay: tuple[str, ...]
     speed_share: str
     half_width: str
-    pitch: str
 
     @property
     def label(self) -> str:
@@ -67,10 +64,52 @@ class OverlapClaim:
 
 def overlap_claims(design: TurbineDesign) -> tuple[OverlapClaim, ...]:
     """Return the claims about a published law in the file's order; none for another law."""
-    coupling = design.document["gains"].get("coupling", {})
-    own = coupling.get("speed_overlap"), coupling.get("torque_overlap")
-    pairs = zip(design.document["claims"], design.checked.claims, strict=True)
-    return tuple(_short(stated, checked, own) for stated, checked in pairs if _concerned(stated))
+    document, checked = design.document, design.checked
+    coupling = document["gains"].get("coupling", {})
+    emitted = coupling.get("speed_overlap"), coupling.get("torque_overlap")
+    return tuple(
+        OverlapClaim(
+            name=claim.name,
+            text=claim.text,
+            verdict=claim.verdict,
+            speed_overlap=float(stated["speed_overlap"]),
+            torque_overlap=float(stated["torque_overlap"]),
+            chosen=(stated["speed_overlap"], stated["torque_overlap"]) == emitted,
+            **proved_cells(document, k),
+        )
+        for k, (stated, claim) in enumerate(zip(document["claims"], checked.claims, strict=True))
+        if stated["kind"] == KIND
+    )
+
+
+def proved_cells(document: Mapping[str, Any], k: int) -> Mapping[str, Any]:
+    """Return the figures of claim k of a certificate, from those of its cells that hold."""
+    parts = {"claim": document["claims"][k], "model": document["model"]}
+    return _proved_cells(json.dumps(parts | {"gains": document["gains"]}), f"claims[{k}]")
+
+
+@lru_cache(maxsize=32)
+def _proved_cells(written: str, where: str) -> Mapping[str, Any]:
+    parts = read_text(written, where)
+    replayed = check_published(parts["claim"], parts["model"], parts["gains"], where).given
+    cells, plant = replayed["proved"], replayed["plant"]
+    figures: dict[str, Any] = {
+        name: tuple((float(low), float(high)) for low, high in merged(spans))
+        for name, spans in (
+            ("proved", replayed["covered"]),
+            ("unproved", [*replayed["missing"], *replayed["left"]]),
+        )
+    }
+    if not cells:
+        return figures | {"decay": (), "speed_share": "", "half_width": ""}
+    loops = [Loop(plant, replayed["law"], replayed["overlaps"], c.ends, "none") for c in cells]
+    error = Fraction(max(loop.error.value.magnitude() for loop in loops), ONE)
+    rates = [cell.rate for cell in cells]
+    return figures | {
+        "decay": (at_least(min(rates), 3), at_least(max(rates), 3)),
+        "speed_share": at_most(100 * error / plant.rated_speed, 3),
+        "half_width": at_most(max(cell.ends.widths[0] for cell in cells), 3),
+    }
 
 
 def wind_words(claim: OverlapClaim) -> str:
@@ -80,7 +119,7 @@ def wind_words(claim: OverlapClaim) -> str:
         return "none"
     if width := window_width(claim):
         # One window may be left out in several parts.
-        looked = count + len(merged(claim.left, reach=width))
+        looked = count + len(merged(claim.unproved, reach=width))
         first, last = proved[0][0], proved[-1][0]
         return f"{count} of {looked} windows, from {first:g} to {last:g} m/s"
     more = f" (+{count - MOST} more)" if count > MOST else ""
@@ -89,8 +128,8 @@ def wind_words(claim: OverlapClaim) -> str:
 
 def gap_words(claim: OverlapClaim) -> str:
     """Return the winds examined and not proved, never narrower than they are."""
-    more = f" (+{len(claim.left) - MOST} more)" if len(claim.left) > MOST else ""
-    gaps = ", ".join(span_words(span, inward=False) for span in claim.left[:MOST])
+    more = f" (+{len(claim.unproved) - MOST} more)" if len(claim.unproved) > MOST else ""
+    gaps = ", ".join(span_words(span, inward=False) for span in claim.unproved[:MOST])
     return f"{gaps}{more} m/s" if gaps else "none"
 
 
@@ -98,50 +137,6 @@ def window_width(claim: OverlapClaim) -> float:
     """Return the width [m/s] of the windows that the winds consist of; 0 where they do not."""
     widths = [round(high - low, 6) for low, high in claim.proved]
     return widths[0] if len(widths) > FEW and len(set(widths)) == 1 else 0.0
-
-
-def _concerned(stated: Mapping[str, Any]) -> bool:
-    return bool(stated["kind"] == KIND)
-
-
-def _short(stated: Mapping[str, Any], checked: Claim, own: tuple[object, object]) -> OverlapClaim:
-    claimed = [(float(low), float(high)) for low, high in stated["winds"]]
-    named = [gap["wind"] for gap in stated["unproved"]]
-    proved = _proved(merged(claimed), checked)
-    looked = merged([*claimed, *((float(low), float(high)) for low, high in named)])
-    decay, width, speed, pitch = (
-        found.groups() if (found := words.search(checked.text)) and proved else ()
-        for words in (DECAY, HALF_WIDTH, SPEED, PITCH)
-    )
-    return OverlapClaim(
-        name=checked.name,
-        text=checked.text,
-        verdict=checked.verdict,
-        speed_overlap=float(stated["speed_overlap"]),
-        torque_overlap=float(stated["torque_overlap"]),
-        chosen=(stated["speed_overlap"], stated["torque_overlap"]) == own,
-        proved=proved,
-        left=tuple(gap for span in looked for gap in gaps(span, proved)),
-        decay=decay,
-        speed_share="".join(speed),
-        half_width=width[1] if width else "",
-        pitch="".join(pitch),
-    )
-
-
-def _proved(claimed: Sequence[Span], checked: Claim) -> tuple[Span, ...]:
-    """Return the winds that are certainly proved, within those claimed."""
-    if checked.verdict is Verdict.PROVED:
-        return tuple(claimed)
-    words = PROVED_WINDS.match(checked.text)
-    if checked.verdict is not Verdict.UNDECIDED or words is None:
-        return ()
-    ranges = [RANGE.fullmatch(part) for part in words[1].split(", ")]
-    named = [(float(found[1]), float(found[2])) for found in ranges if found is not None]
-    if len(named) < len(ranges):
-        return ()
-    inside = [(max(a, low), min(b, high)) for a, b in named for low, high in claimed]
-    return tuple(merged([span for span in inside if span[0] < span[1]]))
 
 
 def span_words(span: Span, *, inward: bool) -> str:
@@ -152,54 +147,24 @@ def span_words(span: Span, *, inward: bool) -> str:
     return f"{low:.7g} to {high:.7g}" if low < high else f"{span[0]:.9g} to {span[1]:.9g}"
 
 
-@dataclass(frozen=True, slots=True)
-class SynthesisSummary:
-    """Both ways of finding the gains, by the same analysis in floating point.
-
-    Attributes
-    ----------
-    objective : the name of what was made better, or "weights of its own".
-    before, after : what the two-step gains reach, and those found in one step; None where the
-        two-step gains are the design's.
-    steps : number of joint steps that were taken.
-    kept : why the two-step gains were kept although one step was asked for; else empty.
-    """
-
-    objective: str
-    before: ReachedValues | None
-    after: ReachedValues | None
-    steps: int
-    kept: str
-
-
-def synthesis_summary(design: TurbineDesign) -> SynthesisSummary | None:
-    """Return how the gains were found; None for the published laws."""
-    found = design.synthesis
-    if found is None:
-        return None
-    joint = found.joint
-    name = _name(design)
-    if joint is None:
-        return SynthesisSummary(name, None, None, 0, found.kept)
-    return SynthesisSummary(name, joint.before, joint.after, len(joint.history) - 1, "")
-
-
 def synthesis_words(design: TurbineDesign) -> str:
     """Return a line about how the gains were found; empty for the published laws."""
-    found = synthesis_summary(design)
-    if found is None:
+    synthesis = design.synthesis
+    if synthesis is None:
         return ""
-    if found.before is None or found.after is None:
-        why = f", for {found.kept}" if found.kept else ""
+    if synthesis.joint is None:
+        why = f", for {synthesis.kept}" if synthesis.kept else ""
         return f"two steps: gains wind by wind, then one function for all winds{why}"
+    before, after = synthesis.joint.before, synthesis.joint.after
     return (
-        f"one step, {found.objective}, {found.steps} joint steps: mean wind "
-        f"error {found.before.wind_error:.4f} to {found.after.wind_error:.4f} m/s, decay "
-        f"{found.before.decay_rate:.4f} to {found.after.decay_rate:.4f} 1/s"
+        f"one step, {objective_name(design)}, {len(synthesis.joint.history) - 1} joint steps: "
+        f"mean wind error {before.wind_error:.4f} to {after.wind_error:.4f} m/s, decay "
+        f"{before.decay_rate:.4f} to {after.decay_rate:.4f} 1/s"
     )
 
 
-def _name(design: TurbineDesign) -> str:
+def objective_name(design: TurbineDesign) -> str:
+    """Return the name of what one step of synthesis made better, or "weights of its own"."""
     from takagi.lmi.turbine.one_step.objective import OBJECTIVES
 
     aim = design.settings.objective

@@ -32,49 +32,33 @@ def premise_table(model: TSModel, caption: str, evidence: str) -> Table:
     )
 
 
-BESIDE = (("disk: gain", "± dB"), ("disk: phase", "± °"), ("peak |S|", "-"))
-
-
-def margin_table(
-    caption: str,
-    heads: tuple[tuple[str, str], ...],
-    rows: Iterable[tuple[tuple[str, ...], Margins]],
-    *,
-    down: bool = False,
-    folded_from: int | None = None,
-) -> Table:
-    """Return a table with one row for each loop.
-
-    Parameters
-    ----------
-    heads : (heading, unit) of the columns that identify the loop.
-    rows : (cells of these columns, margins) of each loop.
-    down : also show the factor below 1 at which the loop becomes unstable.
-    folded_from : a table with more rows is folded; None for never.
-    """
-    gain = (("gain up", "dB"), ("gain down", "dB")) if down else (("gain", "dB"),)
-    factors = "factors up and down" if down else "upward factor"
-    columns = (("crossover", "rad/s"), *gain, ("phase", "°"), ("delay", "s"), *BESIDE)
-    found = tuple((*head, *_cells(m, down, len(columns))) for head, m in rows)
-    many = folded_from is not None and len(found) > folded_from
+def margin_table(rows: Iterable[tuple[tuple[str, ...], Margins]], *, folded_from: int) -> Table:
+    """Return a table of the margins of (place, loop); folded with more than so many rows."""
+    shown = tuple((*head, *_cells(margins)) for head, margins in rows)
     return Table(
-        caption,
-        (*heads, *columns),
-        found,
-        folded=f"All {len(found)} loops as a table" if many else "",
-        note=f"Gain: {factors} to instability. Disk: gain and phase may change together by this "
-        "much. Delay and phase are ∞ where the loop gain never reaches 1.",
+        "Margins of the linear loops",
+        (("place", ""), ("loop", ""), *MARGINS),
+        shown,
+        folded=f"All {len(shown)} loops as a table" if len(shown) > folded_from else "",
+        note="Gain: factors up and down to instability. Disk: gain and phase may change together "
+        "by this much. Delay and phase are ∞ where the loop gain never reaches 1.",
     )
 
 
-def _cells(m: Margins, down: bool, count: int) -> tuple[str, ...]:
+MARGINS = (
+    ("crossover", "rad/s"), ("gain up", "dB"), ("gain down", "dB"), ("phase", "°"), ("delay", "s"),
+    ("disk: gain", "± dB"), ("disk: phase", "± °"), ("peak |S|", "-"),
+)  # fmt: skip
+
+
+def _cells(m: Margins) -> tuple[str, ...]:
     if not m.stable:
-        return ("unstable",) * count
-    least = 20 * np.log10(m.gain_decrease) if m.gain_decrease > 0 else -np.inf
+        return ("unstable",) * len(MARGINS)
+    down = 20 * np.log10(m.gain_decrease) if m.gain_decrease > 0 else -np.inf
     return (
         significant(m.crossover),
         with_decimals(20 * np.log10(m.gain_increase), 1),
-        *([with_decimals(least, 1)] if down else []),
+        with_decimals(down, 1),
         with_decimals(float(np.degrees(m.phase)), 0),
         significant(m.delay),
         with_decimals(20 * np.log10(m.disk.gain_increase), 1),

@@ -1,4 +1,4 @@
-"""The claims one by one, with the proved functions; and the proved set in pictures."""
+"""The claims one by one; and the proved set in pictures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_claims import SETTLED, half_widths, overshoots, settling_time
 from takagi.reports.loops.proved_kinds import embedded
 from takagi.reports.page.rounded_bounds import at_least, at_most
-from takagi.reports.page.text import DASH, Section, Table, decimal, significant
+from takagi.reports.page.text import DASH, Section, Table, decimal
 from takagi.reports.sections.plant.claims import claim_rows
 
 if TYPE_CHECKING:
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
 
 def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
-    """Return the section with each claim, P and its ellipsoid."""
-    level = loop.level
+    """Return the section with each claim, and what none of them covers."""
     return Section(
         "certificate",
         "What is proved, claim by claim",
@@ -37,36 +36,9 @@ def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
             "signals": [v.name for v in design.plant.disturbances if v.schedules],
             "discrete": loop.discrete,
             "tried": list(design.certificate.tried),
-            "functions": _functions(loop),
-            "together": _first_part(loop),
-            "level": significant(level, 4) if level is not None and loop.bounded else "",
             "level_proved": loop.level_proved,
-            "states": list(loop.model.states),
         },
     )
-
-
-def _first_part(loop: PlantLoop) -> str:
-    """Return the first part of z = (., x - s) of a law with outputs; empty for any other."""
-    if loop.observed is None:
-        return ""
-    return "s" if loop.observed.law.at_estimate else "x"
-
-
-def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
-    """Return (name, rows of P) of the functions for decay and for the invariant set."""
-    if loop.observed is not None and loop.observed.P is not None:
-        P = loop.observed.P
-        rows = [[significant(float(entry), 6) for entry in row] for row in P]
-        return [("plant and estimate", rows)]
-    found = [("decay", loop.decay_P)] if loop.decay_P is not None else []
-    if loop.level_proved and loop.P is not None:
-        found.append(("invariant set", loop.P))
-    return [
-        (words, [[significant(float(entry), 6) for entry in row] for row in P])
-        for words, P in found
-        if P is not None
-    ]
 
 
 COLUMNS = (

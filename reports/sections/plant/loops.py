@@ -46,13 +46,7 @@ def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLoc
         "Margins and Bode plots",
         {
             "figures": list(captioned_bode_figures(loops)),
-            "table": margin_table(
-                "Margins of the linear loops",
-                (("place", ""), ("loop", "")),
-                shown,
-                down=True,
-                folded_from=FOLDED,
-            ),
+            "table": margin_table(shown, folded_from=FOLDED),
             "least": ", ".join(
                 f"{number.quantity} {significant(number.value, 2)}{behind(number.unit)}"
                 for number in least_margins(loops[:at]) or ()

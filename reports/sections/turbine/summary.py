@@ -281,9 +281,9 @@ def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
     if chosen is None or not chosen.proved:
         return []
     claim = next(one for one in design.checked.claims if one.name == chosen.name)
-    left = f"not {gap_words(chosen)}" if chosen.left else ""
+    left = f"not {gap_words(chosen)}" if chosen.unproved else ""
     covered = sum(high - low for low, high in chosen.proved)
-    every = covered + sum(high - low for low, high in chosen.left)
+    every = covered + sum(high - low for low, high in chosen.unproved)
     winds = Number("winds covered", covered, "m/s", covered / every)
     shown = (wind_words(chosen), f"overlaps of {chosen.label}")
     rows = [_row("proved winds", shown, (winds,), claim, shortfall=left)]
@@ -299,8 +299,7 @@ def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
 def _constant(claim: OverlapClaim) -> list[str]:
     width = f"from {claim.half_width} rad/s around it or less" if claim.half_width else ""
     share = f"speed settles within {claim.speed_share} % of rated from its reference"
-    pitch = f"{claim.pitch} at rest" if claim.pitch else ""
-    return ["constant wind that the law knows", width, share if claim.speed_share else "", pitch]
+    return ["constant wind that the law knows", width, share if claim.speed_share else ""]
 
 
 def _not_proved(design: TurbineDesign) -> list[SummaryRow]:

@@ -14,7 +14,7 @@ from takagi.reports.loops.overlap_claims import (
     wind_words,
     window_width,
 )
-from takagi.reports.page.text import DASH, CaptionedFigure, ClaimRow, Section, Table, Tile
+from takagi.reports.page.text import CaptionedFigure, ClaimRow, Section, Tile
 from takagi.reports.sections.turbine.drawings import gust_figure
 from takagi.reports.sections.turbine.summary import summary_rows, summary_sentence
 from takagi.reports.simulation.design_runs import in_wind_class
@@ -126,12 +126,11 @@ def _picture(design: TurbineDesign) -> CaptionedFigure | None:
 
 def claims_section(design: TurbineDesign) -> Section:
     """Return the section with the claims, their assumptions, and what none of them covers."""
-    summary, overlaps = claim_summary(design), overlap_claims(design)
+    summary = claim_summary(design)
     content: dict[str, Any] = {
         "rows": _claim_rows(design),
         "summary": summary,
         "unproved": [],
-        "overlap_table": _overlap_table(overlaps) if overlaps else None,
     }
     if summary is not None:
         content["unproved"] = [
@@ -147,23 +146,39 @@ def _claim_rows(design: TurbineDesign) -> list[ClaimRow]:
     figures: dict[str, list[str]] = {}
     for row in summary_rows(design):
         figures.setdefault(row.claim, []).append(f"{row.name}: {', '.join(row.parts)}")
-    labels = {claim.name: f", overlaps {claim.label}" for claim in overlap_claims(design)}
+    overlaps = {claim.name: claim for claim in overlap_claims(design)}
+    figures |= {name: _overlap_figures(claim) for name, claim in overlaps.items()}
     rows = []
     for stated, checked in zip(design.document["claims"], design.checked.claims, strict=True):
         name, why = CLAIMS.get(stated["kind"], (checked.name, ""))
         proved = checked.verdict is Verdict.PROVED
         shown = "; ".join(figures.get(checked.name, [])) or "see the checker's words"
+        overlap = overlaps.get(checked.name)
         rows.append(
             ClaimRow(
-                name=name + labels.get(checked.name, ""),
+                name=name if overlap is None else f"{name}, overlaps {overlap.label}",
                 verdict=checked.verdict.name,
-                number=shown if proved else checked.text,
+                number=shown if proved or (overlap and overlap.proved) else checked.text,
                 assumes=_assumed(checked, design.checked.claims[0]),
                 why=why,
                 text=f"{checked.name}: {checked.text}",
             )
         )
     return rows
+
+
+def _overlap_figures(claim: OverlapClaim) -> list[str]:
+    """Return the proved winds of a claim and the bounds that hold there; [] without any."""
+    if not claim.proved:
+        return []
+    width = window_width(claim)
+    windows = f", {width:g} m/s each" if width else ""
+    return [
+        f"proved winds: {wind_words(claim)}{windows}",
+        f"decay rate at least {' to '.join(claim.decay)} 1/s, by wind",
+        f"speed within {claim.speed_share} % of rated from its reference, from sets of up to "
+        f"{claim.half_width} rad/s",
+    ]
 
 
 def _assumed(claim: Claim, first: Claim) -> str:
@@ -178,7 +193,8 @@ def _assumed(claim: Claim, first: Claim) -> str:
 def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> CaptionedFigure:
     turbine = design.turbine
     rows = [
-        OverlapRow(f"{c.label}{' (chosen)' if c.chosen else ''}", c.proved, c.left) for c in claims
+        OverlapRow(f"{c.label}{' (chosen)' if c.chosen else ''}", c.proved, c.unproved)
+        for c in claims
     ]
     told = "; ".join(f"{claim.label}: {wind_words(claim)}" for claim in claims)
     return captioned_figure(
@@ -186,36 +202,6 @@ def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> 
         "overlaps",
         caption="Winds for which each claim is proved, by overlap in speed and in torque. "
         "Filled: proved. Hatched: looked at, not proved. Blank: not looked at. Low bars are "
-        "windows drawn wider than they are; their width is below the table.",
+        "windows drawn wider than they are; their width is beside the claim.",
         alternative=f"One bar per pair of overlaps over wind. Proved winds: {told}",
-    )
-
-
-def _overlap_table(claims: tuple[OverlapClaim, ...]) -> Table:
-    width = max(map(window_width, claims))
-    windows = f", in windows of {width:g} m/s where so called" if width else ""
-    return Table(
-        "The claims by pair of overlaps",
-        (
-            ("overlaps", ""),
-            ("verdict", ""),
-            ("proved winds", ""),
-            ("decay rate ≥", "1/s"),
-            ("speed error ≤", "% of rated"),
-            ("half-width ≤", "rad/s"),
-        ),
-        tuple(
-            (
-                f"{claim.label}{' (chosen)' if claim.chosen else ''}",
-                claim.verdict.name,
-                wind_words(claim),
-                " to ".join(claim.decay) or DASH,
-                claim.speed_share or DASH,
-                claim.half_width or DASH,
-            )
-            for claim in claims
-        ),
-        note="A verdict is about the winds that its claim names; the bounds hold for the proved "
-        f"winds{windows}. Decay rate: least and greatest over the cells. Speed error: of the "
-        "equilibrium, from the reference speed. Half-width: of the widest set, in rotor speed.",
     )
