@@ -97,7 +97,7 @@ def design_of_record(
             _require_derived(design, derived)
             if isinstance(design, PlantDesign):
                 _require_proved_law(design, document)
-            elif design.measured is not None:
+            elif isinstance(design, TurbineDesign) and design.measured is not None:
                 _require_readable(design)
         except (ModelError, CertificateError):
             raise

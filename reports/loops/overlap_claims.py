@@ -15,10 +15,11 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.kernel.obligation import decided_exactly
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.turbine.published.loop import Loop
-from takagi.certificates.checker.turbine.published.loop_claim import check_published
+from takagi.certificates.checker.turbine.published.loop_claim import PublishedLoop
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.claims.turbine.published_search import Span, merged
 
@@ -91,18 +92,20 @@ def proved_cells(document: Mapping[str, Any], k: int) -> Mapping[str, Any]:
 @lru_cache(maxsize=32)
 def _proved_cells(written: str, where: str) -> Mapping[str, Any]:
     parts = read_text(written, where)
-    replayed = check_published(parts["claim"], parts["model"], parts["gains"], where).given
-    cells, plant = replayed["proved"], replayed["plant"]
+    claim = PublishedLoop.read(parts["claim"], parts, (), where)
+    failures = claim.failures(decided_exactly)
+    cells = [cell for k, cell in enumerate(claim.cells) if k not in failures]
     figures: dict[str, Any] = {
         name: tuple((float(low), float(high)) for low, high in merged(spans))
         for name, spans in (
-            ("proved", replayed["covered"]),
-            ("unproved", [*replayed["missing"], *replayed["left"]]),
+            ("proved", [cell.ends.wind for cell in cells]),
+            ("unproved", [*claim.missing(cells), *claim.unproved]),
         )
     }
     if not cells:
         return figures | {"decay": (), "speed_share": "", "half_width": ""}
-    loops = [Loop(plant, replayed["law"], replayed["overlaps"], c.ends, "none") for c in cells]
+    plant = claim.plant
+    loops = [Loop(plant, claim.law, claim.overlaps, cell.ends, "none") for cell in cells]
     error = Fraction(max(loop.error.value.magnitude() for loop in loops), ONE)
     rates = [cell.rate for cell in cells]
     return figures | {

@@ -7,7 +7,7 @@ run says how long it is inside the proved wind limits, since its bounds hold the
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -144,7 +144,8 @@ def _law_run(result: Result, *, drawn: bool) -> LawRun:
     line = None
     if drawn:
         full = ResponseLine.of(powers(law_words(result.label)), result.history)
-        line = replace(full, **{name: _thinned(getattr(full, name)) for name in QUANTITIES})
+        thinned: dict[str, Any] = {name: _thinned(getattr(full, name)) for name in QUANTITIES}
+        line = replace(full, **thinned)
     return LawRun(result.label, result.metrics, line)
 
 

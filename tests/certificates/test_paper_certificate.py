@@ -318,5 +318,5 @@ def test_the_report_reads_every_number_of_the_checkers_words(name: PublishedLawN
 
     assert read.verdict is Verdict.PROVED
     assert read.proved == WINDOWS
-    for number in (read.decay, read.speed_share, read.half_width, read.pitch):
+    for number in (read.decay, read.speed_share, read.half_width):
         assert number
