@@ -9,7 +9,6 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from fractions import Fraction
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Protocol
@@ -265,7 +264,7 @@ def numbers_of(claim: CheckedClaim) -> dict[str, str]:
         )
         for f in claim.figures
         # A bound of 0 says nothing; a profile depends on the wind.
-        if isinstance(f, Figure) and isinstance(f.value, Fraction) and f.value
+        if isinstance(f, Figure) and f.value
     }
 
 

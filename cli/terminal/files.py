@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,7 +77,7 @@ def claims_as_data(checked: CheckedFile) -> dict[str, Any]:
             "figures": [
                 {"name": figure.name, "value": float(figure.value), "unit": figure.unit}
                 for figure in claim.figures
-                if isinstance(figure, Figure) and isfinite(figure.value)
+                if isinstance(figure, Figure) and figure.value is not None
             ],
         }
         for claim in checked.claims

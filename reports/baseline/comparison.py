@@ -229,8 +229,8 @@ def _box_figures(model: Data) -> Iterator[Figure]:
         sides = {name: (side, "") for name, side in model.get("box", {}).items()}
     for name, (side, unit) in sides.items():
         if side is None:
-            yield Figure(f"{name}, lower end", unit, -inf, larger=False)
-            yield Figure(f"{name}, upper end", unit, inf)
+            yield Figure(f"{name}, lower end", unit, None, larger=False)
+            yield Figure(f"{name}, upper end", unit, None)
             continue
         low, high = (_end(end, name) for end in side)
         yield Figure(f"{name}, lower end", unit, low, larger=False, span=high - low)
@@ -253,7 +253,7 @@ def _box_moved(old: Data, new: Data, tolerance: Fraction) -> Iterator[Moved]:
 
 def _unbounded(figure: Figure | None) -> Figure:
     assert figure is not None
-    return Figure(figure.name, figure.unit, inf if figure.larger else -inf, figure.larger)
+    return Figure(figure.name, figure.unit, None, figure.larger)
 
 
 def _moved(
@@ -270,9 +270,14 @@ def _moved(
         worse = change < -tolerance
         return Moved(claim, old.name, old.unit, value, theirs, change, worse, place)
     worst = -inf if old.larger else inf
-    theirs = new.value if isinstance(new, Figure) else worst
-    change = _change(old.value, theirs, old.span, larger=old.larger)
-    return Moved(claim, old.name, old.unit, old.value, theirs, change, change < -tolerance)
+    theirs = _number(new) if isinstance(new, Figure) else worst
+    change = _change(_number(old), theirs, old.span, larger=old.larger)
+    return Moved(claim, old.name, old.unit, _number(old), theirs, change, change < -tolerance)
+
+
+def _number(figure: Figure) -> Number:
+    """Return a figure's value; infinite where it has no bound."""
+    return figure.value if figure.value is not None else inf if figure.larger else -inf
 
 
 def _over_wind(

@@ -96,7 +96,7 @@ def _proved_cells(written: str, where: str) -> Mapping[str, Any]:
     failures = claim.failures(decided_exactly)
     cells = [cell for k, cell in enumerate(claim.cells) if k not in failures]
     figures: dict[str, Any] = {
-        name: tuple((float(low), float(high)) for low, high in merged(spans))
+        name: tuple(merged([(float(low), float(high)) for low, high in spans]))
         for name, spans in (
             ("proved", [cell.ends.wind for cell in cells]),
             ("unproved", [*claim.missing(cells), *claim.unproved]),

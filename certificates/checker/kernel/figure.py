@@ -8,7 +8,7 @@ from fractions import Fraction
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One number.
+    """One number; ``value`` is None where there is no bound.
 
     ``larger`` : whether a larger value is the stronger claim.
     ``span`` : the reference of a relative change; None for the number itself.
@@ -16,7 +16,7 @@ class Figure:
 
     name: str
     unit: str
-    value: Fraction | float
+    value: Fraction | None
     larger: bool = True
     span: Fraction | None = None
 

@@ -34,7 +34,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from math import factorial, inf
+from math import factorial
 from typing import Any, NamedTuple
 
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
@@ -85,7 +85,7 @@ class WeightedFunctionClaim(LoopClaim):
     def figures(self) -> Iterator[Figure | WindProfile]:
         yield from super().figures()
         for k, bounds in enumerate(self.function.rates, start=1):
-            slowest = inf if bounds is None else min(bounds)
+            slowest = None if bounds is None else min(bounds)
             yield Figure(f"rates of weights {k}", "1/s", slowest)
 
     @property

@@ -50,7 +50,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations_with_replacement, product
-from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
@@ -244,7 +243,7 @@ class Tracking(PlantClaim):
         bounds = zip(self.follow, self.bounds.errors, self.bounds.jumps, strict=True)
         for following, error, jump in bounds:
             name, unit = following.signal.name, following.signal.unit
-            yield Figure(f"jump of {name}", unit, inf if jump is None else jump)
+            yield Figure(f"jump of {name}", unit, jump)
             if any(self.evidence.rates):
                 yield Figure(f"error of {name} while it moves", unit, error, larger=False)
 
