@@ -57,9 +57,9 @@ are measured on the linearised loops in floating point; they are not proved.
 
 Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model file
 differs from the certificate, the gain file leaves out what is to be compared, the C file is not the
-gain file's export, a margin is below its threshold, or with --cross the two checkers differ; 2 a
+gain file's export, a margin is below its threshold, or with --cross the two deciders differ; 2 a
 file is damaged or cannot be read.
-A claim that the second checker does not replay is named in the last line, in JSON under
+A claim with a range that FLINT does not settle is named in the last line, in JSON under
 cross.not_replayed, and changes no status.
 """
 
@@ -110,7 +110,7 @@ def _check(options: argparse.Namespace) -> int:
         compared = _compared(options) if options.cross else None
         print(_as_json(options, checked, trusted, compared))
     else:
-        # Printed before the second checker starts, because it may take long.
+        # Printed before FLINT decides, because that may take long.
         print(_as_text(options, checked, trusted))
         compared = _compared(options) if options.cross else None
         if compared is not None:
@@ -118,7 +118,7 @@ def _check(options: argparse.Namespace) -> int:
     if compared is not None and not compared.agrees:
         from takagi.reports.ci_formats import with_failures
 
-        differ = ("the two checkers agree", compared.text)
+        differ = ("both deciders agree", compared.text)
         _write_reports(options, with_failures(checked, [differ]))
         return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
@@ -229,10 +229,10 @@ def _file_of(model: Path | None) -> Path | None:
 
 
 def _compared(options: argparse.Namespace) -> VerdictComparison:
-    # Imported here: the second checker needs FLINT, the first one nothing.
+    # Imported here: the checker needs the standard library alone.
     from takagi.certificates.cross_check.comparison import cross_checked
 
-    with progress(f"takagi check {options.certificate}: second checker"):
+    with progress(f"takagi check {options.certificate}: decided by FLINT"):
         return cross_checked(options.certificate)
 
 
@@ -392,5 +392,5 @@ def _parser() -> _Parser:
     parser.set_defaults(plant_file=None, folder=None, rows=())
     add("--json", action="store_true", help="print JSON, for machines")
     add("--trusted", action="store_true", help="list the code that the verdict ran through")
-    add("--cross", action="store_true", help="ask the second checker too; 1 where they differ")
+    add("--cross", action="store_true", help="decide with FLINT too; 1 where the verdicts differ")
     return parser
