@@ -263,8 +263,9 @@ def _take_summary(options: argparse.Namespace) -> str:
 
     It needs all that takagi needs; a certificate alone needs none of it, and has no summary.
     """
+    from takagi.certificates.checker import CertificateError
     from takagi.models.errors import ModelError
-    from takagi.reports.design_folder import CertificateError, read_design, summary_of
+    from takagi.reports.design_folder import read_design, summary_of
 
     with progress(f"takagi check {options.folder}: summary") as tell:
         try:

@@ -143,7 +143,8 @@ def _law_run(result: Result, *, drawn: bool) -> LawRun:
     line = None
     if drawn:
         full = ResponseLine.of(powers(law_words(result.label)), result.history)
-        line = replace(full, **{name: _thinned(getattr(full, name)) for name in QUANTITIES})
+        # The quantities are in the order of its fields.
+        line = ResponseLine(full.label, *(_thinned(getattr(full, name)) for name in QUANTITIES))
     return LawRun(result.label, result.metrics, line)
 
 

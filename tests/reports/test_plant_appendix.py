@@ -17,6 +17,7 @@ from takagi.certificates.requests import (
     ObservedFeedback,
     ObserverError,
 )
+from takagi.certificates.requests.request import Request
 from takagi.lmi import observer
 from takagi.reports.appendix.design_files import plant_appendix
 from tests.reports.plant_designs import design_of
@@ -115,8 +116,9 @@ def test_claims_with_observers_and_functions_of_the_weights_compile(
     """Kinds that no design states, and that ``certify`` may be asked for."""
     design = design_of("duffing")
     L = observer(design.model, decay_rate=1.0).gains
-    asked = [ObserverError(L), ObservedFeedback(L), FuzzyDecay(rate_bounds=1.0)]
-    claims = [*asked, FuzzyL2Gain(rate_bounds=1.0)]
+    assert L is not None
+    of_weights = FuzzyDecay(rate_bounds=1.0), FuzzyL2Gain(rate_bounds=1.0)
+    claims: list[Request] = [ObserverError(L), ObservedFeedback(L), *of_weights]
     stated = replace(design, certificate=certify(design.model, design.gains, claims=claims))
     files = plant_appendix(stated)
 
