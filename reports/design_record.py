@@ -113,12 +113,12 @@ def design_of_record(
 
 def _derived_of(design: Any) -> dict[str, Any]:
     """Return name -> the parts of a design that are not written, because they are made again."""
-    found = {"document": design.document, "checked": design.checked, "settings": design.settings}
+    derived = {"document": design.document, "checked": design.checked, "settings": design.settings}
     if design.kind == "plant":
-        return found | {"plant": design.plant, "model": design.model}
+        return derived | {"plant": design.plant, "model": design.model}
     names = ("turbine", "partial_load", "full_load")
     observed = {"observer": design.observer.model}
-    return found | observed | {name: getattr(design, name) for name in names}
+    return derived | observed | {name: getattr(design, name) for name in names}
 
 
 def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict[str, Any]:
@@ -284,9 +284,9 @@ class _Reader:
         return value
 
     def _array(self, data: Mapping[str, Any]) -> Floats:
-        found = np.empty(len(data["array"]), dtype=data["type"])
-        found[:] = [self(entry) for entry in data["array"]]
-        return found.reshape(data["shape"])
+        array = np.empty(len(data["array"]), dtype=data["type"])
+        array[:] = [self(entry) for entry in data["array"]]
+        return array.reshape(data["shape"])
 
 
 def _members(kind: Any) -> tuple[str, ...] | None:

@@ -262,7 +262,7 @@ def _take_summary(options: argparse.Namespace) -> str:
 
     It needs all that takagi needs; a certificate alone needs none of it, and has no summary.
     """
-    from takagi.certificates.checker.kernel.refusal import CertificateError
+    from takagi.certificates.checker import CertificateError
     from takagi.models.errors import ModelError
     from takagi.reports.design_folder import read_design, summary_of
 

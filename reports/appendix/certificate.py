@@ -46,13 +46,13 @@ def certificate_context(design: TurbineDesign) -> dict[str, Any]:
     context |= theorems_context(design.document, design.checked)
     # The matrix of the loop stands beside its theorem; those of its cells are too many to print.
     context |= {"loop": None, "matrices": [], "tables": [], "running": None}
-    for order, one in enumerate(context["theorems"], start=1):
-        claim, kind = one["claim"], one["claim"].get("kind")
+    for order, theorem in enumerate(context["theorems"], start=1):
+        claim, kind = theorem["claim"], theorem["claim"].get("kind")
         claim["order"] = order
         if kind == "coherent-loop":
             context["loop"] = _loop(claim, design) | {"order": order}
         elif kind == "wind-rate":
-            claim["spans"] = [_span_of_winds(one) for one in claim["ranges"]]
+            claim["spans"] = [_span_of_winds(span) for span in claim["ranges"]]
             context["tables"].append(_rates_table(claim))
         elif kind == "actuator-rates":
             claim |= _actuator_sizes(claim, design)
@@ -60,15 +60,15 @@ def certificate_context(design: TurbineDesign) -> dict[str, Any]:
         elif kind == "running-loop":
             claim["spans"] = [Tex(f"{interval(ends)}~m/s") for ends in claim["winds"]]
             claim["order_of"] = len(claim["cells"][0]["P"])
-            context["running"] = order if one["proved"] else None
+            context["running"] = order if theorem["proved"] else None
     return context
 
 
-def _span_of_winds(one: Mapping[str, Any]) -> Tex:
-    ends = interval((one["wind"][0], one["wind"][-1]))
-    least, most = (decimal(f(one["estimate_rate"])) for f in (min, max))
+def _span_of_winds(span: Mapping[str, Any]) -> Tex:
+    ends = interval((span["wind"][0], span["wind"][-1]))
+    least, most = (decimal(f(span["estimate_rate"])) for f in (min, max))
     rates = least if least == most else Tex(f"{least} to {most}")
-    error = decimal(one["estimate_error"])
+    error = decimal(span["estimate_error"])
     return Tex(rf"{ends}~m/s with $\eta_v = {error}$~m/s and $a$ of {rates}~m/s$^2$")
 
 
@@ -78,8 +78,8 @@ def _rates_table(claim: Mapping[str, Any]) -> dict[str, Any]:
     nodes = list(zip(*columns, strict=True))
     step = -(-len(nodes) // MOST_NODES)
     rows = [*nodes[:-1:step], nodes[-1]]
-    left = f", {len(rows)} of {len(nodes)} nodes; the certificate has all" if step > 1 else ""
-    words = f"functions of the first range{left}"
+    shown = f", {len(rows)} of {len(nodes)} nodes; the certificate has all" if step > 1 else ""
+    words = f"functions of the first range{shown}"
     return {"kind": claim["kind"], "order": claim["order"], "words": words,
             "rows": [[decimal(x) for x in node] for node in rows]}  # fmt: skip
 

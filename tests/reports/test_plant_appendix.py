@@ -117,8 +117,8 @@ def test_claims_with_observers_and_functions_of_the_weights_compile(
     design = design_of("duffing")
     L = observer(design.model, decay_rate=1.0).gains
     assert L is not None
-    claims: list[Request] = [ObserverError(L), ObservedFeedback(L), FuzzyDecay(rate_bounds=1.0)]
-    claims.append(FuzzyL2Gain(rate_bounds=1.0))
+    of_weights = FuzzyDecay(rate_bounds=1.0), FuzzyL2Gain(rate_bounds=1.0)
+    claims: list[Request] = [ObserverError(L), ObservedFeedback(L), *of_weights]
     stated = replace(design, certificate=certify(design.model, design.gains, claims=claims))
     files = plant_appendix(stated)
 

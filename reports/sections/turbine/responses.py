@@ -53,13 +53,13 @@ def responses_section(design: TurbineDesign) -> Section:
 def _worse(runs: Sequence[DesignRun], metric: str) -> str:
     """Return where a metric is clearly worse than the reference controller's; "" for nowhere."""
     name, unit, is_worse = WORSE[metric]
-    found = []
+    worse = []
     for run in runs:
         if run.reference is not None:
             law, other = (getattr(each.metrics, metric) for each in (run.law, run.reference))
             if is_worse(law, other):
-                found.append(f"{powers(run.words)} ({law:.4g} against {other:.4g} {unit})")
-    return f"{name}: {', '.join(found)}." if found else ""
+                worse.append(f"{powers(run.words)} ({law:.4g} against {other:.4g} {unit})")
+    return f"{name}: {', '.join(worse)}." if worse else ""
 
 
 def response_drawing(design: TurbineDesign, run: DesignRun) -> Figure:
