@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.figure import Figure
 from takagi.cli.command import UNPROVED
 
 if TYPE_CHECKING:
@@ -67,7 +66,10 @@ def claim_lines(checked: CheckedFile) -> list[str]:
 
 
 def claims_as_data(checked: CheckedFile) -> dict[str, Any]:
-    """Return verdict and claims as plain data, each claim with its own assumptions."""
+    """Return verdict and claims as plain data, each claim with its assumptions and figures."""
+    # Imported here: help is printed without any room of the checker.
+    from takagi.certificates.checker.kernel.figure import Figure
+
     claims = [
         {
             "name": claim.name,
