@@ -1,6 +1,6 @@
 """What is asked of a solver: LMIs as data, gains and analysis by them, the only solver calls.
 
-No module has the name of a function: it would hide it once imported.
+A public function is imported from ``takagi.lmi``; its module may move.
 """
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""One file for each kind of claim, with its formula and ``check_<kind>(claim, loop, where)``.
+"""One class a kind of claim about the loop of model and gains: theorem, fields, obligations, sentence.
 
-The loop is read from the certificate's model and gains; the claim has only the
-evidence.  The table of all kinds is in ``takagi.certificates.checker.replay.claim_kinds``.
+``takagi.certificates.checker.replay.claim_kinds`` lists all kinds.
 """
