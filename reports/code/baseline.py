@@ -88,12 +88,12 @@ def baseline_program(turbine: Turbine, *, without: Collection[str] = ()) -> Cont
 
 def _document(turbine: Turbine) -> dict[str, Any]:
     figures = turbine.reference_controller
-    own = {
+    computed = {
         "rated_speed": turbine.rated_rotor_speed,
         "region_3_pitch": turbine.pitch_min + REGION_3_PITCH,
     }
     numbers = {
-        name: own[name] if name in own else getattr(
+        name: computed[name] if name in computed else getattr(
             figures if hasattr(figures, name) else turbine, name)
         for name in _UNITS
     }  # fmt: skip

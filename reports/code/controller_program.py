@@ -120,13 +120,13 @@ def walked(formula: Formula) -> Iterator[Formula]:
 
 def names_of(formula: Formula) -> Iterator[str]:
     """Yield the names in a formula, from left to right, without those of functions and pi."""
-    names = (one.name for one in walked(formula) if isinstance(one, Name))
+    names = (node.name for node in walked(formula) if isinstance(node, Name))
     yield from (name for name in names if name != "pi")
 
 
 def calls_of(formula: Formula) -> Iterator[Call]:
     """Yield all calls in a formula."""
-    yield from (one for one in walked(formula) if isinstance(one, Call))
+    yield from (node for node in walked(formula) if isinstance(node, Call))
 
 
 def _formula(tree: ast.expr, text: str) -> Formula:
@@ -145,7 +145,7 @@ def _formula(tree: ast.expr, text: str) -> Formula:
             sign = OPERATORS[type(operator)]
             return Operation(sign, _formula(left, text), _formula(right, text))
         case ast.Call(func=ast.Name(id=function), args=arguments, keywords=[]):
-            return _call(function, tuple(_formula(one, text) for one in arguments), text)
+            return _call(function, tuple(_formula(argument, text) for argument in arguments), text)
     raise ModelError(
         f"formula {text!r}: {ast.unparse(tree)!r} is not in the language of gain files"
     )
@@ -154,11 +154,11 @@ def _formula(tree: ast.expr, text: str) -> Formula:
 def _call(function: str, arguments: tuple[Formula, ...], text: str) -> Call:
     if function not in FUNCTIONS:
         raise ModelError(f"formula {text!r}: function {function!r} is not known")
-    least, most = FUNCTIONS[function]
-    if len(arguments) < least or (most is not None and len(arguments) > most):
+    fewest, largest_count = FUNCTIONS[function]
+    if len(arguments) < fewest or (largest_count is not None and len(arguments) > largest_count):
         raise ModelError(
             f"formula {text!r}: {function} has {len(arguments)} arguments; it takes "
-            f"{least if most == least else f'{least} or more'}"
+            f"{fewest if largest_count == fewest else f'{fewest} or more'}"
         )
     return Call(function, arguments)
 
@@ -234,7 +234,7 @@ class Assignment:
     @property
     def formulas(self) -> tuple[Formula, ...]:
         """The formula, and those of the places where another replaces it."""
-        inside = (formula for place in self.near for formula in (place.of, place.formula))
+        inside = (formula for near in self.near for formula in (near.of, near.formula))
         return (self.formula, *inside)
 
 
@@ -299,22 +299,22 @@ class ControllerProgram:
     @property
     def kept(self) -> tuple[Kept, ...]:
         """The kept values of all stages."""
-        return tuple(one for stage in self.stages for one in stage.kept)
+        return tuple(state for stage in self.stages for state in stage.kept)
 
     @property
     def assignments(self) -> tuple[Assignment, ...]:
         """The steps and sent values of all stages, in the order in which they are computed."""
-        return tuple(one for stage in self.stages for one in stage.assignments)
+        return tuple(assignment for stage in self.stages for assignment in stage.assignments)
 
     def formulas(self) -> Iterator[Formula]:
         """Yield the formulas of all kept values, steps and sent values."""
-        yield from (formula for one in self.kept for formula in (one.start, one.next))
-        yield from (formula for one in self.assignments for formula in one.formulas)
+        yield from (formula for state in self.kept for formula in (state.start, state.next))
+        yield from (formula for assignment in self.assignments for formula in assignment.formulas)
 
     def names(self) -> Iterator[str]:
         """Yield every name: constants, inputs, kept values, steps and outputs."""
-        for part in (self.constants, self.inputs, self.kept, self.assignments):
-            yield from (one.name for one in part)
+        for named in (self.constants, self.inputs, self.kept, self.assignments):
+            yield from (entry.name for entry in named)
 
 
 LONGEST = 63  # characters that C99 promises to tell apart
@@ -335,20 +335,20 @@ def identifiers(
     ------
     ModelError : a name that is too long for the language.
     """
-    found: dict[str, str] = {}
-    taken = {word.lower() if ignore_case else word for word in reserved}
+    words: dict[str, str] = {}
+    used_words = {word.lower() if ignore_case else word for word in reserved}
     for name in dict.fromkeys(names):
         word = re.sub(r"\W", "_", name, flags=re.ASCII)
-        while (word.lower() if ignore_case else word) in taken:
+        while (word.lower() if ignore_case else word) in used_words:
             word += "_"
         if len(word) > LONGEST:
             raise ModelError(
                 f"name {name!r} has {len(word)} characters; {language} holds {LONGEST}: shorten it "
                 "in the model file and design again"
             )
-        taken.add(word.lower() if ignore_case else word)
-        found[name] = word
-    return found
+        used_words.add(word.lower() if ignore_case else word)
+        words[name] = word
+    return words
 
 
 def file_word(name: str) -> str:

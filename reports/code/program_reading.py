@@ -53,21 +53,21 @@ def require_order(program: ControllerProgram) -> None:
     ------
     ModelError : names the entries of the file, and both limits.
     """
-    places = {one.name: one.place for one in program.constants}
-    numbers = {one.name: floats(one.value) for one in program.constants}
-    for one in program.constants:
-        if one.place in RATES and numbers[one.name] < 0:
-            raise ModelError(f"{one.place} is {numbers[one.name]:g}; 0 or more is needed")
+    file_places = {constant.name: constant.place for constant in program.constants}
+    numbers = {constant.name: floats(constant.value) for constant in program.constants}
+    for constant in program.constants:
+        if constant.place in RATES and numbers[constant.name] < 0:
+            raise ModelError(f"{constant.place} is {numbers[constant.name]:g}; 0 or more is needed")
     calls = [call for formula in program.formulas() for call in calls_of(formula)]
     for low, high in (call.arguments[1:] for call in calls if call.function == "limit"):
         names = [*names_of(low), *names_of(high)]
         if not set(names) <= set(numbers):
             continue
-        least, most = value_of(low, numbers), value_of(high, numbers)
-        if least > most:
-            told = " and ".join(dict.fromkeys(places[name] for name in names))
+        lower, upper = value_of(low, numbers), value_of(high, numbers)
+        if lower > upper:
+            places_text = " and ".join(dict.fromkeys(file_places[name] for name in names))
             raise ModelError(
-                f"{told}: the lower limit is {least:g} and the upper one {most:g}, so that the "
+                f"{places_text}: the lower limit is {lower:g} and the upper one {upper:g}, so that the "
                 "program would send the upper one at all times; exchange them, or give the "
                 "gains.json that `takagi design` has written"
             )
@@ -85,7 +85,7 @@ def require_nodes(program: ControllerProgram, precision: str) -> None:
     ------
     ModelError : names the row of the file.
     """
-    rows = {one.name: one for one in program.constants}
+    rows = {constant.name: constant for constant in program.constants}
     for name in dict.fromkeys(_nodes(program)):
         values = [_rounded(value, BITS[precision]) for value in floats(rows[name].value)]
         for k, (low, high) in enumerate(pairwise(values)):
@@ -105,12 +105,12 @@ def _rounded(value: float, bits: int) -> float:
 
 def _nodes(program: ControllerProgram) -> Iterator[str]:
     """Yield the names of constants that are nodes."""
-    known = {one.name for one in program.constants}
+    constant_names = {constant.name for constant in program.constants}
     for formula in program.formulas():
         for call in calls_of(formula):
             if call.function in BETWEEN_NODES and len(call.arguments) > 1:
                 row = call.arguments[1]
-                if isinstance(row, Name) and row.name in known:
+                if isinstance(row, Name) and row.name in constant_names:
                     yield row.name
 
 
@@ -157,9 +157,9 @@ def controller_program(
         return _Reading(document, without).whole()
     except (KeyError, IndexError, TypeError, ArithmeticError, AttributeError) as error:
         absent = isinstance(error, KeyError)
-        what = f"{error.args[0]!r} is missing" if absent else "a part cannot be read"
+        damage = f"{error.args[0]!r} is missing" if absent else "a part cannot be read"
         raise ModelError(
-            f"the gain file is damaged: {what} in its programs or in what they name; give the "
+            f"the gain file is damaged: {damage} in its programs or in what they name; give the "
             "gains.json that `takagi design` has written"
         ) from error
 
@@ -167,34 +167,38 @@ def controller_program(
 class _Reading:
     def __init__(self, document: Mapping[str, Any], without: Collection[str]) -> None:
         self.document = document
-        known = [part["name"] for part in document["programs"]]
+        names = [stated["name"] for stated in document["programs"]]
         for word in without:
-            if word not in known:
-                raise ModelError(f"program {word!r} was given; the file has {', '.join(known)}")
-        self.programs = [part for part in document["programs"] if part["name"] not in without]
-        self.sent = {one["name"] for part in self.programs for one in part["send"]}
-        self.read = {one["name"]: one for part in reversed(self.programs) for one in part["read"]}
+            if word not in names:
+                raise ModelError(f"program {word!r} was given; the file has {', '.join(names)}")
+        self.programs = [stated for stated in document["programs"] if stated["name"] not in without]
+        self.sent = {signal["name"] for stated in self.programs for signal in stated["send"]}
+        self.read = {
+            signal["name"]: signal
+            for stated in reversed(self.programs)
+            for signal in stated["read"]
+        }
         self.constants: dict[str, Constant] = {}
         # In formulas of premises a table is called by its name, as in plant files.
-        places = (entry for part in self.programs for entry in part["names"].items())
-        self.tables = {name for name, entry in places if entry["value"].startswith("tables.")}
+        entries = (entry for stated in self.programs for entry in stated["names"].items())
+        self.tables = {name for name, entry in entries if entry["value"].startswith("tables.")}
 
     def whole(self) -> ControllerProgram:
-        taken = self._taken()
-        stages = tuple(self._stage(part, taken) for part in self.programs)
-        known = {*self.constants, *self.read, *self.sent, "sample_time"}
-        known |= {one.name for stage in stages for one in stage.kept}
-        known |= {one.name for stage in stages for one in stage.assignments}
+        full_names = self._taken()
+        stages = tuple(self._stage(stated, full_names) for stated in self.programs)
+        defined = {*self.constants, *self.read, *self.sent, "sample_time"}
+        defined |= {state.name for stage in stages for state in stage.kept}
+        defined |= {assignment.name for stage in stages for assignment in stage.assignments}
         inputs = tuple(
-            self._input(one) for name, one in self._reads().items() if name not in self.sent
+            self._input(signal) for name, signal in self._reads().items() if name not in self.sent
         )
         outputs = tuple(
-            Signal(one["name"], one["unit"], one["meaning"])
-            for part in self.programs
-            for one in part["send"]
+            Signal(signal["name"], signal["unit"], signal["meaning"])
+            for stated in self.programs
+            for signal in stated["send"]
         )
         document = self.document
-        found = ControllerProgram(
+        program = ControllerProgram(
             name=document["name"],
             plant=document.get("turbine") or document["plant"],
             kind="turbine" if "turbine" in document else "plant",
@@ -207,102 +211,109 @@ class _Reading:
             hashes=document["certificate"]["sha256"],
             document=document,
         )
-        for formula in found.formulas():
+        for formula in program.formulas():
             for name in names_of(formula):
-                if name not in known:
+                if name not in defined:
                     raise ModelError(f"a formula names {name!r}, which nothing in the file sets")
-        require_order(found)
-        require_nodes(found, "double")
-        return found
+        require_order(program)
+        require_nodes(program, "double")
+        return program
 
     def _reads(self) -> dict[str, Any]:
-        return {one["name"]: one for part in self.programs for one in part["read"]}
+        return {signal["name"]: signal for stated in self.programs for signal in stated["read"]}
 
     def _taken(self) -> dict[str, dict[str, str]]:
         """Return, program by program, the name in the whole program for each name of its own."""
         signals = {*self.read, *self.sent, "sample_time"}
         meanings: dict[str, set[str]] = {}
-        for part in self.programs:
-            for name, what in self._own(part).items():
-                meanings.setdefault(name, set()).add(what)
-        found: dict[str, dict[str, str]] = {}
-        for part in self.programs:
-            word = part["name"].replace(" ", "_")
-            found[part["name"]] = {
+        for stated in self.programs:
+            for name, meaning in self._own(stated).items():
+                meanings.setdefault(name, set()).add(meaning)
+        full_names: dict[str, dict[str, str]] = {}
+        for stated in self.programs:
+            word = stated["name"].replace(" ", "_")
+            full_names[stated["name"]] = {
                 name: f"{word}_{name}" if len(meanings[name]) > 1 or name in signals else name
-                for name in self._own(part)
+                for name in self._own(stated)
             }
-        return found
+        return full_names
 
     @staticmethod
-    def _own(part: Any) -> dict[str, str]:
+    def _own(stated: Any) -> dict[str, str]:
         """Return the names that a program sets, with a text that is equal for equal meanings."""
-        own = {name: str(entry["value"]) for name, entry in part["names"].items()}
-        own |= {one["name"]: f"{part['name']}: kept" for one in part["keep"]}
-        return own | {one["set"]: f"{part['name']}: step" for one in part["steps"]}
+        meanings = {name: str(entry["value"]) for name, entry in stated["names"].items()}
+        meanings |= {state["name"]: f"{stated['name']}: kept" for state in stated["keep"]}
+        return meanings | {step["set"]: f"{stated['name']}: step" for step in stated["steps"]}
 
-    def _stage(self, part: Any, taken: Mapping[str, Mapping[str, str]]) -> Stage:
-        own = taken[part["name"]]
-        for name, entry in part["names"].items():
+    def _stage(self, stated: Any, full_names: Mapping[str, Mapping[str, str]]) -> Stage:
+        stage_names = full_names[stated["name"]]
+        for name, entry in stated["names"].items():
             value = _value(self.document, str(entry["value"]).split("."))
-            self.constants[own[name]] = Constant(own[name], entry["unit"], entry["value"], value)
-        kept = tuple(
+            self.constants[stage_names[name]] = Constant(
+                stage_names[name], entry["unit"], entry["value"], value
+            )
+        states = tuple(
             Kept(
-                own[one["name"]],
-                one["unit"],
-                one["meaning"],
-                self._formula(one["start"], own),
-                self._formula(one["next"], own),
+                stage_names[state["name"]],
+                state["unit"],
+                state["meaning"],
+                self._formula(state["start"], stage_names),
+                self._formula(state["next"], stage_names),
             )
-            for one in part["keep"]
+            for state in stated["keep"]
         )
-        steps = tuple(self._assignment(one, own[one["set"]], own) for one in part["steps"])
-        sends = tuple(self._assignment(one, one["name"], own) for one in part["send"])
-        return Stage(part["name"], kept, steps, sends)
+        steps = tuple(
+            self._assignment(step, stage_names[step["set"]], stage_names)
+            for step in stated["steps"]
+        )
+        sends = tuple(
+            self._assignment(signal, signal["name"], stage_names) for signal in stated["send"]
+        )
+        return Stage(stated["name"], states, steps, sends)
 
-    def _formula(self, text: str, own: Mapping[str, str]) -> Formula:
-        return renamed(parsed(text, self.tables), own)
+    def _formula(self, text: str, stage_names: Mapping[str, str]) -> Formula:
+        return renamed(parsed(text, self.tables), stage_names)
 
-    def _assignment(self, one: Any, name: str, own: Mapping[str, str]) -> Assignment:
-        near = tuple(
+    def _assignment(self, entry: Any, name: str, stage_names: Mapping[str, str]) -> Assignment:
+        nears = tuple(
             Near(
-                self._formula(place["of"], own),
-                place["within"],
-                self._formula(place["formula"], own),
+                self._formula(near_entry["of"], stage_names),
+                near_entry["within"],
+                self._formula(near_entry["formula"], stage_names),
             )
-            for place in one.get("near", ())
+            for near_entry in entry.get("near", ())
         )
         return Assignment(
             name,
-            one["unit"],
-            one["meaning"],
-            self._formula(one["formula"], own),
-            near,
+            entry["unit"],
+            entry["meaning"],
+            self._formula(entry["formula"], stage_names),
+            nears,
         )
 
-    def _input(self, one: Any) -> Signal:
-        found = Signal(one["name"], one["unit"], one["meaning"])
+    def _input(self, entry: Any) -> Signal:
+        signal = Signal(entry["name"], entry["unit"], entry["meaning"])
         keys = ("measured", "states", "signals")
-        for part in (one for key in keys for one in self.document.get(key, ())):
-            if isinstance(part, Mapping) and part["name"] == found.name:
-                ends = part.get("range")
+        for variable in (entry for key in keys for entry in self.document.get(key, ())):
+            if isinstance(variable, Mapping) and variable["name"] == signal.name:
+                ends = variable.get("range")
                 low_high = None if ends is None else (ends[0], ends[1])
-                return replace(found, rest=part["rest"], range=low_high)
-        return _turbine_input(found, self.document) if "turbine" in self.document else found
+                return replace(signal, rest=variable["rest"], range=low_high)
+        return _turbine_input(signal, self.document) if "turbine" in self.document else signal
 
 
 def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
     """Return a turbine's input with the range of the trim table; its rest is the lowest trim."""
     trim, limits = document["trim"], document["limits"]
     speed, wind = trim["rotor_speed"], trim["wind"]
-    known = {
+    rests_and_ranges = {
         "speed": (speed[0], (Decimal(0), 2 * max(speed))),
         "measured_speed": (speed[0], (Decimal(0), 2 * max(speed))),
         "pitch": (trim["pitch"][0], (limits["pitch"][0], limits["pitch"][1])),
         "wind_guess": (wind[0], (wind[0], wind[-1])),
         "wind_estimate": (wind[0], (wind[0], wind[-1])),
     }
-    rest, ends = known.get(signal.name, (None, None))
+    rest, ends = rests_and_ranges.get(signal.name, (None, None))
     return replace(signal, rest=rest, range=ends)
 
 
@@ -312,39 +323,42 @@ def renamed(formula: Formula, names: Mapping[str, str]) -> Formula:
         case Name(name):
             return Name(names.get(name, name))
         case Operation(sign, left, right):
-            before = None if left is None else renamed(left, names)
-            return Operation(sign, before, renamed(right, names))
+            renamed_left = None if left is None else renamed(left, names)
+            return Operation(sign, renamed_left, renamed(right, names))
         case Call(function, arguments):
-            return Call(function, tuple(renamed(one, names) for one in arguments))
+            return Call(function, tuple(renamed(argument, names) for argument in arguments))
     return formula
 
 
-def _value(part: Any, path: list[str]) -> Value:
+def _value(content: Any, path: list[str]) -> Value:
     """Return the value at a path of the file; ``*`` in a path means all rows."""
     for k, key in enumerate(path):
         if key == "*":
-            return tuple(_value(row, path[k + 1 :]) for row in part)  # type: ignore[return-value]
-        part = part[int(key)] if isinstance(part, list) else part[key]
-    return _number(part)
+            return tuple(_value(row, path[k + 1 :]) for row in content)  # type: ignore[return-value]
+        content = content[int(key)] if isinstance(content, list) else content[key]
+    return _number(content)
 
 
-def _number(part: Any) -> Value:
-    if isinstance(part, Decimal):
-        return part
-    if isinstance(part, str):
-        return _without_names(part)
-    if isinstance(part, Mapping):
-        rows = [_row(row) for row in part["knots"]]
-        inner = part["coefficients"]
+def _number(content: Any) -> Value:
+    if isinstance(content, Decimal):
+        return content
+    if isinstance(content, str):
+        return _without_names(content)
+    if isinstance(content, Mapping):
+        rows = [_row(row) for row in content["knots"]]
+        inner = content["coefficients"]
         tables = [_row(row) for row in inner] if isinstance(inner[0], list) else [_row(inner)]
         return Spline(tuple(rows), tuple(tables))
-    if part and isinstance(part[0], list):
-        return tuple(_row(row) for row in part)
-    return _row(part)
+    if content and isinstance(content[0], list):
+        return tuple(_row(row) for row in content)
+    return _row(content)
 
 
-def _row(part: Any) -> Row:
-    return tuple(_without_names(one) if isinstance(one, str) else +Decimal(one) for one in part)
+def _row(content: Any) -> Row:
+    return tuple(
+        _without_names(number) if isinstance(number, str) else +Decimal(number)
+        for number in content
+    )
 
 
 def _without_names(text: str) -> Decimal:

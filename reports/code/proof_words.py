@@ -28,7 +28,7 @@ def proof_lines(program: ControllerProgram) -> tuple[str, ...]:
         "GAINS",
         f"What is proved holds {time}.",
         f"What is proved holds in these ranges: {', '.join(_ranges(program)) or 'all values'}.",
-        *(f"Claim {k}, {one['verdict']}: {one['name']}" for k, one in enumerate(claims, 1)),
+        *(f"Claim {k}, {claim['verdict']}: {claim['name']}" for k, claim in enumerate(claims, 1)),
     )
 
 
@@ -44,7 +44,7 @@ def _ranges(program: ControllerProgram) -> Iterator[str]:
         yield f"wind {min(winds):g} to {max(winds):g} m/s, and what each claim assumes of the wind"
         return
     signals: list[Mapping[str, Any]] = [*document.get("states", ()), *document.get("inputs", ())]
-    for one in signals:
-        if one.get("range") is not None:
-            low, high = (f"{float(end):.6g}" for end in one["range"])
-            yield f"{one['name']} {low} to {high} {one['unit']}"
+    for signal in signals:
+        if signal.get("range") is not None:
+            low, high = (f"{float(end):.6g}" for end in signal["range"])
+            yield f"{signal['name']} {low} to {high} {signal['unit']}"

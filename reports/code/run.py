@@ -41,7 +41,7 @@ class ProgramRun:
         self.program = program
         self.kept: dict[str, float] = {}
         self.names: Mapping[str, Any] = {}
-        self._constants = {one.name: floats(one.value) for one in program.constants}
+        self._constants = {constant.name: floats(constant.value) for constant in program.constants}
 
     def sample(self, sample_time: float, inputs: Mapping[str, float]) -> dict[str, float]:
         """Return the outputs of one sample.
@@ -53,26 +53,26 @@ class ProgramRun:
         names = {**self._constants, "sample_time": sample_time, **inputs, **self.kept}
         for stage in self.program.stages:
             if not self.kept:
-                names |= {one.name: value_of(one.start, names) for one in stage.kept}
-            for one in stage.assignments:
-                names[one.name] = value_of(_formula_there(one, names), names)
+                names |= {state.name: value_of(state.start, names) for state in stage.kept}
+            for assignment in stage.assignments:
+                names[assignment.name] = value_of(_formula_there(assignment, names), names)
         self.names = names
-        self.kept = {one.name: value_of(one.next, names) for one in self.program.kept}
-        return {one.name: names[one.name] for one in self.program.outputs}
+        self.kept = {state.name: value_of(state.next, names) for state in self.program.kept}
+        return {signal.name: names[signal.name] for signal in self.program.outputs}
 
 
-def _formula_there(one: Assignment, names: Mapping[str, Any]) -> Formula:
-    for place in one.near:
-        if abs(value_of(place.of, names)) <= float(place.within):
-            return place.formula
-    return one.formula
+def _formula_there(assignment: Assignment, names: Mapping[str, Any]) -> Formula:
+    for near in assignment.near:
+        if abs(value_of(near.of, names)) <= float(near.within):
+            return near.formula
+    return assignment.formula
 
 
 def floats(value: Any) -> Any:
     """Return a constant of a file with floats in the place of its decimals."""
     if isinstance(value, Spline):
         return [[floats(row) for row in value.knots], [floats(row) for row in value.coefficients]]
-    return float(value) if isinstance(value, Decimal) else [floats(one) for one in value]
+    return float(value) if isinstance(value, Decimal) else [floats(number) for number in value]
 
 
 def value_of(formula: Formula, names: Mapping[str, Any]) -> Any:
@@ -88,7 +88,7 @@ def value_of(formula: Formula, names: Mapping[str, Any]) -> Any:
             assert left is not None
             return _SIGNS[sign](value_of(left, names), value_of(right, names))
         case Call(function, arguments):
-            return _FUNCTIONS[function](*(value_of(one, names) for one in arguments))
+            return _FUNCTIONS[function](*(value_of(argument, names) for argument in arguments))
 
 
 def _limit(x: float, low: float, high: float) -> float:
@@ -109,11 +109,11 @@ def _line(x: float, nodes: Sequence[float], values: Sequence[float]) -> float:
     return values[k] + _slope(x, nodes, values) * (_limit(x, nodes[0], nodes[-1]) - nodes[k])
 
 
-def _spline(x: float, *rest: Any) -> float:
-    knots, rows = rest[-1]
-    if len(rest) == 1:
+def _spline(x: float, *arguments: Any) -> float:
+    knots, rows = arguments[-1]
+    if len(arguments) == 1:
         return _de_boor(x, knots[0], lambda k: rows[0][k])
-    return _de_boor(x, knots[0], lambda k: _de_boor(rest[0], knots[1], rows[k].__getitem__))
+    return _de_boor(x, knots[0], lambda k: _de_boor(arguments[0], knots[1], rows[k].__getitem__))
 
 
 def _de_boor(x: float, t: Sequence[float], coefficient: Callable[[int], float]) -> float:
@@ -131,7 +131,7 @@ def _mix(rules: Sequence[Sequence[float]], values: Sequence[float], *w: float) -
     if len(values) == 1:
         return values[0]
     weights = (
-        math.prod(v if one else 1 - v for one, v in zip(row, w, strict=True)) for row in rules
+        math.prod(v if number else 1 - v for number, v in zip(row, w, strict=True)) for row in rules
     )
     return sum(h * y for h, y in zip(weights, values, strict=True))
 

@@ -38,7 +38,7 @@ def longest_sample(program: ControllerProgram) -> LongestSample | None:
     return LongestSample(time, str(stated.get("reason", "its gain file says so")))
 
 
-def start_sample_time(program: ControllerProgram, asked: float | None) -> Decimal:
+def start_sample_time(program: ControllerProgram, requested: float | None) -> Decimal:
     """Return T [s] to start with: that of the law, else of the user, else a usual one.
 
     Raises
@@ -46,19 +46,19 @@ def start_sample_time(program: ControllerProgram, asked: float | None) -> Decima
     ModelError : the user's T differs from that of a law in discrete time, or is longer than the
         longest of the program.
     """
-    own = program.sample_time
-    if own is not None:
-        if asked is not None and abs(asked - float(own)) > 1e-6 * float(own):
+    fixed_time = program.sample_time
+    if fixed_time is not None:
+        if requested is not None and abs(requested - float(fixed_time)) > 1e-6 * float(fixed_time):
             raise ModelError(
-                f"--sample-time {asked} was given; the law is one in discrete time with {own} s"
+                f"--sample-time {requested} was given; the law is one in discrete time with {fixed_time} s"
             )
-        return own
+        return fixed_time
     longest = longest_sample(program)
-    if asked is None:
+    if requested is None:
         return USUAL_SAMPLE_TIME if longest is None else min(USUAL_SAMPLE_TIME, longest.time)
-    if longest is not None and asked > float(longest.time):
+    if longest is not None and requested > float(longest.time):
         raise ModelError(
-            f"--sample-time {asked:g} s was given; at most {longest.time} s is needed, since "
+            f"--sample-time {requested:g} s was given; at most {longest.time} s is needed, since "
             f"{longest.reason}; "
             + (
                 "a turbine controller runs every 0.01 to 0.02 s"
@@ -66,4 +66,4 @@ def start_sample_time(program: ControllerProgram, asked: float | None) -> Decima
                 else "'takagi design --sample-time' proves a sampled loop"
             )
         )
-    return Decimal(repr(asked))
+    return Decimal(repr(requested))

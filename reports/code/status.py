@@ -33,11 +33,11 @@ def status_bits(
     words : those that a target reports; None for all.
     """
     longest = longest_sample(program)
-    found = [one for one in STATUS_BITS if words is None or one[1] in words]
+    bits = [bit for bit in STATUS_BITS if words is None or bit[1] in words]
     if longest is not None:
-        place = sum(bit not in (2, 32, 64) for bit, *_ in found)
-        found.insert(place, (BIT["SAMPLE_TIME_LONG"], "SAMPLE_TIME_LONG", longest.words))
-    return tuple(found)
+        index = sum(bit not in (2, 32, 64) for bit, *_ in bits)
+        bits.insert(index, (BIT["SAMPLE_TIME_LONG"], "SAMPLE_TIME_LONG", longest.words))
+    return tuple(bits)
 
 
 def reported_range(limits: tuple[Decimal, Decimal]) -> tuple[Decimal, Decimal]:
@@ -45,5 +45,5 @@ def reported_range(limits: tuple[Decimal, Decimal]) -> tuple[Decimal, Decimal]:
 
     An input outside by less than 1e-5 of the range is noise of a measurement or of a float.
     """
-    hair = Decimal("1e-5") * (limits[1] - limits[0])
-    return limits[0] - hair, limits[1] + hair
+    tolerance = Decimal("1e-5") * (limits[1] - limits[0])
+    return limits[0] - tolerance, limits[1] + tolerance

@@ -15,7 +15,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
 
     The first line has the names with their units; numbers are the gain file's decimals.
     """
-    single = [one for one in program.constants if isinstance(one.value, Decimal)]
+    single = [constant for constant in program.constants if isinstance(constant.value, Decimal)]
     files = {
         "numbers.csv": csv_text(
             ("name", "value", "unit", "place in gains.json"),
@@ -23,8 +23,8 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
         )
     }
     use = {"numbers.csv": f"{len(single)} single numbers with units"}
-    for one in program.constants:
-        for name, text, what in _tables(one):
+    for constant in program.constants:
+        for name, text, what in _tables(constant):
             files[name], use[name] = text, what
     return Exported(files, use)
 
@@ -36,13 +36,13 @@ def _tables(constant: Constant) -> Iterable[tuple[str, str, str]]:
         return
     if isinstance(value, Spline):
         for k, knots in enumerate(value.knots, start=1):
-            text = csv_text((f"knots of argument {k}",), ((str(one),) for one in knots))
+            text = csv_text((f"knots of argument {k}",), ((str(knot),) for knot in knots))
             yield f"{name}_knots_{k}.csv", text, f"knots of the cubic spline {name}"
         yield _matrix(name, f"coefficients of {name} [{constant.unit}]", value.coefficients)
     elif isinstance(value[0], tuple):
         yield _matrix(name, f"{name} [{constant.unit}]", value)
     else:
-        text = csv_text((f"{name} [{constant.unit}]",), ((str(one),) for one in value))
+        text = csv_text((f"{name} [{constant.unit}]",), ((str(number),) for number in value))
         yield f"{name}.csv", text, f"{len(value)} numbers, {constant.place} of the gain file"
 
 

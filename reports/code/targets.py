@@ -107,8 +107,8 @@ def exported(word: str, program: ControllerProgram, settings: ExportSettings) ->
     """
     for target in TARGETS:
         if target.word == word:
-            made: Any = import_module(target.module)
-            return cast(Exported, made.export(program, settings))
+            target_module: Any = import_module(target.module)
+            return cast(Exported, target_module.export(program, settings))
     words = [target.word for target in TARGETS]
     raise ModelError(
         f"--to {word!r} was given; the targets are {', '.join(words)}{did_you_mean(word, words)}"

@@ -50,13 +50,13 @@ def source_differences(path: Path, gains: Path) -> tuple[str, ...]:
         raise ModelError(
             f"{path}: its header {header.name} must be in the same folder, to be compared"
         )
-    places = _places(program, c)
+    file_places = _places(program, c)
     pairs = (path, text, c.source), (header, _read(header), c.header)
     return tuple(
-        one
-        for file, there, wanted in pairs
-        if there != _as_bytes(wanted)
-        for one in _differences(file, there, _as_bytes(wanted), places)
+        difference
+        for file, there, exported in pairs
+        if there != _as_bytes(exported)
+        for difference in _differences(file, there, _as_bytes(exported), file_places)
     )
 
 
@@ -89,9 +89,9 @@ def _written_again(path: Path, text: str, gains: Path) -> tuple[ControllerProgra
             f"{path}: its first comment does not name programs and numbers, as one of "
             "`takagi export --to c` does"
         )
-    whole = read_controller(gains)
+    complete = read_controller(gains)
     there = programs[1].split(", ")
-    absent = [stage.name for stage in whole.stages if stage.name not in there]
+    absent = [stage.name for stage in complete.stages if stage.name not in there]
     program = read_controller(gains, without=absent)
     try:
         settings = export_settings(options[1], float(options[2]))
@@ -103,63 +103,68 @@ def _written_again(path: Path, text: str, gains: Path) -> tuple[ControllerProgra
 def _tokens(text: str) -> list[_Token]:
     """Return numbers and other words of a C text, without comments and space."""
     tokens, line = [], 1
-    for one in _WORD.finditer(text):
-        if one.lastgroup:
-            tokens.append(_Token(one.lastgroup, one[0], line))
-        line += one[0].count("\n")
+    for match in _WORD.finditer(text):
+        if match.lastgroup:
+            tokens.append(_Token(match.lastgroup, match[0], line))
+        line += match[0].count("\n")
     return tokens
 
 
 def _places(program: ControllerProgram, c: CSource) -> dict[str, str]:
     """Return the place in the gain file of each constant of the C file."""
-    found: dict[str, str] = {}
-    for one in program.constants:
-        name = c.constants.get(one.name)
+    file_places: dict[str, str] = {}
+    for constant in program.constants:
+        name = c.constants.get(constant.name)
         if name is not None:
-            found[name] = one.place
+            file_places[name] = constant.place
             for k in (1, 2):
-                found[f"{name}_knots_{k}"] = f"{one.place}.knots.{k - 1}"
-    return found
+                file_places[f"{name}_knots_{k}"] = f"{constant.place}.knots.{k - 1}"
+    return file_places
 
 
-def _differences(file: Path, there: str, wanted: str, places: dict[str, str]) -> Iterator[str]:
+def _differences(
+    file: Path, there: str, exported: str, file_places: dict[str, str]
+) -> Iterator[str]:
     """Yield the numbers that differ; where anything else does, the first line that differs."""
-    theirs, ours = _tokens(there), _tokens(wanted)
+    theirs, ours = _tokens(there), _tokens(exported)
     pairs = list(zip(theirs, ours, strict=False))
     if (
         len(theirs) != len(ours)
-        or all(one.text == other.text for one, other in pairs)
+        or all(their_token.text == our_token.text for their_token, our_token in pairs)
         or any(
-            one.text != other.text and {one.kind, other.kind} != {"number"} for one, other in pairs
+            their_token.text != our_token.text and {their_token.kind, our_token.kind} != {"number"}
+            for their_token, our_token in pairs
         )
     ):
-        yield _line_differs(file, there, wanted)
+        yield _line_differs(file, there, exported)
         return
-    constant, index, shown = "", 0, 0
-    for k, (one, other) in enumerate(pairs):
-        if other.text in places and "const" in (ours[k - 2].text, ours[k - 3].text):
-            constant, index = other.text, 0
-        elif other.text == ";":
+    constant, index, number_count = "", 0, 0
+    for k, (their_token, our_token) in enumerate(pairs):
+        if our_token.text in file_places and "const" in (ours[k - 2].text, ours[k - 3].text):
+            constant, index = our_token.text, 0
+        elif our_token.text == ";":
             constant = ""
-        elif other.text == "," and constant:
+        elif our_token.text == "," and constant:
             index += 1
-        if one.text == other.text:
+        if their_token.text == our_token.text:
             continue
-        shown += 1
-        if shown > SHOWN:
+        number_count += 1
+        if number_count > SHOWN:
             yield f"{file}: and more numbers"
             return
         name = constant
         if constant and (index or ours[k + 1].text != ";"):
             name = f"{constant}[{index}]"
-        place = f"{name} ({places[constant]})" if constant else "a number of a formula or guard"
+        number_words = (
+            f"{name} ({file_places[constant]})" if constant else "a number of a formula or guard"
+        )
         yield (
-            f"{file}, line {one.line}: {place} is {one.text} there, {other.text} in the gain file"
+            f"{file}, line {their_token.line}: {number_words} is {their_token.text} there, {our_token.text} in the gain file"
         )
 
 
-def _line_differs(file: Path, there: str, wanted: str) -> str:
-    lines = there.split("\n"), wanted.split("\n")
+def _line_differs(file: Path, there: str, exported: str) -> str:
+    lines = there.split("\n"), exported.split("\n")
     pairs = enumerate(zip_longest(*lines, fillvalue="(end of the file)"), start=1)
     number, (theirs, ours) = next((k, pair) for k, pair in pairs if pair[0] != pair[1])
     return (

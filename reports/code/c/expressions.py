@@ -137,9 +137,9 @@ class Expressions:
             case Call(function, arguments):
                 return self._call(function, arguments)
 
-    def _bound(self, formula: Formula, least: int) -> str:
+    def _bound(self, formula: Formula, binding: int) -> str:
         text, binds = self._written(formula)
-        return text if binds >= least else f"({text})"
+        return text if binds >= binding else f"({text})"
 
     def _power(self, base: Formula, exponent: Formula) -> Expression:
         if isinstance(exponent, Number) and exponent.value in (2, 3, 4) and not self._widened:
@@ -163,8 +163,8 @@ class Expressions:
             return self._helped(function, *map(self.text, arguments)), _ATOM
         if function in ("first", "last"):
             row = self._row(arguments[0])
-            place = 0 if function == "first" else len(row) - 1
-            return f"{self._table(arguments[0])}[{place}]", _ATOM
+            index = 0 if function == "first" else len(row) - 1
+            return f"{self._table(arguments[0])}[{index}]", _ATOM
         if function in ("line", "slope", "hold"):
             return self._between(function, arguments), _ATOM
         if function == "spline":
@@ -175,9 +175,11 @@ class Expressions:
 
     def _between(self, function: str, arguments: tuple[Formula, ...]) -> str:
         x, nodes, values = arguments
-        count, found = len(self._row(nodes)), len(self._row(values))
-        if count < 2 or not (found == count or (function == "hold" and found == count - 1)):
-            raise ModelError(f"{function} has {count} nodes and {found} values")
+        count, value_count = len(self._row(nodes)), len(self._row(values))
+        if count < 2 or not (
+            value_count == count or (function == "hold" and value_count == count - 1)
+        ):
+            raise ModelError(f"{function} has {count} nodes and {value_count} values")
         return self._helped(
             function, self.text(x), self._table(nodes), self._table(values), str(count)
         )
@@ -191,13 +193,13 @@ class Expressions:
         sizes = (1, len(table.coefficients[0])) if rows == 1 else (
             len(table.coefficients), len(table.coefficients[0])
         )  # fmt: skip
-        wanted = tuple(len(row) - 4 for row in table.knots)
-        if min(wanted) < 4 or sizes[-rows:] != wanted:
-            raise ModelError(f"{name!r} has {sizes} coefficients for its knots, not {wanted}")
-        parts = [self.text(one) for one in arguments[:-1]]
+        required = tuple(len(row) - 4 for row in table.knots)
+        if min(required) < 4 or sizes[-rows:] != required:
+            raise ModelError(f"{name!r} has {sizes} coefficients for its knots, not {required}")
+        texts = [self.text(argument) for argument in arguments[:-1]]
         for k, knots in enumerate(table.knots, start=1):
-            parts += [f"{name}_knots_{k}", str(len(knots))]
-        return self._helped("spline" if rows == 1 else "spline_2", *parts, name)
+            texts += [f"{name}_knots_{k}", str(len(knots))]
+        return self._helped("spline" if rows == 1 else "spline_2", *texts, name)
 
     def _mix(self, arguments: tuple[Formula, ...]) -> str:
         rules, values = arguments[:2]
@@ -212,7 +214,7 @@ class Expressions:
             and all(isinstance(row, tuple) and len(row) == premises for row in table)
         ):
             raise ModelError(f"mix has {count} values, and rules of another size")
-        if not all(one in (0, 1) for row in table if isinstance(row, tuple) for one in row):
+        if not all(number in (0, 1) for row in table if isinstance(row, tuple) for number in row):
             raise ModelError("rules of a mix have numbers other than 0 and 1")
         return self._helped(
             "mix", self._weights_of(rules, arguments[2:], count), self._table(values), str(count)
@@ -245,7 +247,7 @@ class Expressions:
 
     def _row(self, formula: Formula) -> Row:
         row = self._constant(formula)
-        if isinstance(row, tuple) and row and all(isinstance(one, Decimal) for one in row):
+        if isinstance(row, tuple) and row and all(isinstance(number, Decimal) for number in row):
             return row
         raise ModelError(
             f"the gain file is damaged: {self._table(formula)!r} is no row of numbers; give the "
@@ -259,16 +261,16 @@ ESTIMATE = "wind_estimate"
 
 def needed_names(program: ControllerProgram) -> frozenset[str]:
     """Return the names on which outputs and kept values depend; others are not written."""
-    made = {one.name: one.formulas for one in program.assignments}
-    kept = {one.name: (one.start, one.next) for one in program.kept}
+    formulas = {assignment.name: assignment.formulas for assignment in program.assignments}
+    state_formulas = {state.name: (state.start, state.next) for state in program.kept}
     needed: set[str] = set()
-    waiting = [*(one.name for one in program.outputs), *kept]
+    waiting = [*(signal.name for signal in program.outputs), *state_formulas]
     while waiting:
         name = waiting.pop()
         if name in needed:
             continue
         needed.add(name)
-        for formula in (*made.get(name, ()), *kept.get(name, ())):
+        for formula in (*formulas.get(name, ()), *state_formulas.get(name, ())):
             waiting += _read(formula, program)
     return frozenset(needed)
 
@@ -286,9 +288,9 @@ def _read(formula: Formula, program: ControllerProgram) -> Iterator[str]:
         for argument in formula.arguments:
             yield from _read(argument, program)
     elif isinstance(formula, Operation):
-        for part in (formula.left, formula.right):
-            if part is not None:
-                yield from _read(part, program)
+        for operand in (formula.left, formula.right):
+            if operand is not None:
+                yield from _read(operand, program)
     else:
         yield from names_of(formula)
 
@@ -302,105 +304,113 @@ def sample_function(
     returns the status bits of a command at a limit and of a wind estimate that is held.
     """
     names = write.names
-    lines = [f"const {word}_real {names[one.name]} = inputs->{names[one.name]};"
-             for one in program.inputs if one.name in needed]  # fmt: skip
+    lines = [f"const {word}_real {names[signal.name]} = inputs->{names[signal.name]};"
+             for signal in program.inputs if signal.name in needed]  # fmt: skip
     if "sample_time" in needed:
         lines.append(f"const {word}_real {names['sample_time']} = state->sample_time;")
     lines.append("unsigned status = 0u;")
     for stage in program.stages:
         lines += ["", f"/* {comment(stage.name)} */", *_start(stage.kept, word, write)]
-        for one in stage.assignments:
-            if one.name in needed:
-                lines += assignment_lines(one, word, write)
-                lines += _estimate_held(one, stage, word, write)
+        for assignment in stage.assignments:
+            if assignment.name in needed:
+                lines += assignment_lines(assignment, word, write)
+                lines += _estimate_held(assignment, stage, word, write)
     lines.append("")
     for sent in program.outputs:
         lines += _at_limit(sent.name, program, word, write)
         lines.append(f"outputs->{names[sent.name]} = {names[sent.name]};")
     lines += _next(program.kept, write)
     lines.append("return status;")
-    kept = f", {word}_kept *next" if program.kept else ""
+    next_parameter = f", {word}_kept *next" if program.kept else ""
     if not program.kept and "sample_time" not in needed:
         lines.insert(0, "(void)state;")
     head = (
-        f"\n/* One sample: fills outputs{' and the kept values of the next' if kept else ''}. */\n"
+        f"\n/* One sample: fills outputs{' and the kept values of the next' if next_parameter else ''}. */\n"
         f"static unsigned {word}_sample(const {word}_state *state, const {word}_inputs *inputs,\n"
-        f"    {word}_outputs *outputs{kept})\n"
+        f"    {word}_outputs *outputs{next_parameter})\n"
     )
-    return head + "{\n" + "".join(f"    {one}\n" if one else "\n" for one in lines) + "}\n"
+    return head + "{\n" + "".join(f"    {line}\n" if line else "\n" for line in lines) + "}\n"
 
 
-def _start(kept: Sequence[Kept], word: str, write: Expressions) -> Iterator[str]:
+def _start(states: Sequence[Kept], word: str, write: Expressions) -> Iterator[str]:
     """Yield the lines that give a stage's kept values: those of the last sample, or the start."""
-    for one in kept:
-        yield f"{word}_real {write.names[one.name]} = state->kept.{write.names[one.name]};"
-    if not kept:
+    for state in states:
+        yield f"{word}_real {write.names[state.name]} = state->kept.{write.names[state.name]};"
+    if not states:
         return
     yield "if (state->samples == 0u) {"
-    for one in kept:
-        text = write.text(one.start)
+    for state in states:
+        text = write.text(state.start)
         for line in write.taken_before():
             yield f"    {line}"
-        yield f"    {write.names[one.name]} = {text};"
+        yield f"    {write.names[state.name]} = {text};"
     write.forget()
     yield "}"
 
 
-def assignment_lines(one: Assignment, word: str, write: Expressions) -> Iterator[str]:
+def assignment_lines(assignment: Assignment, word: str, write: Expressions) -> Iterator[str]:
     """Yield the statements that give a local variable of type ``{word}_real`` its value."""
-    name = write.names[one.name]
-    note = comment(" ".join(part for part in (f"[{one.unit}]", one.meaning) if part))
-    if not one.near:
-        text = write.text(one.formula)
+    name = write.names[assignment.name]
+    note = comment(
+        " ".join(
+            note_text for note_text in (f"[{assignment.unit}]", assignment.meaning) if note_text
+        )
+    )
+    if not assignment.near:
+        text = write.text(assignment.formula)
         yield from write.taken_before()
         yield f"const {word}_real {name} = {text}; /* {note} */"
         return
     # Near a quotient 0/0 the gain file's ``within`` is so small that a float cannot resolve it:
     # the step is computed in double.
-    wide = write.in_double(one.formulas) if write.suffix else None
+    wide = write.in_double(assignment.formulas) if write.suffix else None
     by, cast = (wide, f"({word}_real)") if wide else (write, "")
 
     def value(formula: Formula) -> str:
         return f"{cast}({by.text(formula)})" if cast else by.text(formula)
 
-    own = value(one.formula)
-    branches = [(_is_near(place, by), value(place.formula)) for place in one.near]
+    formula_text = value(assignment.formula)
+    branches = [(_is_near(near, by), value(near.formula)) for near in assignment.near]
     yield from by.taken_before()
     yield f"{word}_real {name}; /* {note} */"
     for k, (condition, formula) in enumerate(branches):
         yield f"{'} else ' if k else ''}if ({condition}) {{"
         yield f"    {name} = {formula};"
     yield "} else {"
-    yield f"    {name} = {own};"
+    yield f"    {name} = {formula_text};"
     yield "}"
 
 
-def _is_near(place: Near, write: Expressions) -> str:
-    distance = write.text(Call("abs", (place.of,)))
-    return f"{distance} <= {literal(place.within, write.suffix)}"
+def _is_near(near: Near, write: Expressions) -> str:
+    distance = write.text(Call("abs", (near.of,)))
+    return f"{distance} <= {literal(near.within, write.suffix)}"
 
 
-def _estimate_held(one: Assignment, stage: Stage, word: str, write: Expressions) -> Iterator[str]:
+def _estimate_held(
+    assignment: Assignment, stage: Stage, word: str, write: Expressions
+) -> Iterator[str]:
     """Yield the lines that set the status bit where a wind estimate is held.
 
     It is held within the observer's limits and within the winds of the law's tables; and the
     observer's own tables end, for example where the rotor stands.
     """
     conditions = []
-    formula = one.formula
+    formula = assignment.formula
     if any(sent.name == ESTIMATE for sent in stage.sends):
         for call in calls_of(formula):
             conditions += list(_beyond(call, write))
     if isinstance(formula, Call) and formula.function == "limit":
         x, low, high = formula.arguments
-        held = write.names[one.name]
+        limited = write.names[assignment.name]
         if x == Name(ESTIMATE):
-            wanted = write.factor(x)
-            conditions.append(f"{wanted} < {held} || {wanted} > {held}")
-        elif any(sent.formula == Name(one.name) for sent in stage.sends if sent.name == ESTIMATE):
+            unlimited = write.factor(x)
+            conditions.append(f"{unlimited} < {limited} || {unlimited} > {limited}")
+        elif any(
+            sent.formula == Name(assignment.name) for sent in stage.sends if sent.name == ESTIMATE
+        ):
             # The observer stops at its limit, so that reaching it is enough.
             ends = write.factor(low), write.factor(high)
-            conditions.append(f"{held} <= {ends[0]} || {held} >= {ends[1]}")
+            conditions.append(f"{limited} <= {ends[0]} || {limited} >= {ends[1]}")
     yield from write.taken_before()
     if conditions:
         yield f"if ({' || '.join(conditions)}) {{"
@@ -429,22 +439,26 @@ def _at_limit(
     # An output is often only another name of a step: follow the names to the step with ``limit``.
     if name == ESTIMATE:  # It has a status bit of its own.
         return
-    made = {one.name: one for one in program.assignments}
-    found = made[name]
-    while isinstance(found.formula, Name) and found.formula.name in made and not found.near:
-        found = made[found.formula.name]
-    formula = found.formula
-    if found.near or not (isinstance(formula, Call) and formula.function == "limit"):
+    by_name = {assignment.name: assignment for assignment in program.assignments}
+    limiting = by_name[name]
+    while (
+        isinstance(limiting.formula, Name)
+        and limiting.formula.name in by_name
+        and not limiting.near
+    ):
+        limiting = by_name[limiting.formula.name]
+    formula = limiting.formula
+    if limiting.near or not (isinstance(formula, Call) and formula.function == "limit"):
         return
-    wanted, held = write.factor(formula.arguments[0]), write.names[name]
+    unlimited, limited = write.factor(formula.arguments[0]), write.names[name]
     yield from write.taken_before()
-    yield f"if ({wanted} < {held} || {wanted} > {held}) {{"
+    yield f"if ({unlimited} < {limited} || {unlimited} > {limited}) {{"
     yield f"    status |= {word.upper()}_AT_LIMIT;"
     yield "}"
 
 
-def _next(kept: Sequence[Kept], write: Expressions) -> Iterator[str]:
-    for one in kept:
-        text = write.text(one.next)
+def _next(states: Sequence[Kept], write: Expressions) -> Iterator[str]:
+    for state in states:
+        text = write.text(state.next)
         yield from write.taken_before()
-        yield f"next->{write.names[one.name]} = {text};"
+        yield f"next->{write.names[state.name]} = {text};"

@@ -67,32 +67,37 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     reserved = {
         *RESERVED,
         word,
-        *(f"{word}_{one}" for one in (*TEMPLATE_WORDS, *HELPERS)),
-        *(f"{word.upper()}_{one}" for one in TEMPLATE_MACROS),
-        *(f"{one.name}_knots_{k}" for one in program.constants for k in (1, 2)),
+        *(f"{word}_{name}" for name in (*TEMPLATE_WORDS, *HELPERS)),
+        *(f"{word.upper()}_{macro}" for macro in TEMPLATE_MACROS),
+        *(f"{constant.name}_knots_{k}" for constant in program.constants for k in (1, 2)),
     }
     names = identifiers((*program.names(), "sample_time"), reserved, language="C")
     needed = needed_names(program)
-    constants = {one.name: one for one in program.constants if one.name in needed}
+    constants = {
+        constant.name: constant for constant in program.constants if constant.name in needed
+    }
     write = Expressions(names, constants, f"{word}_", suffix)
     sample = sample_function(program, word, needed, write)
     time = start_sample_time(program, settings.sample_time)
-    parts = (
+    sections = (
         _opening(program, word, f"{word}.c", settings, time),
         f'#include "{word}.h"\n\n#include <math.h>\n\n{_FAST_MATH}',
         # Helpers come before the constants: a constant then cannot shadow a name inside a helper.
         helpers(write.helpers, f"{word}_", f"{word}_real", suffix),
-        "".join(constant_text(one, names[one.name], word, write) for one in constants.values()),
+        "".join(
+            constant_text(constant, names[constant.name], word, write)
+            for constant in constants.values()
+        ),
         sample,
         _calls(program, word, write, time),
     )
     return CSource(
         word=word,
         header=_header(program, word, names, settings, time),
-        source="".join(parts),
-        inputs={one.name: names[one.name] for one in program.inputs},
-        outputs={one.name: names[one.name] for one in program.outputs},
-        kept={one.name: names[one.name] for one in program.kept},
+        source="".join(sections),
+        inputs={signal.name: names[signal.name] for signal in program.inputs},
+        outputs={signal.name: names[signal.name] for signal in program.outputs},
+        kept={state.name: names[state.name] for state in program.kept},
         constants={name: names[name] for name in constants},
         status_bits={name: bit for bit, name, _ in status_bits(program)},
         sample_time=time,
@@ -137,7 +142,7 @@ def _header(
         f"#define {word.upper()}_{name} {bit}u /* {meaning} */\n"
         for bit, name, meaning in sorted(status_bits(program))
     )
-    kept = f"    {word}_kept kept;\n" if program.kept else ""
+    states_member = f"    {word}_kept kept;\n" if program.kept else ""
     longest = longest_sample(program)
     long_words = (
         ""
@@ -174,7 +179,7 @@ typedef struct {word}_state {{
     {word}_real sample_time; /* s */
     {word}_inputs inputs;    /* the last good ones */
     {word}_outputs outputs;  /* the last that were sent */
-{kept}}} {word}_state;
+{states_member}}} {word}_state;
 
 /* Start; sample_time in s. Returns 0, or {word.upper()}_SAMPLE_TIME_REFUSED. Then the default
  * sample time is used, and the state is valid.{long_words} */
@@ -207,10 +212,10 @@ def _struct(name: str, members: Iterable[tuple[str, str, str]]) -> str:
     return f"\ntypedef struct {name} {{\n{lines}}} {name};\n"
 
 
-def constant_text(one: Constant, name: str, word: str, write: Expressions) -> str:
+def constant_text(constant: Constant, name: str, word: str, write: Expressions) -> str:
     """Return the definition of a constant; its type is ``{word}_real``."""
-    note = f"/* {comment(one.place)} [{comment(one.unit)}] */"
-    value = one.value
+    note = f"/* {comment(constant.place)} [{comment(constant.unit)}] */"
+    value = constant.value
     if isinstance(value, Decimal):
         return f"\n{note}\nstatic const {word}_real {name} = {literal(value, write.suffix)};\n"
     if isinstance(value, Spline):
@@ -247,9 +252,9 @@ def _filled(numbers: list[str]) -> Iterator[str]:
 
 def _rest_of_output(program: ControllerProgram, name: str) -> Decimal:
     """Return the value of an output before the first sample: its rest in the file, or 0."""
-    for one in program.document.get("inputs", ()):
-        if isinstance(one, Mapping) and one.get("name") == name:
-            return Decimal(one.get("rest") or 0)
+    for entry in program.document.get("inputs", ()):
+        if isinstance(entry, Mapping) and entry.get("name") == name:
+            return Decimal(entry.get("rest") or 0)
     return Decimal(0)
 
 
@@ -257,14 +262,14 @@ def _calls(program: ControllerProgram, word: str, write: Expressions, sample_tim
     """Return the functions that a user calls, with their checks of state and sample time."""
     W, names, suffix = word.upper(), write.names, write.suffix
     zero, time = literal(Decimal(0), suffix), literal(sample_time, suffix)
-    inputs = [names[one.name] for one in program.inputs]
-    outputs = [names[one.name] for one in program.outputs]
-    kept = [names[one.name] for one in program.kept]
-    own = ""
+    inputs = [names[signal.name] for signal in program.inputs]
+    outputs = [names[signal.name] for signal in program.outputs]
+    states = [names[state.name] for state in program.kept]
+    fixed_time = ""
     # A law in discrete time takes its own T only; the tolerance allows for its rounding to float.
     if program.sample_time is not None:
-        near = literal(sample_time * Decimal("1e-6"), suffix)
-        own = f"\n        && fabs{suffix.lower()}(sample_time - {time}) <= {near}"
+        tolerance = literal(sample_time * Decimal("1e-6"), suffix)
+        fixed_time = f"\n        && fabs{suffix.lower()}(sample_time - {time}) <= {tolerance}"
     longest = longest_sample(program)
     long_time, started, long_step = "", "0u", ""
     if longest is not None:
@@ -277,52 +282,53 @@ static unsigned {word}_long_time(const {word}_state *state)
     return state->sample_time > {literal(longest.time, suffix)} ? {W}_SAMPLE_TIME_LONG : 0u;
 }}
 """
-    members = [*(f"inputs.{one}" for one in inputs), *(f"outputs.{one}" for one in outputs),
-               *(f"kept.{one}" for one in kept)]  # fmt: skip
-    whole = "\n        && ".join(f"isfinite(state->{one})" for one in members)
+    members = [*(f"inputs.{signal}" for signal in inputs), *(f"outputs.{signal}" for signal in outputs),
+               *(f"kept.{state}" for state in states)]  # fmt: skip
+    all_finite = "\n        && ".join(f"isfinite(state->{member})" for member in members)
     rests = "".join(
-        f"    state->inputs.{names[one.name]} = {literal(one.rest or Decimal(0), suffix)}; "
-        f"/* rest, {comment(one.unit)} */\n"
-        for one in program.inputs
+        f"    state->inputs.{names[signal.name]} = {literal(signal.rest or Decimal(0), suffix)}; "
+        f"/* rest, {comment(signal.unit)} */\n"
+        for signal in program.inputs
     )
     start = "".join(
-        f"    state->outputs.{names[one.name]} = "
-        f"{literal(_rest_of_output(program, one.name), suffix)};\n"
-        for one in program.outputs
-    ) + "".join(f"    state->kept.{one} = {zero};\n" for one in kept)
+        f"    state->outputs.{names[signal.name]} = "
+        f"{literal(_rest_of_output(program, signal.name), suffix)};\n"
+        for signal in program.outputs
+    ) + "".join(f"    state->kept.{state} = {zero};\n" for state in states)
     first = " && ".join(
-        [f"isfinite(sent.{one})" for one in outputs] + [f"isfinite(next.{one})" for one in kept]
+        [f"isfinite(sent.{signal})" for signal in outputs]
+        + [f"isfinite(next.{state})" for state in states]
     )
-    target = "&sent, &next" if kept else "&sent"
+    target = "&sent, &next" if states else "&sent"
     good = "".join(
-        f"""    if (isfinite({source}.{one})) {{
-        state->{place}.{one} = {source}.{one};
+        f"""    if (isfinite({source}.{member})) {{
+        state->{struct}.{member} = {source}.{member};
     }} else {{
         status |= {W}_RESULT_NOT_FINITE;
     }}
 """
-        for source, place, every in (("sent", "outputs", outputs), ("next", "kept", kept))
-        for one in every
+        for source, struct, every in (("sent", "outputs", outputs), ("next", "kept", states))
+        for member in every
     )
     messages = "".join(
         f'    if ((status & {W}_{name}) != 0u) {{\n        return "{meaning}";\n    }}\n'
         for _, name, meaning in status_bits(program)
     )
-    next_ = f"    {word}_kept next;\n" if kept else ""
+    next_ = f"    {word}_kept next;\n" if states else ""
     return f"""
 /* The mark of a state that {word}_init has filled. */
 #define {W}_READY 0x54414B41u
 
 static int {word}_good_time({word}_real sample_time)
 {{
-    return isfinite(sample_time) && sample_time > {zero}{own};
+    return isfinite(sample_time) && sample_time > {zero}{fixed_time};
 }}
 {long_time}
 /* Whether these functions made a state; false for a zeroed or damaged one. */
 static int {word}_is_ready(const {word}_state *state)
 {{
     return state->ready == {W}_READY && {word}_good_time(state->sample_time)
-        && {whole};
+        && {all_finite};
 }}
 
 /* The values before the first sample: inputs and outputs at rest. */
@@ -385,12 +391,12 @@ const char *{word}_message(unsigned status)
 
 def _seen(program: ControllerProgram, word: str, write: Expressions) -> Iterator[str]:
     """Yield the lines that take over finite inputs and set the status bits of the others."""
-    for one in program.inputs:
-        name, W = write.names[one.name], word.upper()
+    for signal in program.inputs:
+        name, W = write.names[signal.name], word.upper()
         yield f"    if (isfinite(inputs->{name})) {{\n"
         yield f"        state->inputs.{name} = inputs->{name};\n"
-        if one.range is not None:
-            low, high = (literal(end, write.suffix) for end in reported_range(one.range))
+        if signal.range is not None:
+            low, high = (literal(end, write.suffix) for end in reported_range(signal.range))
             yield f"        if (inputs->{name} < {low} || inputs->{name} > {high}) {{\n"
             yield f"            status |= {W}_INPUT_OUTSIDE;\n        }}\n"
         yield f"    }} else {{\n        status |= {W}_INPUT_NOT_FINITE;\n    }}\n"

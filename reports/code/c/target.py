@@ -25,8 +25,8 @@ def self_test(program: ControllerProgram, c: CSource, settings: ExportSettings) 
     rows = _known(program, float(c.sample_time))
     suffix = "F" if settings.precision == "float" else ""
     n, m = len(program.inputs), len(program.outputs)
-    given = _rows([[one[s.name] for s in program.inputs] for one, _ in rows], suffix)
-    wanted = _rows([[one[s.name] for s in program.outputs] for _, one in rows], suffix)
+    input_rows = _rows([[values[s.name] for s in program.inputs] for values, _ in rows], suffix)
+    output_rows = _rows([[values[s.name] for s in program.outputs] for _, values in rows], suffix)
     largest = [max((abs(o[s.name]) for _, o in rows), default=0) for s in program.outputs]
     tolerance = TOLERANCES[settings.precision]
     sizes = ", ".join(f"{size!r}{suffix}" for size in largest)
@@ -48,12 +48,12 @@ def self_test(program: ControllerProgram, c: CSource, settings: ExportSettings) 
 #define SAMPLES {len(rows)}
 
 static const {word}_real given[SAMPLES][{n}] = {{
-{given}
+{input_rows}
 }};
 
 /* Correct outputs, computed by takagi from the gain file. */
 static const {word}_real wanted[SAMPLES][{m}] = {{
-{wanted}
+{output_rows}
 }};
 
 static const {word}_real largest[{m}] = {{ {sizes} }};
@@ -98,7 +98,7 @@ def _known(
 ) -> list[tuple[dict[str, float], dict[str, float]]]:
     """Return inputs and outputs of each sample, up to the first without a finite value."""
     run = ProgramRun(program)
-    found: list[tuple[dict[str, float], dict[str, float]]] = []
+    samples: list[tuple[dict[str, float], dict[str, float]]] = []
     for k in range(SAMPLES):
         inputs = {s.name: wave(s, k, j) for j, s in enumerate(program.inputs)}
         try:
@@ -107,8 +107,8 @@ def _known(
             break
         if not all(map(math.isfinite, (*outputs.values(), *run.kept.values()))):
             break
-        found.append((inputs, outputs))
-    return found or [
+        samples.append((inputs, outputs))
+    return samples or [
         ({s.name: 0.0 for s in program.inputs}, {s.name: 0.0 for s in program.outputs})
     ]
 
@@ -184,7 +184,7 @@ def page(program: ControllerProgram, c: CSource, settings: ExportSettings) -> st
     outputs = "".join(
         f"| `{c.outputs[s.name]}` | {s.unit} | {s.meaning} |\n" for s in program.outputs
     )
-    kept = "".join(f"| `{c.kept[s.name]}` | {s.unit} | {s.meaning} |\n" for s in program.kept)
+    state_rows = "".join(f"| `{c.kept[s.name]}` | {s.unit} | {s.meaning} |\n" for s in program.kept)
     bits = "".join(
         f"| {bit} | `{W}_{name}` | {text} |\n" for bit, name, text in sorted(status_bits(program))
     )
@@ -194,7 +194,9 @@ def page(program: ControllerProgram, c: CSource, settings: ExportSettings) -> st
         else f"`{word}_init` takes the time between two steps in s; a state without a valid time "
         f"starts with {c.sample_time} s.{_longest(program)}"
     )
-    kept_table = f"\n## Kept from step to step\n\n| name | unit | meaning |\n|---|---|---|\n{kept}"
+    kept_table = (
+        f"\n## Kept from step to step\n\n| name | unit | meaning |\n|---|---|---|\n{state_rows}"
+    )
     proof = f"""
     takagi check CERTIFICATE --gains GAINS --c-source {word}.c
 
@@ -227,7 +229,7 @@ at rest. Outside the range the input is used as it is, and a status bit says so.
 |---|---|---|
 {outputs}
 Outputs are always finite. If a result is not finite, the output keeps its last value.
-{kept_table if kept else ""}
+{kept_table if state_rows else ""}
 ## Status bits
 
 | bit | word | meaning |

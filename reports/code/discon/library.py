@@ -36,7 +36,7 @@ class _Variant:
         """Return the names that the templates use for this law."""
         word, out = self.law.word, self.law.outputs
         observed = out.get("wind_estimate")
-        seen = f"(double)out.{observed}" if observed else "wind"
+        wind_value = f"(double)out.{observed}" if observed else "wind"
         return {
             "source": self.source,
             "meaning": self.meaning,
@@ -45,7 +45,7 @@ class _Variant:
             "inputs": list(self.law.inputs.items()),
             "torque": out["torque_sent"],
             "pitch": out["pitch_sent"],
-            "wind": seen,
+            "wind": wind_value,
         }
 
 
@@ -59,10 +59,13 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     _require_turbine(program)
     variants = tuple(_variants(program, settings))
     context = _context(program, variants, settings)
-    made: dict[str, bytes | str] = {}
-    for one in variants:
-        made[f"{one.law.word}.h"], made[f"{one.law.word}.c"] = one.law.header, one.law.source
-    made |= {name: _filled(name, context) for name in TEMPLATES}
+    files: dict[str, bytes | str] = {}
+    for variant in variants:
+        files[f"{variant.law.word}.h"], files[f"{variant.law.word}.c"] = (
+            variant.law.header,
+            variant.law.source,
+        )
+    files |= {name: _filled(name, context) for name in TEMPLATES}
     use = {
         "Makefile": f"make: gives {context['library']}",
         "DISCON.IN": "settings, each explained; the simulator's DLL_InFile",
@@ -70,7 +73,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
         "discon.c": "the calls of the interface, around the law",
         "discon_files.c": "input file and checkpoints",
     }
-    return Exported(made, use | {f"{v.law.word}.c": f"the law, {v.meaning}" for v in variants})
+    return Exported(files, use | {f"{v.law.word}.c": f"the law, {v.meaning}" for v in variants})
 
 
 def _require_turbine(program: ControllerProgram) -> None:
@@ -79,13 +82,13 @@ def _require_turbine(program: ControllerProgram) -> None:
             f"--to discon was given for {program.plant}, which is no turbine: the interface has "
             "records for torque and pitch alone; take --to c or --to fmu"
         )
-    sent = {one.name for one in program.outputs}
+    sent = {signal.name for signal in program.outputs}
     if not {"torque_sent", "pitch_sent"} <= sent:
         raise ModelError(
             "--to discon needs the program 'rate limits', for simulators may have none; leave out "
             "--without 'rate limits'"
         )
-    unknown = [one.name for one in program.inputs if one.name not in READ]
+    unknown = [signal.name for signal in program.inputs if signal.name not in READ]
     if unknown:
         raise ModelError(
             f"--to discon has no record for {unknown[0]!r}, which the law reads; take --to c"
@@ -94,21 +97,23 @@ def _require_turbine(program: ControllerProgram) -> None:
 
 def _variants(program: ControllerProgram, settings: ExportSettings) -> Iterator[_Variant]:
     """Yield the laws; the first is the default."""
-    read = {one.name for one in program.inputs}
-    given = "the wind of record 27, as the simulator gives it"
+    read = {signal.name for signal in program.inputs}
+    measured_wind = "the wind of record 27, as the simulator gives it"
     if "wind_estimate" in read:
-        yield _Variant("record27", given, c_source(program, settings))
+        yield _Variant("record27", measured_wind, c_source(program, settings))
         return
     if "wind_guess" not in read:
         yield _Variant("none", "the law reads no wind", c_source(program, settings))
         return
     guess = "the estimate from speed, pitch and torque; record 27 is its first guess alone"
     yield _Variant("observer", guess, c_source(program, settings))
-    limits = [one.name for one in program.stages]
-    left_out = [one["name"] for one in program.document["programs"] if one["name"] not in limits]
+    limits = [stage.name for stage in program.stages]
+    left_out = [
+        entry["name"] for entry in program.document["programs"] if entry["name"] not in limits
+    ]
     without = controller_program(program.document, without=["observer", *left_out])
     named = replace(without, plant=f"{program.plant} wind given")
-    yield _Variant("record27", given, c_source(named, settings))
+    yield _Variant("record27", measured_wind, c_source(named, settings))
 
 
 def _context(
@@ -122,14 +127,14 @@ def _context(
         "title": comment(program.name),
         "word": word,
         "library": f"lib{word}_discon.so",
-        "variants": [one.members() for one in variants],
+        "variants": [variant.members() for variant in variants],
         "version": document["version"],
         "sha256": program.hashes.get("gains", "none"),
         "proof": as_list(proof_lines(program)),
         "has_lead": lead > 0,
         "gear_ratio": _double(document.get("rotor", law)["gear_ratio"]),
-        "torque": [_double(one) for one in limits["torque"]],
-        "pitch": [_double(one) for one in limits["pitch"]],
+        "torque": [_double(end) for end in limits["torque"]],
+        "pitch": [_double(end) for end in limits["pitch"]],
         "pitch_rate": limits["pitch_rate"],
         "usual_step": _double(variants[0].law.sample_time),
         "sample_time": repr(settings.sample_time or 0),
@@ -142,12 +147,12 @@ def _context(
 
 def _own_filter(program: ControllerProgram) -> str:
     """Return the sentence of the input file on the low-pass inside the law."""
-    if not any(one.name == "speed filter" for one in program.stages):
+    if not any(stage.name == "speed filter" for stage in program.stages):
         return "The law is proved without one."
     stated = program.document["measurement"]
     corner, stop = stated["speed_filter"], stated.get("torsion_filter")
-    own = f" and a band-stop at {stop['frequency']} rad/s" if stop else ""
-    return f"The law has one of {corner} rad/s{own} of its own, so that this one would be a second."
+    band_stop = f" and a band-stop at {stop['frequency']} rad/s" if stop else ""
+    return f"The law has one of {corner} rad/s{band_stop} of its own, so that this one would be a second."
 
 
 def _double(number: Any) -> str:

@@ -25,14 +25,20 @@ LOGS = (("logStatusWarning", "said once"), ("logStatusError", "why a call was re
 def model_description_3(model: FmuModel, token: str) -> str:
     """Return the description of an FMU of FMI 3.0."""
     variables = [
-        _element("Float64", name=one.name, valueReference=place, **_kind(one), **_real(one))
-        for place, one in enumerate(model.variables)
+        _element(
+            "Float64",
+            name=variable.name,
+            valueReference=reference,
+            **_kind(variable),
+            **_real(variable),
+        )
+        for reference, variable in enumerate(model.variables)
     ]
     outputs = [*_outputs(model), len(model.variables)]
     unknown = [
-        place
-        for place in outputs
-        if place == len(model.variables) or model.variables[place].start is None
+        reference
+        for reference in outputs
+        if reference == len(model.variables) or model.variables[reference].start is None
     ]
     variables.append(
         _element("UInt32", name="status", valueReference=len(model.variables), **_status(model))
@@ -49,8 +55,8 @@ def model_description_3(model: FmuModel, token: str) -> str:
         ),
         variables,
         (
-            *(_element("Output", valueReference=place) for place in outputs),
-            *(_element("InitialUnknown", valueReference=place) for place in unknown),
+            *(_element("Output", valueReference=reference) for reference in outputs),
+            *(_element("InitialUnknown", valueReference=reference) for reference in unknown),
         ),
     )
 
@@ -60,12 +66,12 @@ def model_description_2(model: FmuModel, token: str, sources: Iterable[str]) -> 
     variables = [
         _element(
             "ScalarVariable",
-            (_element("Real", **_real(one)),),
-            name=one.name,
-            valueReference=place,
-            **_kind(one),
+            (_element("Real", **_real(variable)),),
+            name=variable.name,
+            valueReference=reference,
+            **_kind(variable),
         )
-        for place, one in enumerate(model.variables)
+        for reference, variable in enumerate(model.variables)
     ]
     status = len(model.variables)
     variables.append(
@@ -79,7 +85,9 @@ def model_description_2(model: FmuModel, token: str, sources: Iterable[str]) -> 
     )
     # Places are counted from 1 here.
     outputs = [*_outputs(model), status]
-    unknown = [one for one in outputs if one == status or model.variables[one].start is None]
+    unknown = [
+        index for index in outputs if index == status or model.variables[index].start is None
+    ]
     files = tuple(_element("File", name=name) for name in sources)
     return _whole(
         model,
@@ -95,8 +103,10 @@ def model_description_2(model: FmuModel, token: str, sources: Iterable[str]) -> 
         ),
         variables,
         (
-            _element("Outputs", (_element("Unknown", index=one + 1) for one in outputs)),
-            _element("InitialUnknowns", (_element("Unknown", index=one + 1) for one in unknown)),
+            _element("Outputs", (_element("Unknown", index=index + 1) for index in outputs)),
+            _element(
+                "InitialUnknowns", (_element("Unknown", index=index + 1) for index in unknown)
+            ),
         ),
     )
 
@@ -104,11 +114,11 @@ def model_description_2(model: FmuModel, token: str, sources: Iterable[str]) -> 
 def build_description(model: FmuModel, sources: Iterable[str]) -> str:
     """Return buildDescription.xml of FMI 3.0: how the sources become a library."""
     files = tuple(_element("SourceFile", name=name) for name in sources)
-    parts = (
+    elements = (
         _element("SourceFileSet", files, language="C99"),
         _element("Library", name="m", external="true"),
     )
-    configuration = _element("BuildConfiguration", parts, modelIdentifier=model.word)
+    configuration = _element("BuildConfiguration", elements, modelIdentifier=model.word)
     return HEAD + _element("fmiBuildDescription", (configuration,), fmiVersion="3.0") + "\n"
 
 
@@ -120,7 +130,7 @@ def _whole(
     structure: Iterable[str],
 ) -> str:
     step = float(model.c.sample_time)
-    parts = (
+    elements = (
         interface,
         _element("UnitDefinitions", _units(model)),
         _element(
@@ -130,16 +140,16 @@ def _whole(
         _element("ModelVariables", variables),
         _element("ModelStructure", structure),
     )
-    about = " ".join(proof_lines(model.program))
+    description = " ".join(proof_lines(model.program))
     gains = model.program.hashes.get("gains")
     if gains:
-        about += f", SHA-256 of its gains {gains}"
+        description += f", SHA-256 of its gains {gains}"
     root = _element(
         "fmiModelDescription",
-        parts,
+        elements,
         **version,
         modelName=model.title,
-        description=about,
+        description=description,
         generationTool="takagi",
         variableNamingConvention="flat",
     )
@@ -147,37 +157,43 @@ def _whole(
 
 
 def _outputs(model: FmuModel) -> list[int]:
-    return [place for place, one in enumerate(model.variables) if CAUSALITY[one.role] == "output"]
+    return [
+        reference
+        for reference, variable in enumerate(model.variables)
+        if CAUSALITY[variable.role] == "output"
+    ]
 
 
 def _units(model: FmuModel) -> Iterator[str]:
-    for unit in dict.fromkeys(one.unit for one in model.variables if one.unit not in ("", "-")):
+    for unit in dict.fromkeys(
+        variable.unit for variable in model.variables if variable.unit not in ("", "-")
+    ):
         exponents = base_units(unit)
         base = () if exponents is None else (_element("BaseUnit", (), **exponents),)
         yield _element("Unit", base, name=unit)
 
 
-def _kind(one: Variable) -> dict[str, str]:
+def _kind(variable: Variable) -> dict[str, str]:
     """Return causality, variability, initial and description."""
-    found = {"causality": CAUSALITY[one.role]}
-    if one.role == "parameter":
-        found["variability"] = "fixed"
+    attributes = {"causality": CAUSALITY[variable.role]}
+    if variable.role == "parameter":
+        attributes["variability"] = "fixed"
     else:
-        found["variability"] = "continuous" if one.continuous else "discrete"
-    if one.role == "parameter":
-        found["initial"] = "exact"
-    elif one.role in ("output", "kept"):
-        found["initial"] = "calculated"
-    if one.description:
-        found["description"] = one.description
-    return found
+        attributes["variability"] = "continuous" if variable.continuous else "discrete"
+    if variable.role == "parameter":
+        attributes["initial"] = "exact"
+    elif variable.role in ("output", "kept"):
+        attributes["initial"] = "calculated"
+    if variable.description:
+        attributes["description"] = variable.description
+    return attributes
 
 
-def _real(one: Variable) -> dict[str, str]:
-    found = {} if one.unit in ("", "-") else {"unit": one.unit}
-    if one.start is not None:
-        found["start"] = repr(float(one.start))
-    return found
+def _real(variable: Variable) -> dict[str, str]:
+    attributes = {} if variable.unit in ("", "-") else {"unit": variable.unit}
+    if variable.start is not None:
+        attributes["start"] = repr(float(variable.start))
+    return attributes
 
 
 def _status(model: FmuModel) -> dict[str, str]:
@@ -209,11 +225,11 @@ def base_units(unit: str) -> dict[str, int] | None:
     None for a text that is no SI unit; signals of a gain file are in SI.
     """
     try:
-        found = parse_unit(unit)
+        parsed = parse_unit(unit)
     except ModelError:
         return None
-    powers = found.dimension.exponents
-    if not found.is_si or any(power.denominator != 1 for power in powers):
+    powers = parsed.dimension.exponents
+    if not parsed.is_si or any(power.denominator != 1 for power in powers):
         return None
     exponents = {name: int(power) for name, power in zip(BASE, powers, strict=True)}
     exponents["rad"] = _radians(unit)

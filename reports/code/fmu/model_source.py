@@ -55,42 +55,56 @@ class FmuModel:
 def fmu_model(program: ControllerProgram, c: CSource) -> FmuModel:
     """Return the law as a model."""
     # Key, role, unit, description, start and whether it is continuous.
-    parts: list[tuple[str, str, str, str, Decimal | None, bool]] = [
+    rows: list[tuple[str, str, str, str, Decimal | None, bool]] = [
         ("time", "time", "s", "", None, True),
         ("sample_time", "parameter", "s", "from one sample of the law to the next",
          c.sample_time, False),
     ]  # fmt: skip
-    parts += [
-        (one.name, "input", one.unit, _meaning(one, program), one.rest or Decimal(0), True)
-        for one in program.inputs
+    rows += [
+        (
+            signal.name,
+            "input",
+            signal.unit,
+            _meaning(signal, program),
+            signal.rest or Decimal(0),
+            True,
+        )
+        for signal in program.inputs
     ]
-    parts += [(one.name, "output", one.unit, one.meaning, None, False) for one in program.outputs]
-    parts += [(one.name, "kept", one.unit, one.meaning, None, False) for one in program.kept]
-    own = [key for key, role, _, _, _, _ in parts if role not in ("time", "parameter")]
-    names = identifiers(own, RESERVED, language="an FMU") | {key: key for key in RESERVED}
-    variables = tuple(Variable(part[0], names[part[0]], *part[1:]) for part in parts)
+    rows += [
+        (signal.name, "output", signal.unit, signal.meaning, None, False)
+        for signal in program.outputs
+    ]
+    rows += [(state.name, "kept", state.unit, state.meaning, None, False) for state in program.kept]
+    keys = [key for key, role, _, _, _, _ in rows if role not in ("time", "parameter")]
+    names = identifiers(keys, RESERVED, language="an FMU") | {key: key for key in RESERVED}
+    variables = tuple(Variable(row[0], names[row[0]], *row[1:]) for row in rows)
     return FmuModel(c.word, program.name, program, c, variables)
 
 
 def _meaning(signal: Signal, program: ControllerProgram) -> str:
     """Return the meaning of a signal, with the range in which the model holds."""
-    parts = [signal.meaning]
-    for one in program.document.get("states", ()):
-        if isinstance(one, Mapping) and one.get("name") == signal.name:
-            parts.append(str(one.get("description") or ""))
+    sentences = [signal.meaning]
+    for state in program.document.get("states", ()):
+        if isinstance(state, Mapping) and state.get("name") == signal.name:
+            sentences.append(str(state.get("description") or ""))
     if signal.range is not None:
-        parts.append(f"the model holds in [{signal.range[0]}, {signal.range[1]}]")
-    return "; ".join(part for part in parts if part)
+        sentences.append(f"the model holds in [{signal.range[0]}, {signal.range[1]}]")
+    return "; ".join(sentence for sentence in sentences if sentence)
 
 
 def model_header(model: FmuModel, token: str) -> str:
     """Return ``model.h``; an importer must pass ``token`` to show that it has this description."""
     c = model.c
-    places = {one.key: f"AT_{one.name}" for one in model.variables}
+    references = {variable.key: f"AT_{variable.name}" for variable in model.variables}
     kinds = {"input": "MODEL_INPUT", "parameter": "MODEL_PARAMETER"}
-    enum = "".join(f"    AT_{one.name},\n" for one in model.variables)
-    start = "".join(f"    {_number(one.start)}, /* {one.name} */\n" for one in model.variables)
-    kind = "".join(f"    {kinds.get(one.role, 'MODEL_RESULT')},\n" for one in model.variables)
+    enum = "".join(f"    AT_{variable.name},\n" for variable in model.variables)
+    start = "".join(
+        f"    {_number(variable.start)}, /* {variable.name} */\n" for variable in model.variables
+    )
+    kind = "".join(
+        f"    {kinds.get(variable.role, 'MODEL_RESULT')},\n" for variable in model.variables
+    )
     return f"""/* model.h: {comment(model.title)}
  *
  * Written by takagi.  The law is in {c.word}.c, with the decimals of its gain file.
@@ -140,7 +154,7 @@ static const char *model_prepare(model *m)
     return NULL;
 }}
 
-{_sample(model, places)}
+{_sample(model, references)}
 static const char *model_message(unsigned status)
 {{
     return {c.word}_message(status);
@@ -155,23 +169,24 @@ def _number(value: Decimal | None) -> str:
 
 
 def _time_needed(model: FmuModel) -> str:
-    own = model.program.sample_time
+    fixed_time = model.program.sample_time
     longest = longest_sample(model.program)
-    if own is not None:
-        return f"the law is one for {own} s"
+    if fixed_time is not None:
+        return f"the law is one for {fixed_time} s"
     if longest is not None:
         return f"a time above 0 s and at most {longest.time} s is needed, since {longest.reason}"
     return "a time above 0 s is needed"
 
 
-def _sample(model: FmuModel, places: Mapping[str, str]) -> str:
+def _sample(model: FmuModel, references: Mapping[str, str]) -> str:
     c, word = model.c, model.c.word
     lines = [
-        f"in.{member} = ({word}_real)m->real[{places[name]}];" for name, member in c.inputs.items()
+        f"in.{member} = ({word}_real)m->real[{references[name]}];"
+        for name, member in c.inputs.items()
     ]
     lines.append(f"status = {word}_step(&m->law, &in, &out);")
-    lines += _results(c.outputs, places, "out")
-    lines += _results(c.kept, places, "m->law.kept")
+    lines += _results(c.outputs, references, "out")
+    lines += _results(c.kept, references, "m->law.kept")
     body = "".join(f"    {line}\n" for line in lines)
     return f"""/* One sample of the law, with the inputs as they are; returns its status bits. */
 static unsigned model_sample(model *m)
@@ -184,8 +199,11 @@ static unsigned model_sample(model *m)
 """
 
 
-def _results(members: Mapping[str, Any], places: Mapping[str, str], owner: str) -> Iterable[str]:
-    found: Sequence[str] = [
-        f"m->real[{places[name]}] = (double){owner}.{member};" for name, member in members.items()
+def _results(
+    members: Mapping[str, Any], references: Mapping[str, str], owner: str
+) -> Iterable[str]:
+    assignments: Sequence[str] = [
+        f"m->real[{references[name]}] = (double){owner}.{member};"
+        for name, member in members.items()
     ]
-    return found
+    return assignments

@@ -66,22 +66,22 @@ def library(sources: Mapping[str, str], compiled: Iterable[str]) -> Library:
     )
     folder = {"windows": "win64", "darwin": "darwin64", "linux": "linux64"}[system]
     suffix = {"windows": ".dll", "darwin": ".dylib", "linux": ".so"}[system]
-    place = Library(f"{machine}-{system}", folder if machine == "x86_64" else None, suffix, None)
+    target = Library(f"{machine}-{system}", folder if machine == "x86_64" else None, suffix, None)
     compiler = next(filter(None, map(shutil.which, COMPILERS)), None)
     if compiler is None:
-        return place._replace(why_not=f"no C compiler was found ({', '.join(COMPILERS)})")
+        return target._replace(why_not=f"no C compiler was found ({', '.join(COMPILERS)})")
     with tempfile.TemporaryDirectory() as folder_name:
         for name, text in sources.items():
             Path(folder_name, name).write_text(text, encoding="utf-8")
         # The names have no folders, so that the library does not contain the folder's path.
         command = [compiler, *FLAGS, *compiled, "-o", f"made{suffix}", "-lm"]
-        done = subprocess.run(
+        process = subprocess.run(
             command, cwd=folder_name, capture_output=True, text=True, errors="replace", check=False
         )
-        if done.returncode != 0:
-            said = (done.stderr.strip() or "it says nothing").splitlines()[0]
-            return place._replace(why_not=f"{compiler} could not compile them: {said}")
-        return place._replace(content=Path(folder_name, f"made{suffix}").read_bytes())
+        if process.returncode != 0:
+            first_line = (process.stderr.strip() or "it says nothing").splitlines()[0]
+            return target._replace(why_not=f"{compiler} could not compile them: {first_line}")
+        return target._replace(content=Path(folder_name, f"made{suffix}").read_bytes())
 
 
 def archive(files: Mapping[str, bytes | str]) -> bytes:
@@ -109,8 +109,8 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     use: dict[str, str] = {}
     for version, ending in ((3, ""), (2, "_fmi2")):
         name = f"{model.word}{ending}.fmu"
-        files[name], held = _fmu(model, version)
-        use[name] = f"FMI {version}.0 co-simulation: the law, {held}"
+        files[name], content_words = _fmu(model, version)
+        use[name] = f"FMI {version}.0 co-simulation: the law, {content_words}"
     return Exported(files, use)
 
 
@@ -118,20 +118,20 @@ def fmu_sources(model: FmuModel, version: int) -> tuple[dict[str, str], str]:
     """Return file name -> text of an FMU's sources, and the token of exactly these sources."""
     package = package_files("takagi.reports.code.fmu")
     word = model.c.word
-    found = {f"{word}.c": model.c.source, f"fmi{version}.c": "", f"{word}.h": model.c.header}
+    texts = {f"{word}.c": model.c.source, f"fmi{version}.c": "", f"{word}.h": model.c.header}
     for name in (f"fmi{version}.c", "runner.h"):
-        found[name] = (package / name).read_text(encoding="utf-8")
-    content = "\n".join((*found.values(), model_header(model, "")))
+        texts[name] = (package / name).read_text(encoding="utf-8")
+    content = "\n".join((*texts.values(), model_header(model, "")))
     digest = hashlib.sha256(content.encode()).hexdigest()
     token = f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
-    return {**found, "model.h": model_header(model, token)}, token
+    return {**texts, "model.h": model_header(model, token)}, token
 
 
 def _fmu(model: FmuModel, version: int) -> tuple[bytes, str]:
     """Return the file, and what is in it in words."""
     sources, token = fmu_sources(model, version)
     compiled = [name for name in sources if name.endswith(".c")]
-    made = library(sources, compiled)
+    compiled_library = library(sources, compiled)
     files: dict[str, bytes | str] = {}
     if version == 3:
         files["modelDescription.xml"] = model_description_3(model, token)
@@ -140,11 +140,13 @@ def _fmu(model: FmuModel, version: int) -> tuple[bytes, str]:
         files["modelDescription.xml"] = model_description_2(model, token, compiled)
     files["documentation/index.html"] = _page(model)
     files |= {f"sources/{name}": text for name, text in sources.items()}
-    place = _place(made, version)
-    if made.content is not None and place is not None:
-        files[f"binaries/{place}/{model.word}{made.suffix}"] = made.content
-        return archive(files), f"with sources and a library for {place}"
-    why = made.why_not or f"FMI 2.0 has no word for {made.platform}"
+    binaries_folder = _place(compiled_library, version)
+    if compiled_library.content is not None and binaries_folder is not None:
+        files[f"binaries/{binaries_folder}/{model.word}{compiled_library.suffix}"] = (
+            compiled_library.content
+        )
+        return archive(files), f"with sources and a library for {binaries_folder}"
+    why = compiled_library.why_not or f"FMI 2.0 has no word for {compiled_library.platform}"
     return archive(files), f"sources alone, which your tool has to compile: {why}"
 
 
@@ -160,5 +162,5 @@ def _page(model: FmuModel) -> str:
     )
 
 
-def _place(made: Library, version: int) -> str | None:
-    return made.platform if version == 3 else made.folder
+def _place(compiled_library: Library, version: int) -> str | None:
+    return compiled_library.platform if version == 3 else compiled_library.folder

@@ -125,9 +125,9 @@ end
 
 def words_of(program: ControllerProgram) -> dict[str, str]:
     """Return name of the program -> identifier in MATLAB, which must not begin with ``_``."""
-    own = {name: name.lstrip("_") or "x" for name in program.names()}
-    found = identifiers(own.values(), RESERVED, language="MATLAB")
-    return {name: found[word] for name, word in own.items()}
+    stripped = {name: name.lstrip("_") or "x" for name in program.names()}
+    unique = identifiers(stripped.values(), RESERVED, language="MATLAB")
+    return {name: unique[word] for name, word in stripped.items()}
 
 
 def start_function(program: ControllerProgram, word: str, time: Decimal) -> str:
@@ -140,10 +140,12 @@ def start_function(program: ControllerProgram, word: str, time: Decimal) -> str:
         "state.started = false;",
         f"state.sample_time = {time};",
     ]
-    lines += [f"state.inputs.{names[one.name]} = {one.rest or 0};" for one in program.inputs]
-    lines += [f"state.outputs.{names[one.name]} = 0;" for one in program.outputs]
+    lines += [
+        f"state.inputs.{names[signal.name]} = {signal.rest or 0};" for signal in program.inputs
+    ]
+    lines += [f"state.outputs.{names[signal.name]} = 0;" for signal in program.outputs]
     lines += ["state.kept = struct();"]
-    lines += [f"state.kept.{names[one.name]} = 0;" for one in program.kept]
+    lines += [f"state.kept.{names[state.name]} = 0;" for state in program.kept]
     return "\n".join([*lines, "end"]) + "\n"
 
 
@@ -156,7 +158,7 @@ class _Writing:
     def __init__(self, program: ControllerProgram, word: str) -> None:
         self.program, self.word = program, word
         self.names = words_of(program)
-        self.constants = {one.name for one in program.constants}
+        self.constants = {constant.name for constant in program.constants}
 
     def lines(self) -> Iterator[str]:
         program, word = self.program, self.word
@@ -167,9 +169,9 @@ class _Writing:
         yield f"%   SI units, angles in rad. Start from {word}_start()."
         yield "%   The numbers are those of the gain file."
         for kind, signals in (("inputs", program.inputs), ("outputs", program.outputs)):
-            for one in signals:
-                told = _line(f"{one.meaning} [{one.unit}]")
-                yield f"%   {kind}.{self.names[one.name]}: {told}"
+            for signal in signals:
+                signal_words = _line(f"{signal.meaning} [{signal.unit}]")
+                yield f"%   {kind}.{self.names[signal.name]}: {signal_words}"
         yield "%   status is 0 or a sum of"
         for number, _, text in sorted(status_bits(program, REPORTED)):
             yield f"%     {number}  {text}"
@@ -187,16 +189,16 @@ class _Writing:
 
     def _constant(self, constant: Constant) -> Iterator[str]:
         name, value = self.names[constant.name], constant.value
-        told = f"  % {_line(constant.unit)}; {constant.place}"
+        note = f"  % {_line(constant.unit)}; {constant.place}"
         if isinstance(value, Spline):
             for k, knots in enumerate(value.knots, start=1):
-                yield f"{name}.knots{k} = {_matrix([knots])};{told}"
+                yield f"{name}.knots{k} = {_matrix([knots])};{note}"
             yield f"{name}.coefficients = {_matrix(value.coefficients)};"
         elif isinstance(value, Decimal):
-            yield f"{name} = {value};{told}"
+            yield f"{name} = {value};{note}"
         else:
             rows = value if isinstance(value[0], tuple) else [value]
-            yield f"{name} = {_matrix(rows)};{told}"
+            yield f"{name} = {_matrix(rows)};{note}"
 
     def _read(self) -> Iterator[str]:
         fixed = self.program.sample_time
@@ -211,22 +213,22 @@ class _Writing:
         if longest is not None:
             yield f"if T > {longest.time}, status = status + {BIT['SAMPLE_TIME_LONG']}; end"
         yield "ready = true;"
-        for one in self.program.inputs:
-            name = self.names[one.name]
+        for signal in self.program.inputs:
+            name = self.names[signal.name]
             yield f"if isfinite(inputs.{name}), state.inputs.{name} = inputs.{name}; "[:-1]
             yield "else, ready = false; end"
             yield f"{name} = state.inputs.{name};"
         yield f"if ~ready, status = status + {BIT['INPUT_NOT_FINITE']}; end"
         yield "ready = true;"
-        for one in self.program.inputs:
-            if one.range is not None:
-                name = self.names[one.name]
-                low, high = reported_range(one.range)
+        for signal in self.program.inputs:
+            if signal.range is not None:
+                name = self.names[signal.name]
+                low, high = reported_range(signal.range)
                 yield f"if {name} < {low} || {name} > {high}, ready = false; end"
         yield f"if ~ready, status = status + {BIT['INPUT_OUTSIDE']}; end"
 
     def _kept(self, kept: tuple[object, ...]) -> Iterator[str]:
-        found = [one for one in self.program.kept if one in kept]
+        found = [state for state in self.program.kept if state in kept]
         yield "if state.started"
         for one in found:
             yield f"    {self.names[one.name]} = state.kept.{self.names[one.name]};"
@@ -235,16 +237,16 @@ class _Writing:
             yield f"    {self.names[one.name]} = {self._text(one.start)};"
         yield "end"
 
-    def _assignment(self, one: Assignment) -> Iterator[str]:
-        target = self.names[one.name]
-        if not one.near:
-            yield f"{target} = {self._text(one.formula)};"
+    def _assignment(self, assignment: Assignment) -> Iterator[str]:
+        target = self.names[assignment.name]
+        if not assignment.near:
+            yield f"{target} = {self._text(assignment.formula)};"
             return
-        for k, place in enumerate(one.near):
-            yield f"{'elseif' if k else 'if'} abs({self._text(place.of)}) <= {place.within}"
-            yield f"    {target} = {self._text(place.formula)};"
+        for k, near in enumerate(assignment.near):
+            yield f"{'elseif' if k else 'if'} abs({self._text(near.of)}) <= {near.within}"
+            yield f"    {target} = {self._text(near.formula)};"
         yield "else"
-        yield f"    {target} = {self._text(one.formula)};"
+        yield f"    {target} = {self._text(assignment.formula)};"
         yield "end"
 
     def _after(self) -> Iterator[str]:
@@ -252,9 +254,9 @@ class _Writing:
         yield "% All kept values are updated together, and only if every result is finite."
         yield "ready = true;"
         yield "next = state.kept;"
-        for one in program.kept:
-            yield f"next.{names[one.name]} = {self._text(one.next)};"
-            yield f"ready = ready && isfinite(next.{names[one.name]});"
+        for state in program.kept:
+            yield f"next.{names[state.name]} = {self._text(state.next)};"
+            yield f"ready = ready && isfinite(next.{names[state.name]});"
         for signal in program.outputs:
             yield f"ready = ready && isfinite({names[signal.name]});"
         yield "if ready"
@@ -284,8 +286,8 @@ class _Writing:
             case Call("last", (row,)):
                 return f"{self._text(row)}(end)"
             case Call("mix", (rules, values, *weights)):
-                parts = ", ".join(map(self._text, weights))
-                return f"mix({self._text(rules)}, {self._text(values)}, [{parts}])"
+                weight_texts = ", ".join(map(self._text, weights))
+                return f"mix({self._text(rules)}, {self._text(values)}, [{weight_texts}])"
             case Call("spline", arguments):
                 word = f"spline{len(arguments) - 1}"
                 return f"{word}({', '.join(map(self._text, arguments))})"
@@ -298,9 +300,9 @@ def _matrix(rows: object) -> str:
     """Return rows of numbers as a matrix, eight numbers in a line."""
     texts = []
     for row in rows:  # type: ignore[attr-defined]
-        numbers = [str(one) for one in row]
-        parts = [" ".join(numbers[k : k + 8]) for k in range(0, len(numbers), 8)]
-        texts.append(" ...\n    ".join(parts))
+        numbers = [str(number) for number in row]
+        lines = [" ".join(numbers[k : k + 8]) for k in range(0, len(numbers), 8)]
+        texts.append(" ...\n    ".join(lines))
     return "[" + "; ...\n    ".join(texts) + "]"
 
 

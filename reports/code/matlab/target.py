@@ -47,8 +47,10 @@ def struct_file(
         "name": program.name,
         "verdict": program.verdict,
         "sample_time": [] if program.sample_time is None else float(program.sample_time),
-        "constants": {names[one.name]: _member(one.value) for one in program.constants},
-        "units": {names[one.name]: one.unit for one in program.constants},
+        "constants": {
+            names[constant.name]: _member(constant.value) for constant in program.constants
+        },
+        "units": {names[constant.name]: constant.unit for constant in program.constants},
     }
     law = program.document["law"]
     if "K" in law:
@@ -58,7 +60,7 @@ def struct_file(
         content |= _vertices(model, law)
     matrices = {
         f"claim_{k}_{claim['kind'].replace('-', '_')}": np.array(
-            [[_float(one) for one in row] for row in claim["P"]]
+            [[_float(number) for number in row] for row in claim["P"]]
         )
         for k, claim in enumerate(claims)
         if _is_matrix(claim.get("P"))
@@ -76,9 +78,9 @@ def _member(value: Any) -> Any:
     if isinstance(value, Decimal):
         return float(value)
     if isinstance(value, Spline):
-        found = {f"knots{k}": _member(one) for k, one in enumerate(value.knots, start=1)}
+        fields = {f"knots{k}": _member(knots) for k, knots in enumerate(value.knots, start=1)}
         rows = value.coefficients
-        return found | {"coefficients": _member(rows if len(value.knots) > 1 else rows[0])}
+        return fields | {"coefficients": _member(rows if len(value.knots) > 1 else rows[0])}
     return np.array(value, dtype=np.float64)
 
 
@@ -87,20 +89,25 @@ def _vertices(model: Mapping[str, Any], law: Mapping[str, Any]) -> dict[str, Flo
     embedding = model.get("embedding") or {}
     if not {"A", "B", "premises"} <= set(embedding):
         return {}
-    known = {name: _float(one) for name, one in law.get("parameters", {}).items()}
-    known |= {name: _float(one) for name, one in model.get("parameters", {}).items()}
-    found: dict[str, Floats] = {}
+    parameters = {name: _float(text) for name, text in law.get("parameters", {}).items()}
+    parameters |= {name: _float(text) for name, text in model.get("parameters", {}).items()}
+    vertices: dict[str, Floats] = {}
     for word in ("A", "B"):
         stack = []
         for rule in law["rules"]:
             corner = {
-                one["name"]: _float(one["upper"] if bit == 1 else one["lower"])
-                for one, bit in zip(embedding["premises"], rule, strict=True)
+                premise["name"]: _float(premise["upper"] if bit == 1 else premise["lower"])
+                for premise, bit in zip(embedding["premises"], rule, strict=True)
             }
             rows = embedding[word]
-            stack.append([[value_of(parsed(str(one)), known | corner) for one in r] for r in rows])
-        found[word] = np.moveaxis(np.array(stack, dtype=np.float64), 0, 2)
-    return found
+            stack.append(
+                [
+                    [value_of(parsed(str(entry)), parameters | corner) for entry in row]
+                    for row in rows
+                ]
+            )
+        vertices[word] = np.moveaxis(np.array(stack, dtype=np.float64), 0, 2)
+    return vertices
 
 
 def _float(value: Any) -> float:
@@ -116,7 +123,7 @@ def _is_matrix(value: Any) -> bool:
         isinstance(value, list)
         and value
         and all(isinstance(row, list) and len(row) == len(value) for row in value)
-        and not any(isinstance(one, list) for row in value for one in row)
+        and not any(isinstance(number, list) for row in value for number in row)
     )
 
 
@@ -149,13 +156,13 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
 def _page(program: ControllerProgram, word: str, time: Decimal) -> str:
     names = words_of(program)
     rows = [
-        f"| `{kind}.{names[one.name]}` | {one.unit} | {one.meaning} |"
+        f"| `{kind}.{names[signal.name]}` | {signal.unit} | {signal.meaning} |"
         for kind, signals in (("inputs", program.inputs), ("outputs", program.outputs))
-        for one in signals
+        for signal in signals
     ]
-    members = ", ".join(f"'{names[one.name]}', {one.rest or 0}" for one in program.inputs)
-    arguments = ", ".join(f"{names[one.name]}" for one in program.inputs)
-    given = ", ".join(f"'{names[one.name]}', {names[one.name]}" for one in program.inputs)
+    members = ", ".join(f"'{names[signal.name]}', {signal.rest or 0}" for signal in program.inputs)
+    arguments = ", ".join(f"{names[signal.name]}" for signal in program.inputs)
+    fields = ", ".join(f"'{names[signal.name]}', {names[signal.name]}" for signal in program.inputs)
     return "\n".join(
         [
             f"# {program.name} in MATLAB",
@@ -176,7 +183,7 @@ def _page(program: ControllerProgram, word: str, time: Decimal) -> str:
             f"function outputs = law({arguments})",
             "persistent state",
             f"if isempty(state), state = {word}_start(); end",
-            f"inputs = struct({given});",
+            f"inputs = struct({fields});",
             f"[outputs, state] = {word}_step(state, inputs, {time});",
             "end",
             "```",

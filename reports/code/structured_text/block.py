@@ -64,14 +64,16 @@ class _Block:
         self.status = sorted(status_bits(program, REPORTED))
         inputs, outputs = program.inputs, program.outputs
         names = [one.name for one in (*inputs, *outputs)]
-        own = [f"{one.name} seen" for one in inputs] + [f"{one.name} now" for one in outputs]
-        own += [f"{one.name} after" for one in program.kept] + ["step time"]
+        own = [f"{signal.name} seen" for signal in inputs] + [
+            f"{signal.name} now" for signal in outputs
+        ]
+        own += [f"{state.name} after" for state in program.kept] + ["step time"]
         rest = [name for name in program.names() if name not in names]
         splines = [
-            f"{one.name} t{k}"
-            for one in program.constants
-            if isinstance(one.value, Spline)
-            for k in range(1, len(one.value.knots) + 1)
+            f"{constant.name} t{k}"
+            for constant in program.constants
+            if isinstance(constant.value, Spline)
+            for k in range(1, len(constant.value.knots) + 1)
         ]
         helpers = {f"{word}_{k}" for word in "khmxb" for k in range(1, 100)}
         helpers |= {f"{word}_{k}" for word in ("dl", "dr") for k in range(1, 100)}
@@ -81,8 +83,8 @@ class _Block:
             language="Structured Text",
             ignore_case=True,
         )
-        inside = {one.name: self.word[f"{one.name} seen"] for one in inputs}
-        inside |= {one.name: self.word[f"{one.name} now"] for one in outputs}
+        inside = {signal.name: self.word[f"{signal.name} seen"] for signal in inputs}
+        inside |= {signal.name: self.word[f"{signal.name} now"] for signal in outputs}
         inside |= {name: self.word[name] for name in (*rest, *splines)}
         self.inside = inside | {"sample_time": self.word["step time"]}
 
@@ -96,14 +98,14 @@ class _Block:
         yield "   Numbers are those of the gain file. SI units, angles in rad. *)"
         yield f"FUNCTION_BLOCK FB_{file_word(program.plant).upper()}"
         yield "VAR_INPUT"
-        for one in program.inputs:
-            yield f"    {self.word[one.name]} : LREAL; (* {_told(one.unit, one.meaning)} *)"
+        for signal in program.inputs:
+            yield f"    {self.word[signal.name]} : LREAL; (* {_told(signal.unit, signal.meaning)} *)"
         yield f"    sample_time : LREAL := {real(self.time)}; (* s: from one call to the next *)"
         yield "    reset : BOOL; (* TRUE starts again from the next inputs *)"
         yield "END_VAR"
         yield "VAR_OUTPUT"
-        for one in program.outputs:
-            yield f"    {self.word[one.name]} : LREAL; (* {_told(one.unit, one.meaning)} *)"
+        for signal in program.outputs:
+            yield f"    {self.word[signal.name]} : LREAL; (* {_told(signal.unit, signal.meaning)} *)"
         yield "    status : UINT; (* 0, or a sum of these:"
         for number, _, text in self.status:
             yield f"        {number}  {text}"
@@ -116,10 +118,10 @@ class _Block:
         yield "VAR"
         yield "    started : BOOL := FALSE;"
         yield "    ready : BOOL;"
-        for kept in program.kept:
-            what = _told(kept.unit, kept.meaning)
-            yield f"    {self.word[kept.name]} : LREAL; (* {what} *)"
-            yield f"    {self.word[f'{kept.name} after']} : LREAL;"
+        for state in program.kept:
+            note = _told(state.unit, state.meaning)
+            yield f"    {self.word[state.name]} : LREAL; (* {note} *)"
+            yield f"    {self.word[f'{state.name} after']} : LREAL;"
         for signal in program.inputs:
             yield f"    {self.inside[signal.name]} : LREAL := {real(signal.rest or Decimal(0))};"
         for signal in program.outputs:
@@ -148,56 +150,58 @@ class _Block:
     def _constant(self, constant: Constant) -> Iterator[str]:
         word, value = self.word[constant.name], constant.value
         # In a path such as K.*.0 some tools would read the end of a comment.
-        what = f"(* {_told(constant.unit, '')}; {constant.place.replace('*', 'i')} *)"
+        note = f"(* {_told(constant.unit, '')}; {constant.place.replace('*', 'i')} *)"
         if isinstance(value, Decimal):
-            yield f"    {word} : LREAL := {real(value)}; {what}"
+            yield f"    {word} : LREAL := {real(value)}; {note}"
         elif isinstance(value, Spline):
             for k, knots in enumerate(value.knots, start=1):
-                yield from _array(self.word[f"{constant.name} t{k}"], [knots], "LREAL", what)
+                yield from _array(self.word[f"{constant.name} t{k}"], [knots], "LREAL", note)
             rows = value.coefficients
-            yield from _array(word, rows, "LREAL", what, flat=len(value.knots) == 1)
+            yield from _array(word, rows, "LREAL", note, flat=len(value.knots) == 1)
         elif isinstance(value[0], tuple):
-            yield from _array(word, value, "INT", what, flat=False)
+            yield from _array(word, value, "INT", note, flat=False)
         else:
-            yield from _array(word, [value], "LREAL", what)
+            yield from _array(word, [value], "LREAL", note)
 
     def _body(self) -> Statements:
         program = self.program
-        found = Statements({one.name: one for one in program.constants}, self.inside)
-        found.indent = ""
-        say = found.say
+        statements = Statements(
+            {constant.name: constant for constant in program.constants}, self.inside
+        )
+        statements.indent = ""
+        say = statements.say
         say("status := 0;")
         say("IF reset THEN started := FALSE; END_IF;")
-        self._read(found)
+        self._read(statements)
         for stage in program.stages:
             say("")
             say(f"(* {told(stage.name)} *)")
             if stage.kept:
-                self._start(found, stage.kept)
+                self._start(statements, stage.kept)
             for step in stage.assignments:
-                found.assign(step)
+                statements.assign(step)
         say("")
         say("(* values that are kept until the next sample; all are updated together *)")
         for kept in program.kept:
-            say(f"{self.word[f'{kept.name} after']} := {found.text(kept.next)};")
-        results = [self.inside[one.name] for one in program.outputs]
-        results += [self.word[f"{one.name} after"] for one in program.kept]
+            say(f"{self.word[f'{kept.name} after']} := {statements.text(kept.next)};")
+        results = [self.inside[signal.name] for signal in program.outputs]
+        results += [self.word[f"{state.name} after"] for state in program.kept]
         say("ready := TRUE;")
         for name in results:
             say(f"IF NOT (ABS({name}) <= {LARGEST}) THEN ready := FALSE; END_IF;")
         say("IF ready THEN")
-        for one in program.outputs:
-            say(f"    {self.word[one.name]} := {self.inside[one.name]};")
+        for signal in program.outputs:
+            say(f"    {self.word[signal.name]} := {self.inside[signal.name]};")
         for kept in program.kept:
             say(f"    {self.word[kept.name]} := {self.word[f'{kept.name} after']};")
         say("    started := TRUE;")
         say("ELSE")
         say(f"    status := status + {BIT['RESULT_NOT_FINITE']};")
         say("END_IF;")
-        return found
+        return statements
 
-    def _read(self, found: Statements) -> None:
-        say, time = found.say, self.inside["sample_time"]
+    def _read(self, statements: Statements) -> None:
+        say, time = statements.say, self.inside["sample_time"]
         fixed = self.program.sample_time
         good = "(sample_time > 0.0) AND (sample_time <= 1.0E6)"
         if fixed is not None:
@@ -209,39 +213,41 @@ class _Block:
             long = BIT["SAMPLE_TIME_LONG"]
             say(f"IF {time} > {real(longest.time)} THEN status := status + {long}; END_IF;")
         say("ready := TRUE;")
-        for one in self.program.inputs:
-            given, seen = self.word[one.name], self.inside[one.name]
+        for signal in self.program.inputs:
+            parameter, accepted = self.word[signal.name], self.inside[signal.name]
             say(
-                f"IF ABS({given}) <= {LARGEST} THEN {seen} := {given}; ELSE ready := FALSE; END_IF;"
+                f"IF ABS({parameter}) <= {LARGEST} THEN {accepted} := {parameter}; ELSE ready := FALSE; END_IF;"
             )
         say(f"IF NOT ready THEN status := status + {BIT['INPUT_NOT_FINITE']}; END_IF;")
         say("ready := TRUE;")
-        for one in self.program.inputs:
-            if one.range is not None:
-                low, high = map(real, reported_range(one.range))
-                seen = self.inside[one.name]
-                say(f"IF ({seen} < {low}) OR ({seen} > {high}) THEN ready := FALSE; END_IF;")
+        for signal in self.program.inputs:
+            if signal.range is not None:
+                low, high = map(real, reported_range(signal.range))
+                accepted = self.inside[signal.name]
+                say(
+                    f"IF ({accepted} < {low}) OR ({accepted} > {high}) THEN ready := FALSE; END_IF;"
+                )
         say(f"IF NOT ready THEN status := status + {BIT['INPUT_OUTSIDE']}; END_IF;")
 
-    def _start(self, found: Statements, kept: Iterable[object]) -> None:
-        known = dict(found.found)
-        found.say("IF NOT started THEN")
-        found.indent = "    "
-        for one in self.program.kept:
-            if one in kept:
-                found.say(f"{self.word[one.name]} := {found.text(one.start)};")
-        found.indent, found.found = "", known
-        found.say("END_IF;")
+    def _start(self, statements: Statements, stage_states: Iterable[object]) -> None:
+        lookups = dict(statements.found)
+        statements.say("IF NOT started THEN")
+        statements.indent = "    "
+        for state in self.program.kept:
+            if state in stage_states:
+                statements.say(f"{self.word[state.name]} := {statements.text(state.start)};")
+        statements.indent, statements.found = "", lookups
+        statements.say("END_IF;")
 
 
 def _array(
-    word: str, rows: Iterable[Iterable[Decimal]], kind: str, told: str, *, flat: bool = True
+    word: str, rows: Iterable[Iterable[Decimal]], kind: str, note: str, *, flat: bool = True
 ) -> Iterator[str]:
     """Yield the declaration of an array, eight numbers in a line."""
     table = [list(row) for row in rows]
     numbers = [str(int(value)) if kind == "INT" else real(value) for row in table for value in row]
     size = f"0..{len(numbers) - 1}" if flat else f"0..{len(table) - 1}, 0..{len(table[0]) - 1}"
-    yield f"    {word} : ARRAY[{size}] OF {kind} := [ {told}"
+    yield f"    {word} : ARRAY[{size}] OF {kind} := [ {note}"
     for k in range(0, len(numbers), 8):
         tail = "" if k + 8 >= len(numbers) else ","
         yield "        " + ", ".join(numbers[k : k + 8]) + tail
@@ -269,9 +275,9 @@ def _told(unit: str, meaning: str) -> str:
 def _page(program: ControllerProgram, word: str) -> str:
     block = f"FB_{word.upper()}"
     rows = [
-        f"| `{one.name}` | {kind} | {one.unit} | {one.meaning} |"
+        f"| `{signal.name}` | {kind} | {signal.unit} | {signal.meaning} |"
         for kind, signals in (("input", program.inputs), ("output", program.outputs))
-        for one in signals
+        for signal in signals
     ]
     first = program.inputs[0].name if program.inputs else "sample_time"
     bits = [f"| {number} | {text} |" for number, _, text in sorted(status_bits(program, REPORTED))]

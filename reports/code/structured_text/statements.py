@@ -112,25 +112,25 @@ class Statements:
         """Add a line."""
         self.lines.append(f"{self.indent}{line}")
 
-    def assign(self, one: Assignment) -> None:
+    def assign(self, assignment: Assignment) -> None:
         """Add an assignment; where it has ``near``, the formula of the place where it holds."""
-        if one.meaning:
-            self.say(f"(* {told(one.meaning)} *)")
-        target = self.words[one.name]
-        for k, place in enumerate(one.near):
+        if assignment.meaning:
+            self.say(f"(* {told(assignment.meaning)} *)")
+        target = self.words[assignment.name]
+        for k, near in enumerate(assignment.near):
             self.say(
-                f"{'ELSIF' if k else 'IF'} ABS({self.text(place.of)}) <= {real(place.within)} THEN"
+                f"{'ELSIF' if k else 'IF'} ABS({self.text(near.of)}) <= {real(near.within)} THEN"
             )
-            self.say(f"    {target} := {self.text(place.formula)};")
-        if one.near:
+            self.say(f"    {target} := {self.text(near.formula)};")
+        if assignment.near:
             self.say("ELSE")
         # Look-ups that only this branch needs would be written inside it, and be missed later.
-        before, self.indent = self.indent, self.indent + ("    " if one.near else "")
-        known = dict(self.found)
-        self.say(f"{target} := {self.text(one.formula)};")
-        self.indent = before
-        if one.near:
-            self.found = known
+        outer_indent, self.indent = self.indent, self.indent + ("    " if assignment.near else "")
+        lookups = dict(self.found)
+        self.say(f"{target} := {self.text(assignment.formula)};")
+        self.indent = outer_indent
+        if assignment.near:
+            self.found = lookups
             self.say("END_IF;")
 
     def text(self, formula: Formula) -> str:
@@ -153,9 +153,9 @@ class Statements:
         raise ModelError(f"{formula!r} cannot be written in Structured Text")
 
     def _power(self, base: str, exponent: Formula) -> str:
-        whole = exponent.value if isinstance(exponent, Number) else Decimal(0)
-        if whole == int(whole) and 1 <= whole <= LARGEST_PRODUCT:
-            return "(" + " * ".join([base] * int(whole)) + ")"
+        power = exponent.value if isinstance(exponent, Number) else Decimal(0)
+        if power == int(power) and 1 <= power <= LARGEST_PRODUCT:
+            return "(" + " * ".join([base] * int(power)) + ")"
         return f"EXPT({base}, {self.text(exponent)})"
 
     def _call(self, function: str, arguments: tuple[Formula, ...]) -> str:
@@ -168,7 +168,7 @@ class Statements:
         if function in ("first", "last"):
             name = self._name(arguments[0])
             return f"{self.words[name]}[{0 if function == 'first' else self._last(name)}]"
-        texts = [self.text(one) for one in arguments]
+        texts = [self.text(argument) for argument in arguments]
         if function == "limit":
             # The standard's LIMIT takes the lower end first; the order in which ends that cross
             # are met is not fixed there, so the two calls are written out.
@@ -215,8 +215,8 @@ class Statements:
         slope = f"(({Y}[{k} + 1] - {Y}[{k}]) / ({X}[{k} + 1] - {X}[{k}]))"
         if function == "slope":
             return slope
-        held = f"MIN(MAX({at}, {X}[0]), {X}[{last}])"
-        return f"({Y}[{k}] + {slope} * ({held} - {X}[{k}]))"
+        limited = f"MIN(MAX({at}, {X}[0]), {X}[{last}])"
+        return f"({Y}[{k}] + {slope} * ({limited} - {X}[{k}]))"
 
     def _array(self, word: str, last: int) -> str:
         name = f"{word}_{len(self.arrays) + 1}"
@@ -228,7 +228,7 @@ class Statements:
         if self._last(Y) == 0:
             return f"{self.words[Y]}[0]"
         R = self._name(rules)
-        texts = [self.text(one) for one in weights]
+        texts = [self.text(weight) for weight in weights]
         key = ("weights", R, *texts)
         last = self._last(R)
         if key not in self.found:
@@ -285,20 +285,22 @@ class Statements:
         """
         key = ("basis", x, knots)
         if key not in self.found:
-            held = self._array("x", 0)
-            self.say(f"{held}[0] := MIN(MAX({x}, {knots}[3]), {knots}[{count - 4}]);")
-            k = self._index(f"{held}[0]", knots, 3, count - 5)
+            limited = self._array("x", 0)
+            self.say(f"{limited}[0] := MIN(MAX({x}, {knots}[3]), {knots}[{count - 4}]);")
+            k = self._index(f"{limited}[0]", knots, 3, count - 5)
             b = self._array("b", 3)
-            left, right = self._array("dl", 3), self._array("dr", 3)
+            left_distance, right_distance = self._array("dl", 3), self._array("dr", 3)
             self.say(f"{b}[0] := 1.0;")
             self.say("FOR j := 1 TO 3 DO")
-            self.say(f"    {left}[j] := {held}[0] - {knots}[{k} + 1 - j];")
-            self.say(f"    {right}[j] := {knots}[{k} + j] - {held}[0];")
+            self.say(f"    {left_distance}[j] := {limited}[0] - {knots}[{k} + 1 - j];")
+            self.say(f"    {right_distance}[j] := {knots}[{k} + j] - {limited}[0];")
             self.say("    saved := 0.0;")
             self.say("    FOR i := 0 TO j - 1 DO")
-            self.say(f"        part := {b}[i] / ({right}[i + 1] + {left}[j - i]);")
-            self.say(f"        {b}[i] := saved + {right}[i + 1] * part;")
-            self.say(f"        saved := {left}[j - i] * part;")
+            self.say(
+                f"        part := {b}[i] / ({right_distance}[i + 1] + {left_distance}[j - i]);"
+            )
+            self.say(f"        {b}[i] := saved + {right_distance}[i + 1] * part;")
+            self.say(f"        saved := {left_distance}[j - i] * part;")
             self.say("    END_FOR;")
             self.say(f"    {b}[j] := saved;")
             self.say("END_FOR;")
