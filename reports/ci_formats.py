@@ -90,7 +90,7 @@ def refusal(reason: str, *, needed: str = "the file is a certificate") -> Checke
 
 
 def with_failures(
-    checked: CheckedFile, missed: Sequence[tuple[str, str]], lines: Sequence[str] = ()
+    checked: CheckedFile, unmet: Sequence[tuple[str, str]], lines: Sequence[str] = ()
 ) -> CheckedFile:
     """Return a result with all its claims, and behind them what else was asked and is missed.
 
@@ -99,13 +99,13 @@ def with_failures(
 
     Parameters
     ----------
-    missed : (requirement, reason) of each.
+    unmet : (requirement, reason) of each.
     lines : messages that are added.
     """
-    failed = (_Failed(name, _Failure.FAILED, reason) for name, reason in missed)
+    failed = (_Failed(name, _Failure.FAILED, reason) for name, reason in unmet)
     proved = checked.verdict.name == "PROVED"
     return _File(
-        _Failure.FAILED if missed and proved else checked.verdict,
+        _Failure.FAILED if unmet and proved else checked.verdict,
         (*checked.claims, *failed),
         (*checked.messages, *lines),
         tuple(checked.assumes),
@@ -125,14 +125,14 @@ def junit(checked: CheckedFile, *, source: str, summary: Sequence[SummaryRow] = 
     cases = [_junit_case(name, claim, source) for name, claim in _named(checked)]
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
-    told = "\n".join([*_assumed(checked), *checked.messages])
+    messages = "\n".join([*_assumed(checked), *checked.messages])
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<testsuites name="takagi check" {counts}>',
         f"  <testsuite name={_attribute(source)} {counts}>",
         *_properties([item for row in summary for item in _row_properties(row)]),
         *cases,
-        f"    <system-out>{_text(told)}</system-out>",
+        f"    <system-out>{_text(messages)}</system-out>",
         "  </testsuite>",
         "</testsuites>",
     ]
@@ -161,7 +161,8 @@ def sarif(
         "name": "takagi",
         "version": version("takagi"),
         "rules": [
-            {"id": one, "shortDescription": {"text": one.replace("-", " ")}} for one in rules
+            {"id": identifier, "shortDescription": {"text": identifier.replace("-", " ")}}
+            for identifier in rules
         ],
     }
     if assumed := {name: list(claim.assumes) for name, claim in named if claim.assumes}:
@@ -223,9 +224,9 @@ def markdown(checked: CheckedFile, *, source: str, summary: Sequence[SummaryRow]
         listed = ", ".join(f"{quantity} {number}" for quantity, number in numbers_of(claim).items())
         cells = (claim.verdict.name, name, claim.text, listed)
         lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
-    told = [*_assumed(checked), *checked.messages]
-    if told:
-        lines += ["", *(f"- {markdown_cell(line)}" for line in told)]
+    messages = [*_assumed(checked), *checked.messages]
+    if messages:
+        lines += ["", *(f"- {markdown_cell(line)}" for line in messages)]
     return "\n".join(lines) + "\n"
 
 
@@ -240,14 +241,14 @@ def _assumed(checked: CheckedFile) -> list[str]:
 
 def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
     """Return the claims under unique names, because viewers merge equal names."""
-    found: dict[str, CheckedClaim] = {}
+    by_name: dict[str, CheckedClaim] = {}
     for claim in checked.claims:
         name, k = claim.name, 1
-        while name in found:
+        while name in by_name:
             k += 1
             name = f"{claim.name} ({k})"
-        found[name] = claim
-    return list(found.items())
+        by_name[name] = claim
+    return list(by_name.items())
 
 
 def numbers_of(claim: CheckedClaim) -> dict[str, str]:

@@ -129,11 +129,11 @@ def read_design(folder: Path, *, tell: Tell | None = None) -> Design:
     CertificateError : as ``design_folder``, or gains, certificate and model are not of one design.
     ModelError : the model, or ``design.json``, cannot be read; another version may have written it.
     """
-    parts = design_folder(folder)
+    paths = design_folder(folder)
     from takagi.reports.design_record import design_of_record
 
-    design = design_of_record(*parts, tell=tell)
-    if parts.gains is not None and parts.gains.read_text(encoding="utf-8") != gain_file_of(design):
+    design = design_of_record(*paths, tell=tell)
+    if paths.gains is not None and paths.gains.read_text(encoding="utf-8") != gain_file_of(design):
         raise CertificateError(
             f"{folder}: the gains or texts of {RECORD} are not those of {GAINS}, so that one of "
             f"both was changed; {_again(folder)}"
@@ -143,12 +143,12 @@ def read_design(folder: Path, *, tell: Tell | None = None) -> Design:
 
 def _content(path: Path) -> Mapping[str, Any]:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except ValueError:
-        found = None
-    if not isinstance(found, dict):
+        content = None
+    if not isinstance(content, dict):
         raise CertificateError(f"{path}: is damaged; {_again(path.parent)}")
-    return found
+    return content
 
 
 def design_file(folder: Path, name: str) -> Path:
@@ -160,10 +160,10 @@ def design_file(folder: Path, name: str) -> Path:
     """
     if (folder / name).is_file():
         return folder / name
-    if not any((folder / each).is_file() for each in (GAINS, CERTIFICATE, RECORD)):
-        what = "holds no design" if folder.is_dir() else "no such folder of a design"
+    if not any((folder / file_name).is_file() for file_name in (GAINS, CERTIFICATE, RECORD)):
+        problem = "holds no design" if folder.is_dir() else "no such folder of a design"
         raise CertificateError(
-            f"{folder}: {what}; make one with 'takagi design MODEL --out DIR', and give DIR"
+            f"{folder}: {problem}; make one with 'takagi design MODEL --out DIR', and give DIR"
         )
     raise CertificateError(
         f"{folder}: {name} is missing, of a folder that is incomplete or of an earlier version of "
@@ -196,6 +196,6 @@ def appendix_files(design: Design, *, tell: Tell | None = None) -> Files:
     return files
 
 
-def _made(what: str, design: Design, **options: Any) -> Any:
-    module, _, name = _MADE_BY[design.kind][what].partition(":")
+def _made(output: str, design: Design, **options: Any) -> Any:
+    module, _, name = _MADE_BY[design.kind][output].partition(":")
     return getattr(import_module(f"takagi.reports.{module}"), name)(design, **options)

@@ -102,11 +102,11 @@ def design_of_record(
         except (ModelError, CertificateError):
             raise
         except UNREADABLE as error:
-            before, place = _version(document), certificate.parent
+            version, folder = _version(document), certificate.parent
             raise ModelError(
-                f"{place}/design.json: cannot be read ({type(error).__name__}: {error}), for it is "
-                f"damaged, or of another version ({before}); design again with 'takagi design "
-                f"{record.get('given')} --out {place} --force'"
+                f"{folder}/design.json: cannot be read ({type(error).__name__}: {error}), for it "
+                f"is damaged, or of another version ({version}); design again with 'takagi design "
+                f"{record.get('given')} --out {folder} --force'"
             ) from error
     return design
 
@@ -147,8 +147,8 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
 
 def _require_derived(design: Any, derived: Mapping[str, Any]) -> None:
     """Refuse a record that states verdicts, a certificate or a model of its own."""
-    for name, part in _derived_of(design).items():
-        if part is not derived[name]:
+    for name, value in _derived_of(design).items():
+        if value is not derived[name]:
             raise ValueError(f"it states {name!r} of its own")
 
 
@@ -161,7 +161,7 @@ def _require_readable(design: TurbineDesign) -> None:
     if not isinstance(design.measured, MeasuredLoop):
         raise ValueError("its margins and runs are of another kind")
     for run in design.measured.runs:
-        for line in (each.line for each in (run.law, run.reference) if each and each.line):
+        for line in (result.line for result in (run.law, run.reference) if result and result.line):
             # Raises where their lengths differ, or one holds no numbers.
             np.sum([run.time, run.schedule, *(getattr(line, name) for name in QUANTITIES)])
     summary_rows(design)
@@ -190,8 +190,10 @@ def _require_proved_law(design: PlantDesign, document: Mapping[str, Any]) -> Non
         pairs += [(getattr(output.observer, key), law["observer"][key]) for key in "ABCL"]
     elif output is not None:
         pairs += [(output.L, law["observer"]["L"])]
-    for given, proved in pairs:
-        if not np.array_equal(given, np.broadcast_to(np.asarray(proved, float), np.shape(given))):
+    for recorded, proved in pairs:
+        if not np.array_equal(
+            recorded, np.broadcast_to(np.asarray(proved, float), np.shape(recorded))
+        ):
             raise ValueError("its gains are not the certificate's")
 
 

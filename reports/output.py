@@ -64,12 +64,12 @@ def write_folder(path: str | Path, files: Mapping[str, bytes | str]) -> Path:
     """
     folder = Path(path)
     placed = {_inside(name): _encoded(data) for name, data in files.items()}
-    made: list[Path] = []
+    new_folders: list[Path] = []
     try:
-        _make_folder(folder, made)
-        _stage_and_rename(folder, placed, made)
+        _make_folder(folder, new_folders)
+        _stage_and_rename(folder, placed, new_folders)
     except BaseException:
-        for new in reversed(made):
+        for new in reversed(new_folders):
             if not any(new.iterdir()):
                 new.rmdir()
         raise
@@ -77,10 +77,10 @@ def write_folder(path: str | Path, files: Mapping[str, bytes | str]) -> Path:
 
 
 def _inside(name: str) -> PurePosixPath:
-    part = PurePosixPath(name)
-    if not part.parts or part.is_absolute() or ".." in part.parts:
+    relative_path = PurePosixPath(name)
+    if not relative_path.parts or relative_path.is_absolute() or ".." in relative_path.parts:
         raise ValueError(f"output file {name!r}: give a path relative to the folder, without '..'")
-    return part
+    return relative_path
 
 
 def _encoded(data: bytes | str) -> bytes:
@@ -95,32 +95,34 @@ def _is_stream(path: Path) -> bool:
         return False
 
 
-def _make_folder(folder: Path, made: list[Path]) -> None:
-    """Make the folder and those on the way; append the new ones to ``made``, outermost first."""
+def _make_folder(folder: Path, new_folders: list[Path]) -> None:
+    """Make a folder and those on the way; append new ones to ``new_folders``, outermost first."""
     try:
-        for place in (*reversed(folder.parents), folder):
-            if not place.is_dir():
-                place.mkdir()
-                made.append(place)
+        for directory in (*reversed(folder.parents), folder):
+            if not directory.is_dir():
+                directory.mkdir()
+                new_folders.append(directory)
     except OSError as error:
         raise OutputError(folder, error) from error
 
 
-def _stage_and_rename(folder: Path, files: Mapping[PurePosixPath, bytes], made: list[Path]) -> None:
+def _stage_and_rename(
+    folder: Path, files: Mapping[PurePosixPath, bytes], new_folders: list[Path]
+) -> None:
     current = folder
     try:
         # Inside the folder, not next to it: the renames must stay on one file system, and the
         # user's permission may end at the folder.
         with tempfile.TemporaryDirectory(prefix=".takagi-", dir=folder) as staging:
-            for part, content in files.items():
-                current = folder / part
+            for relative_path, content in files.items():
+                current = folder / relative_path
                 if current.is_dir():
                     raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-                _make_folder(current.parent, made)
-                _write_through(Path(staging) / part, content)
-            for part in files:
-                current = folder / part
-                os.replace(Path(staging) / part, current)
+                _make_folder(current.parent, new_folders)
+                _write_through(Path(staging) / relative_path, content)
+            for relative_path in files:
+                current = folder / relative_path
+                os.replace(Path(staging) / relative_path, current)
         current = folder
         _flush_folder(folder)
     except OutputError:
@@ -168,9 +170,11 @@ _ADVICE = {
 
 def explain(error: OSError) -> str:
     """Return what happened and what to do, in one line, after the path if it is known."""
-    what = _ADVICE.get(error.errno or 0, error.strerror or str(error))
+    advice = _ADVICE.get(error.errno or 0, error.strerror or str(error))
     path = error.filename2 or error.filename
-    return f"{os.fsdecode(path)}: {what}" if isinstance(path, str | bytes | os.PathLike) else what
+    return (
+        f"{os.fsdecode(path)}: {advice}" if isinstance(path, str | bytes | os.PathLike) else advice
+    )
 
 
 def csv_text(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:

@@ -66,8 +66,8 @@ def certificate_context(design: TurbineDesign) -> dict[str, Any]:
 
 def _span_of_winds(span: Mapping[str, Any]) -> Tex:
     ends = interval((span["wind"][0], span["wind"][-1]))
-    least, most = (decimal(f(span["estimate_rate"])) for f in (min, max))
-    rates = least if least == most else Tex(f"{least} to {most}")
+    low, high = (decimal(f(span["estimate_rate"])) for f in (min, max))
+    rates = low if low == high else Tex(f"{low} to {high}")
     error = decimal(span["estimate_error"])
     return Tex(rf"{ends}~m/s with $\eta_v = {error}$~m/s and $a$ of {rates}~m/s$^2$")
 
@@ -78,8 +78,8 @@ def _rates_table(claim: Mapping[str, Any]) -> dict[str, Any]:
     nodes = list(zip(*columns, strict=True))
     step = -(-len(nodes) // MOST_NODES)
     rows = [*nodes[:-1:step], nodes[-1]]
-    shown = f", {len(rows)} of {len(nodes)} nodes; the certificate has all" if step > 1 else ""
-    words = f"functions of the first range{shown}"
+    selection = f", {len(rows)} of {len(nodes)} nodes; the certificate has all" if step > 1 else ""
+    words = f"functions of the first range{selection}"
     return {"kind": claim["kind"], "order": claim["order"], "words": words,
             "rows": [[decimal(x) for x in node] for node in rows]}  # fmt: skip
 

@@ -106,18 +106,20 @@ def _figures(
     from takagi.reports.loops.plant_motion import around, motions, starts
     from takagi.reports.simulation.plant import jump_motions
 
-    shown = motions(loop, starts(loop))
-    found = {"responses": responses_figure(loop, shown)}
+    responses = motions(loop, starts(loop))
+    figures = {"responses": responses_figure(loop, responses)}
     # V is a function of deviations from the rest before the jump.
     jumps = [replace(run, value=np.zeros(0)) for run in jump_motions(design, loop)]
     if jumps:
-        found["jumps"] = responses_figure(loop, jumps)
+        figures["jumps"] = responses_figure(loop, jumps)
     curves = premise_curves(loop.model)
     if curves:
-        found["memberships"] = weights_figure(curves)
+        figures["memberships"] = weights_figure(curves)
     if planes(loop):
         two = len(loop.names) == 2
-        found["phase"] = phase_figure(loop, motions(loop, around(loop, AROUND)) if two else shown)
+        figures["phase"] = phase_figure(
+            loop, motions(loop, around(loop, AROUND)) if two else responses
+        )
     for k, (_, figure) in enumerate(bode_drawings(loops), 1):
-        found[f"bode-{k}" if k > 1 else "bode"] = figure
-    return found
+        figures[f"bode-{k}" if k > 1 else "bode"] = figure
+    return figures

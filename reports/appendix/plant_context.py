@@ -52,11 +52,11 @@ def latex_context(
 ) -> dict[str, Any]:
     """Return the values of all names in the templates."""
     name = design.plant.name or "Plant"
-    shown = "and theorems" if loop.gains is None else "law, synthesis, theorems and margins"
+    topics = "and theorems" if loop.gains is None else "law, synthesis, theorems and margins"
     return {
         "subject": name,
         "title": name,
-        "subtitle": f"Takagi-Sugeno model, {shown}",
+        "subtitle": f"Takagi-Sugeno model, {topics}",
         "contents": False,
         **_plant(design.plant),
         **_model(design),
@@ -66,7 +66,7 @@ def latex_context(
             *posed_design("Gains", design.design),
             *posed_design("Gains of the observer", design.observer, dual=True),
         ],
-        "margins": [_margin_row(one) for one in loops[:MOST_MARGINS]],
+        "margins": [_margin_row(local_loop) for local_loop in loops[:MOST_MARGINS]],
         "margins_left_out": max(len(loops) - MOST_MARGINS, 0),
     }
 
@@ -121,12 +121,12 @@ def _variable(kind: str, variable: Variable) -> list[Tex]:
 def _model(design: PlantDesign) -> dict[str, Any]:
     model = design.model
     steps = [] if model.derivation is None else model.derivation.steps
-    shown = [step for step in steps if not step.title.startswith(_OWN_STEPS)]
+    listed_steps = [step for step in steps if not step.title.startswith(_OWN_STEPS)]
     removable = design.document.get("controller", {}).get("removable", {})
-    zeros = {one["of"] for members in removable.values() for one in members}
+    zeros = {member["of"] for members in removable.values() for member in members}
     return {
-        "steps": [(step.title.rstrip("."), Tex(readable(step.latex))) for step in shown],
-        "rounded": any(shortens(step.latex) for step in shown),
+        "steps": [(step.title.rstrip("."), Tex(readable(step.latex))) for step in listed_steps],
+        "rounded": any(shortens(step.latex) for step in listed_steps),
         "premises": [_premise(p, model) for p in model.premises],
         "varying": [Tex(readable(p.latex)) for p in model.premises if len(p.corners) > 1],
         "rules": len(model.rules),
@@ -169,49 +169,53 @@ def _attained(premise: Premise, box: Mapping[str, Any]) -> tuple[Tex, Tex]:
     if np.prod([len(axis) for axis in axes]) > _MOST_POINTS:
         return NONE, NONE
     values = [_value(expression, dict(zip(symbols, at, strict=True))) for at in product(*axes)]
-    known = [(value, float(value)) for value in values if value is not None and value.is_real]
+    candidates = [(value, float(value)) for value in values if value is not None and value.is_real]
 
-    def shown(bound: Fraction) -> Tex:
+    def formula_of(bound: Fraction) -> Tex:
         room = _ROUNDED * max(1.0, abs(float(bound)))
-        near = [_latex(value) for value, number in known if abs(number - float(bound)) <= room]
-        best = min(near, key=len, default="")
+        matches = [
+            _latex(value) for value, number in candidates if abs(number - float(bound)) <= room
+        ]
+        best = min(matches, key=len, default="")
         return Tex(f"${best}$") if 0 < len(best) <= _LONGEST else NONE
 
-    return shown(premise.lower), shown(premise.upper)
+    return formula_of(premise.lower), formula_of(premise.upper)
 
 
 def _value(expression: Any, at: Mapping[Any, Any]) -> Any:
     """Return the expression at a point, with its limit where one variable alone makes it 0/0."""
     import sympy as sp
 
-    found = expression.subs(at)
-    if found.is_finite is not False and found is not sp.nan:
-        return found
+    substituted = expression.subs(at)
+    if substituted.is_finite is not False and substituted is not sp.nan:
+        return substituted
     zero = [symbol for symbol, value in at.items() if value == 0]
     if len(zero) != 1:
         return None
-    others = {symbol: value for symbol, value in at.items() if symbol not in zero}
-    return sp.limit(expression.subs(others), zero[0], 0)
+    nonzero = {symbol: value for symbol, value in at.items() if symbol not in zero}
+    return sp.limit(expression.subs(nonzero), zero[0], 0)
 
 
 def _equation(model: TSModel, *, measured: bool) -> Tex:
-    left = r"\dot x" if model.sample_time is None else r"x^{+} - x^*"
+    left_side = r"\dot x" if model.sample_time is None else r"x^{+} - x^*"
     several = len(model.rules) > 1
     index, blend = ("i", rf"\sum_{{i=1}}^{{{len(model.rules)}}} h_i") if several else ("1", "")
     terms = [rf"A_{index} \tilde x"]
     terms += [rf"B_{index} \tilde u"] * bool(model.inputs)
     terms += [rf"E_{index} \tilde w"] * bool(np.any(model.E))
     inner = " + ".join(terms)
-    found = rf"{left} = {blend} \bigl({inner}\bigr)" if several else f"{left} = {inner}"
+    equation = (
+        rf"{left_side} = {blend} \bigl({inner}\bigr)" if several else f"{left_side} = {inner}"
+    )
     if measured:
-        found += rf", \qquad \tilde y = {blend} C_{index} \tilde x"
-    return Tex(found)
+        equation += rf", \qquad \tilde y = {blend} C_{index} \tilde x"
+    return Tex(equation)
 
 
 def _law(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
-    found: dict[str, Any] = {"gains": None, "notes": list(design.notes), "observer": None}
+    context: dict[str, Any] = {"gains": None, "notes": list(design.notes), "observer": None}
     if loop.gains is None:
-        return found
+        return context
     columns = gain_columns(loop)
     if len(columns) > MOST_COLUMNS:
         rows = [
@@ -228,10 +232,10 @@ def _law(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
         ]
         heads = [escape(name) for name, _ in columns]
         units = [[Tex(f"[{unit(of)}]") if of else Tex("") for _, of in columns]]
-    found |= {"gain_heads": [heads, *units], "gains": rows}
+    context |= {"gain_heads": [heads, *units], "gains": rows}
     if design.output_law is not None:
-        found["observer"] = _observer(design.output_law)
-    return found
+        context["observer"] = _observer(design.output_law)
+    return context
 
 
 def _observer(law: Any) -> dict[str, Any]:
@@ -239,9 +243,9 @@ def _observer(law: Any) -> dict[str, Any]:
     constant = getattr(law, "observer", None)
     if constant is not None:
         names = ("A", "B", "C", "L")
-        parts = [(name, matrix(getattr(constant, name), exactly=True)) for name in names]
-        own = [Tex(rf"{name}_\mathrm{{o}} = {value}") for name, value in parts]
-        return {"matrices": own, "constant": True}
+        named_matrices = [(name, matrix(getattr(constant, name), exactly=True)) for name in names]
+        displays = [Tex(rf"{name}_\mathrm{{o}} = {value}") for name, value in named_matrices]
+        return {"matrices": displays, "constant": True}
     same = bool((law.L == law.L[0]).all())
     gains = [
         Tex(f"L{'' if same else f'_{{{i}}}'} = {matrix(L, exactly=True)}")
@@ -251,13 +255,13 @@ def _observer(law: Any) -> dict[str, Any]:
 
 
 def _claims(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
-    plant, found = design.plant, theorems_context(design.document, design.checked)
-    places = {v.name: k for k, v in enumerate(plant.states)}
-    rows = [places[one.integral] for one in plant.references]
+    plant, context = design.plant, theorems_context(design.document, design.checked)
+    positions = {v.name: k for k, v in enumerate(plant.states)}
+    rows = [positions[r.integral] for r in plant.references]
     ranged = [v for v in plant.disturbances if v.range is not None]
-    moved = [v for v in plant.states if v.name in {r.follows for r in plant.references}]
-    for one in found["theorems"]:
-        claim = one["claim"]
+    followed = [v for v in plant.states if v.name in {r.follows for r in plant.references}]
+    for theorem in context["theorems"]:
+        claim = theorem["claim"]
         claim["inputs"] = _bounds(r"\tilde{%s}", plant.inputs, claim.get("input_limits") or ())
         pushed = plant.inputs if claim.get("disturbance") == "inputs" else plant.disturbances
         claim["entering"] = _bounds(r"\tilde{%s}", pushed, claim.get("disturbance_bounds") or ())
@@ -265,7 +269,7 @@ def _claims(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
             claim["moving"] = _bounds(r"\dot{%s}", ranged, claim["rates"], per=r"\,s^{-1}")
             claim["errors"] = [
                 Tex(f"{bound}~{unit(v.unit)} of ${_latex(v.symbol)}$")
-                for v, bound in zip(moved, _tracking_errors(claim, rows), strict=False)
+                for v, bound in zip(followed, _tracking_errors(claim, rows), strict=False)
             ]
         if claim.get("kind") == "region":
             claim["parts"] = [
@@ -274,7 +278,7 @@ def _claims(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
                 for p in claim["parts"]
             ]  # fmt: skip
     law = design.output_law
-    return checked_context(design.document, design.checked) | found | {
+    return checked_context(design.document, design.checked) | context | {
         "about_plant": design.is_about_plant,
         "discrete": loop.discrete,
         "shared": design.law is not None and len(design.model.rules) > 1,
@@ -284,11 +288,11 @@ def _claims(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
 
 
 def _bounds(
-    what: str, variables: Iterable[Variable], sizes: Iterable[Any], per: str = ""
+    pattern: str, variables: Iterable[Variable], sizes: Iterable[Any], per: str = ""
 ) -> list[Tex]:
     """Return |x_k| <= b_k with the unit of x_k, for each bound; for 0 that it does not move."""
     return [
-        Tex(rf"$|{what % _latex(v.symbol)}| \le {decimal(b)}\,{unit_of_product(v.unit, per)}$")
+        Tex(rf"$|{pattern % _latex(v.symbol)}| \le {decimal(b)}\,{unit_of_product(v.unit, per)}$")
         if float(b)
         else Tex(rf"${_latex(v.symbol)}$ is constant")
         for v, b in zip(variables, sizes, strict=False)
@@ -297,8 +301,8 @@ def _bounds(
 
 def unit_of_product(name: str, per: str) -> Tex:
     """Return a unit with a factor behind it."""
-    known = Tex("") if name in ("-", "") else unit(name)
-    return Tex(rf"{known}\mathrm{{{per}}}") if per else known
+    base_unit = Tex("") if name in ("-", "") else unit(name)
+    return Tex(rf"{base_unit}\mathrm{{{per}}}") if per else base_unit
 
 
 def _tracking_errors(claim: Mapping[str, Any], rows: Sequence[int]) -> list[Tex]:
@@ -312,9 +316,9 @@ def _tracking_errors(claim: Mapping[str, Any], rows: Sequence[int]) -> list[Tex]
     return [escape(at_most(float(bound))) for bound in bounds]
 
 
-def _margin_row(one: PlantLocalLoop) -> list[Tex]:
-    m = one.margins
-    head = [escape(one.place), escape(name_of(one.input))]
+def _margin_row(local_loop: PlantLocalLoop) -> list[Tex]:
+    m = local_loop.margins
+    head = [escape(local_loop.place), escape(name_of(local_loop.input))]
     if not m.stable:
         return [*head, *[escape("unstable")] * 6]
     crossover = scientific(m.crossover, 3) if np.isfinite(m.crossover) else NONE

@@ -87,11 +87,11 @@ def vertex_lines(model: TSModel, *, measured: bool = False) -> Iterator[Tex]:
     several = len(model.rules) > 1
     if same:
         index, span = ("i", rf", \quad i = 1, \dots, {len(model.rules)}") if several else ("1", "")
-        parts = [rf"{name}_{index} = {matrix(getattr(model, name)[0])}" for name in same]
-        yield Tex(r",\quad ".join(parts) + span)
+        equations = [rf"{name}_{index} = {matrix(getattr(model, name)[0])}" for name in same]
+        yield Tex(r",\quad ".join(equations) + span)
     for i in range(len(model.rules) if varying else 0):
-        parts = [rf"{name}_{{{i + 1}}} = {matrix(getattr(model, name)[i])}" for name in varying]
-        yield Tex(r",\quad ".join(parts))
+        equations = [rf"{name}_{{{i + 1}}} = {matrix(getattr(model, name)[i])}" for name in varying]
+        yield Tex(r",\quad ".join(equations))
 
 
 def _steps(model: TSModel) -> list[dict[str, Tex]]:
@@ -107,10 +107,10 @@ def _steps(model: TSModel) -> list[dict[str, Tex]]:
 def _display(formula: str) -> Tex:
     """Return a formula with fractions at full size, also inside vectors, and dots on symbols."""
     dotted = _DOTTED.sub(r"\\dot{\1}_{\2}", formula)
-    shown = dotted.replace(r"\frac", r"\dfrac").replace(r"\\", r"\\[8pt] ")
-    first, _, bounds = shown.partition(r", \qquad ")
+    enlarged = dotted.replace(r"\frac", r"\dfrac").replace(r"\\", r"\\[8pt] ")
+    first, _, bounds = enlarged.partition(r", \qquad ")
     # A premise and its bounds on two lines: they need not be shrunk in a narrow column.
-    return Tex(rf"\begin{{gathered}}{first},\\ {bounds}\end{{gathered}}" if bounds else shown)
+    return Tex(rf"\begin{{gathered}}{first},\\ {bounds}\end{{gathered}}" if bounds else enlarged)
 
 
 def _title(words: str) -> Tex:
@@ -121,8 +121,8 @@ def _title(words: str) -> Tex:
 
 
 def _with_unit(name: str) -> Tex:
-    found = _NAMED.match(name)
-    return escape(name) if found is None else Tex(f"{escape(found[1])} [{unit(found[2])}]")
+    match = _NAMED.match(name)
+    return escape(name) if match is None else Tex(f"{escape(match[1])} [{unit(match[2])}]")
 
 
 def _box_row(name: str, ends: tuple[object, object]) -> list[Tex]:
@@ -207,10 +207,10 @@ def _effort(design: TurbineDesign) -> Condition:
 
     if design.effort is None:
         raise ValueError("a design without effort gains has no guaranteed-cost condition")
-    asked = design.settings.effort or EffortSettings()
+    settings = design.settings.effort or EffortSettings()
     stiffness = design.effort.stiffness[0]
-    A = [[[a, 0.0], [-1.0, 0.0]] for a in stiffness for _ in asked.inertia]
-    B = [[[-1 / inertia], [0.0]] for _ in stiffness for inertia in asked.inertia]
+    A = [[[a, 0.0], [-1.0, 0.0]] for a in stiffness for _ in settings.inertia]
+    B = [[[-1 / inertia], [0.0]] for _ in stiffness for inertia in settings.inertia]
     return guaranteed_cost_condition(np.array(A), np.array(B))
 
 

@@ -52,15 +52,15 @@ def posed(
         the first.
     """
     lines = formula_lines(condition)
-    for symbol, other in renamed.items():
-        lines = [(label, formula.replace(symbol, other)) for label, formula in lines]
+    for symbol, replacement in renamed.items():
+        lines = [(label, formula.replace(symbol, replacement)) for label, formula in lines]
     everything = " ".join(formula for _, formula in lines)
-    known = [words for part, words in _SYMBOLS if part in everything]
+    explanations = [words for token, words in _SYMBOLS if token in everything]
     return {
         "title": title,
         "source": condition.source,
         "numbers": list(numbers),
-        "remark": Tex(remark or f"Here {'; '.join(known)}."),
+        "remark": Tex(remark or f"Here {'; '.join(explanations)}."),
         "lines": [(escape(plain_label(label)), _powers(formula)) for label, formula in lines],
     }
 
@@ -79,8 +79,8 @@ def posed_design(title: str, design: Design | None, *, dual: bool = False) -> li
     if design is None or design.answer.condition is None:
         return []
     name, scales = design.relaxation, design.answer.coordinates
-    shown = f"{_RELAXATIONS[name]} ({name})" if name in _RELAXATIONS else name
-    numbers = [Tex(f"relaxation of the double sum: {escape(shown)}")]
+    relaxation = f"{_RELAXATIONS[name]} ({name})" if name in _RELAXATIONS else name
+    numbers = [Tex(f"relaxation of the double sum: {escape(relaxation)}")]
     if design.decay_rate:
         numbers.insert(0, Tex(rf"$\alpha = {decimal(design.decay_rate)}$~1/s"))
     if scales is not None:

@@ -72,9 +72,9 @@ def escape(words: object) -> Tex:
 
 
 def _letter(c: str) -> str:
-    known = _SPECIAL.get(c) or _ACCENTS.get(c)
-    if known or " " <= c <= "~":
-        return known or c
+    command = _SPECIAL.get(c) or _ACCENTS.get(c)
+    if command or " " <= c <= "~":
+        return command or c
     return unicodedata.normalize("NFKD", c).encode("ascii", "ignore").decode() or "?"
 
 
@@ -82,8 +82,8 @@ def unit(name: str) -> Tex:
     """Return a unit in upright letters: ``"N m s^2/rad^2"``; empty for a pure number."""
     if name in ("-", ""):
         return Tex("--")
-    parts = escape(name).replace(r"\textasciicircum{}", "^").replace(" ", r"\,")
-    return _in_maths(r"\mathrm{" + _POWER.sub(r"^{\1}", parts) + "}")
+    escaped = escape(name).replace(r"\textasciicircum{}", "^").replace(" ", r"\,")
+    return _in_maths(r"\mathrm{" + _POWER.sub(r"^{\1}", escaped) + "}")
 
 
 def decimal(value: float | int | str | Fraction) -> Tex:
@@ -99,12 +99,12 @@ def decimal(value: float | int | str | Fraction) -> Tex:
     return _in_maths(text.rstrip("0").rstrip(".") if "." in text else text)
 
 
-def with_decimals(value: float, places: int) -> Tex:
+def with_decimals(value: float, decimals: int) -> Tex:
     """Return a number with this many decimals; infinity and NaN as a dash."""
     number = float(value)
     if not math.isfinite(number):
         return Tex(r"\ensuremath{\infty}") if math.isinf(number) else NONE
-    text = f"{number:.{places}f}"
+    text = f"{number:.{decimals}f}"
     return _in_maths(text[1:] if text.startswith("-") and float(text) == 0 else text)
 
 
@@ -131,10 +131,10 @@ def listed(values: Iterable[float | str | Fraction]) -> Tex:
     return Tex(",\\ ".join(decimal(value) for value in values))
 
 
-def range_text(ends: Iterable[float], places: int) -> Tex:
+def range_text(ends: Iterable[float], decimals: int) -> Tex:
     """Return ``low to high`` of some numbers, or one number where both are equal as written."""
     values = [float(v) for v in ends]
-    low, high = with_decimals(min(values), places), with_decimals(max(values), places)
+    low, high = with_decimals(min(values), decimals), with_decimals(max(values), decimals)
     return low if low == high else Tex(f"{low} to {high}")
 
 
@@ -221,10 +221,10 @@ def assembled(
     from takagi.reports.figures.style import figure_to_pdf
 
     figures = {f"{name}.pdf": figure_to_pdf(figure) for name, figure in drawn.items()}
-    known = {**context, "figures": sorted(figures)}
+    full_context = {**context, "figures": sorted(figures)}
     files: dict[str, bytes | str] = {
-        "appendix.tex": render("appendix.tex.jinja", known),
-        "appendix-body.tex": render(body, known),
+        "appendix.tex": render("appendix.tex.jinja", full_context),
+        "appendix-body.tex": render(body, full_context),
         "appendix.bib": _source("references.bib"),
     }
     return files | {f"figures/{name}": data for name, data in figures.items()}

@@ -52,12 +52,12 @@ def theorems_context(document: Mapping[str, Any], checked: Checked) -> dict[str,
     """
     rows: list[dict[str, Any]] = []
     numbers: dict[str, tuple[Tex, list[Tex]]] = {}
-    for claim, found in zip(document.get("claims", ()), checked.claims, strict=False):
+    for claim, result in zip(document.get("claims", ()), checked.claims, strict=False):
         kind, P = str(claim.get("kind")), claim.get("P")
         members = dict(claim)
         if is_matrix(P):
             key = json.dumps(P)
-            shown, levels = numbers.setdefault(key, (matrix(P, exactly=True), []))
+            _, levels = numbers.setdefault(key, (matrix(P, exactly=True), []))
             members["number"] = list(numbers).index(key) + 1
             if "level" in claim and (level := decimal(claim["level"])) not in levels:
                 levels.append(level)
@@ -68,15 +68,15 @@ def theorems_context(document: Mapping[str, Any], checked: Checked) -> dict[str,
             {
                 "claim": members,
                 "macro": kind.replace("-", "_"),
-                "title": Tex(TITLES[kind]) if kind in TITLES else escape(found.name),
-                "proved": kind in TITLES and found.verdict.name == "PROVED",
-                "verdict": found.verdict.name,
-                "text": f"{found.name}: {found.text}",
+                "title": Tex(TITLES[kind]) if kind in TITLES else escape(result.name),
+                "proved": kind in TITLES and result.verdict.name == "PROVED",
+                "verdict": result.verdict.name,
+                "text": f"{result.name}: {result.text}",
             }
         )
     return {
         "theorems": rows,
-        "matrices": [(k, *parts) for k, parts in enumerate(numbers.values(), start=1)],
+        "matrices": [(k, *entry) for k, entry in enumerate(numbers.values(), start=1)],
     }
 
 
@@ -84,9 +84,9 @@ def _weighted(claim: Mapping[str, Any]) -> dict[str, Any]:
     """Return P(w) of a claim for its theorem: its matrices by exponents, and rates of weights."""
     rates = claim.get("rates", ())
     matrices = [
-        (Tex("".join(f"({listed(powers)})" for powers in part["powers"])),
-         matrix(part["matrix"], exactly=True))
-        for part in claim["P"]
+        (Tex("".join(f"({listed(powers)})" for powers in coefficient["powers"])),
+         matrix(coefficient["matrix"], exactly=True))
+        for coefficient in claim["P"]
     ]  # fmt: skip
     return {
         "shown": matrices[:MOST_MATRICES],
@@ -99,11 +99,11 @@ def _weighted(claim: Mapping[str, Any]) -> dict[str, Any]:
 
 def _same_set(claim: Mapping[str, Any], rows: list[dict[str, Any]]) -> int | None:
     """Return the number of the theorem before that proves this claim's set to be invariant."""
-    parts = ("P", "level", "multiplier", "disturbance", "disturbance_bounds", "disturbance_norm")
+    members = ("P", "level", "multiplier", "disturbance", "disturbance_bounds", "disturbance_norm")
     for number, row in enumerate(rows, start=1):
-        other = row["claim"]
+        earlier = row["claim"]
         if row["macro"] == "invariant_ellipsoid" and row["proved"]:
-            if all(claim.get(part) == other.get(part) for part in parts):
+            if all(claim.get(member) == earlier.get(member) for member in members):
                 return number
     return None
 

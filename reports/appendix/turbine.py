@@ -206,28 +206,30 @@ def _gain_row(design: TurbineDesign, law: EffortSharingLaw, k: int) -> list[Tex]
 
 def margins_context(design: TurbineDesign) -> dict[str, Any]:
     """Return the margins of the loop that runs: at whole winds, and where one is least."""
-    found = measured_loop(design).margins
-    every = sorted({row.wind for row in found.rows})
-    unstable = sorted({row.wind for row in found.rows if row.decay_rate <= 0})
-    winds = sorted((*found.whole, *found.least))
-    rows = [_margin_row(found, wind, loop) for wind in winds for loop in ("torque", "pitch")]
+    searched = measured_loop(design).margins
+    every = sorted({row.wind for row in searched.rows})
+    unstable = sorted({row.wind for row in searched.rows if row.decay_rate <= 0})
+    winds = sorted((*searched.whole, *searched.least))
+    rows = [_margin_row(searched, wind, loop) for wind in winds for loop in ("torque", "pitch")]
     return {
         "margin_rows": [row for row in rows if row is not None],
         "unstable": wind_ranges(unstable, every) if unstable else "",
-        "without_equilibrium": wind_ranges(found.none, [*found.none, *every]) if found.none else "",
+        "without_equilibrium": wind_ranges(searched.none, [*searched.none, *every])
+        if searched.none
+        else "",
     }
 
 
-def _margin_row(found: SearchedMargins, wind: float, loop: str) -> list[Tex] | None:
+def _margin_row(searched: SearchedMargins, wind: float, loop: str) -> list[Tex] | None:
     """Return gain [dB], phase [deg], delay [s] and disk margin; None where the loop is open."""
-    plants = [dict(row.loops).get(loop) for row in found.rows if row.wind == wind]
+    plants = [dict(row.loops).get(loop) for row in searched.rows if row.wind == wind]
     if plants[0] is None:
         return None
     every = [_four(m) for m in plants if m is not None]
     cells = []
     for column, digits in zip(zip(*every, strict=True), (1, 1, 3, 2), strict=True):
-        first, least = (with_decimals(value, digits) for value in (column[0], min(column)))
-        cells.append(Tex(f"{first} ({least})"))
+        first, minimum = (with_decimals(value, digits) for value in (column[0], min(column)))
+        cells.append(Tex(f"{first} ({minimum})"))
     return [decimal(wind), escape(loop), *cells]
 
 
@@ -251,18 +253,18 @@ def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
     turbine, curve = design.turbine, trim_curve(design)
     ratio = np.linspace(*turbine.power.x_range, 90)
     pitch = np.linspace(*turbine.power.y_range, 80)
-    found = {
+    figures = {
         "surface": power_surface(design, curve, ratio=ratio, pitch=pitch),
         "trim": trim_drawing(design, curve, region_starts(design)),
     }
     if design.effort_sharing_law is None:
-        found["memberships"] = memberships_drawing(design, filter_of(design))
+        figures["memberships"] = memberships_drawing(design, filter_of(design))
     summary = claim_summary(design)
     if summary is not None and design.checked.verdict is Verdict.PROVED:
-        found["cells"] = cells_drawing(design, summary)
+        figures["cells"] = cells_drawing(design, summary)
     measured = measured_loop(design)
     runs = measured.drawn
     if measured.margins.rows:
-        found["running-margins"] = margins_drawing(measured.margins)
-    shown = [name for name in RESPONSES if name in runs]
-    return found | {f"response-{name}": response_drawing(design, runs[name]) for name in shown}
+        figures["running-margins"] = margins_drawing(measured.margins)
+    names = [name for name in RESPONSES if name in runs]
+    return figures | {f"response-{name}": response_drawing(design, runs[name]) for name in names}

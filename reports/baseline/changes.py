@@ -47,46 +47,52 @@ def changes(old: Data, new: Data) -> Iterator[Change]:
     """
     yield from _of_model(old["model"], new["model"])
     gains = old.get("gains")
-    for found in differences_between(gains, new.get("gains")):
-        yield _change("gains", found, gains)
-    for part in ("configuration", "versions"):
-        before, after = (_provenance(document, part) for document in (old, new))
-        for found in differences_between(before, after):
-            yield _change(part, found, before)
+    for difference in differences_between(gains, new.get("gains")):
+        yield _change("gains", difference, gains)
+    for section in ("configuration", "versions"):
+        old_section, new_section = (_provenance(document, section) for document in (old, new))
+        for difference in differences_between(old_section, new_section):
+            yield _change(section, difference, old_section)
 
 
-def listed_changes(found: Sequence[Change]) -> list[str]:
+def listed_changes(changed: Sequence[Change]) -> list[str]:
     """Return a line for each change; of each part the first ones, then how many more."""
     lines = []
-    for part in dict.fromkeys(change.part for change in found):
-        own = [change for change in found if change.part == part]
-        lines += [f"{part}: {c.place}: {c.old} -> {c.new}" for c in own[:MOST_LISTED]]
-        if len(own) > MOST_LISTED:
-            lines.append(f"{part}: and {len(own) - MOST_LISTED} more")
+    for section in dict.fromkeys(change.part for change in changed):
+        section_changes = [change for change in changed if change.part == section]
+        lines += [
+            f"{section}: {c.place}: {c.old} -> {c.new}" for c in section_changes[:MOST_LISTED]
+        ]
+        if len(section_changes) > MOST_LISTED:
+            lines.append(f"{section}: and {len(section_changes) - MOST_LISTED} more")
     return lines
 
 
 def _of_model(old: Any, new: Any) -> Iterator[Change]:
-    found = list(differences_between(_without(old, _FILES), _without(new, _FILES)))
-    first = [one for one in found if not one.path or one.path[0] not in _DERIVED]
+    differences = list(differences_between(_without(old, _FILES), _without(new, _FILES)))
+    first = [
+        difference
+        for difference in differences
+        if not difference.path or difference.path[0] not in _DERIVED
+    ]
     # Two models of matrices alone differ in nothing but these.
-    for one in first or found:
-        yield _change("model", one, old)
-    before, after = (_content(model) for model in (old, new))
-    if before and after:
+    for difference in first or differences:
+        yield _change("model", difference, old)
+    old_content, new_content = (_content(model) for model in (old, new))
+    if old_content and new_content:
         # Data that the model's other members do not contain, such as a tower's mass.
-        for one in differences_between(before, after):
+        for difference in differences_between(old_content, new_content):
             if (
-                one.path[0] not in _TOLD
-                and one.path[0] not in old
-                and beside_the_claims(one, before, old, None)
+                difference.path[0] not in _TOLD
+                and difference.path[0] not in old
+                and beside_the_claims(difference, old_content, old, None)
             ):
-                yield _change("model file", one, before)
+                yield _change("model file", difference, old_content)
 
 
 def _content(model: Any) -> dict[str, Any]:
-    found = model.get(_CONTENT) if isinstance(model, dict) else None
-    return found if isinstance(found, dict) else {}
+    content = model.get(_CONTENT) if isinstance(model, dict) else None
+    return content if isinstance(content, dict) else {}
 
 
 def _without(model: Any, members: Sequence[str]) -> Any:
@@ -95,14 +101,14 @@ def _without(model: Any, members: Sequence[str]) -> Any:
     return {key: value for key, value in model.items() if key not in members}
 
 
-def _provenance(document: Data, part: str) -> Any:
+def _provenance(document: Data, section: str) -> Any:
     provenance = document.get("provenance")
-    return provenance.get(part) if isinstance(provenance, Mapping) else None
+    return provenance.get(section) if isinstance(provenance, Mapping) else None
 
 
-def _change(part: str, found: Difference, owner: Any) -> Change:
-    place = _place(found.path, owner) or "all of it"
-    return Change(part, place, *shown(found))
+def _change(section: str, difference: Difference, owner: Any) -> Change:
+    location = _place(difference.path, owner) or "all of it"
+    return Change(section, location, *shown(difference))
 
 
 def _place(path: tuple[str | int, ...], owner: Any) -> str:

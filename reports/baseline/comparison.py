@@ -109,23 +109,23 @@ def compare_certificates(
     ModelError : the certificates are about two plants.
     """
     _require_one_plant(old["model"], new["model"])
-    before, after = _labelled(old, checked_old), _labelled(new, checked_new)
-    pairs = _matched(list(before), list(after))
-    moved, lost = list(_box_moved(old, new, tolerance)), {}
-    for label, (claim, answer) in before.items():
+    old_claims, new_claims = _labelled(old, checked_old), _labelled(new, checked_new)
+    pairs = _matched(list(old_claims), list(new_claims))
+    compared, lost = list(_box_moved(old, new, tolerance)), {}
+    for label, (claim, answer) in old_claims.items():
         if answer.verdict is not Verdict.PROVED:
             continue
-        why, counterpart = _counterpart(claim, after.get(pairs.get(label, ("", "", 0))))
+        why, counterpart = _counterpart(claim, new_claims.get(pairs.get(label, ("", "", 0))))
         if counterpart is None:
             lost[_name(label)] = why
             continue
         theirs = {figure.name: figure for figure in counterpart.figures}
         for figure in answer.figures:
-            moved.append(_moved(_name(label), figure, theirs.get(figure.name), tolerance))
-    added = tuple(_name(label) for label in after if label not in pairs.values())
+            compared.append(_moved(_name(label), figure, theirs.get(figure.name), tolerance))
+    added = tuple(_name(label) for label in new_claims if label not in pairs.values())
     sizes = gain_sizes(old.get("gains"), new.get("gains"))
     return CertificateComparison(
-        tolerance, tuple(moved), lost, added, tuple(changes(old, new)), sizes
+        tolerance, tuple(compared), lost, added, tuple(changes(old, new)), sizes
     )
 
 
@@ -147,7 +147,7 @@ def plant_name(model: Data) -> str:
 
 def _signals(model: Data) -> list[str]:
     listed = (*model.get("states", ()), *model.get("inputs", ()))
-    named = [str(one["name"]) for one in listed if isinstance(one, Mapping)]
+    named = [str(entry["name"]) for entry in listed if isinstance(entry, Mapping)]
     return named or [str(name) for name in model.get("state_names", ())]
 
 
@@ -158,12 +158,12 @@ def gain_sizes(old: Any, new: Any) -> tuple[GainSize, ...]:
     if len(laws) < 2 or named[0] != named[1] or not all(map(_is_list, named[0])):
         return ()
     inputs, states = (list(names or ()) for names in named[0])
-    found = []
+    gains = []
     for k, row in enumerate(inputs):
         for j, column in enumerate(states):
             sizes = [max(abs(float(str(K[k][j]))) for K in law["K"]) for law in laws]
-            found.append(GainSize(f"{row} by {column}", *sizes))
-    return tuple(found)
+            gains.append(GainSize(f"{row} by {column}", *sizes))
+    return tuple(gains)
 
 
 def _is_list(value: Any) -> bool:
@@ -185,16 +185,16 @@ def _labelled(document: Data, checked: Checked) -> dict[Label, tuple[Data, Claim
 
 def _matched(old: Sequence[Label], new: Sequence[Label]) -> dict[Label, Label]:
     """Return old label -> new label: the same one, else the next of its kind that is left."""
-    found = {label: label for label in old if label in new}
-    left = [label for label in new if label not in found]
+    pairs = {label: label for label in old if label in new}
+    unpaired = [label for label in new if label not in pairs]
     for label in old:
-        if label in found:
+        if label in pairs:
             continue
-        chosen = next((other for other in left if other[0] == label[0]), None)
+        chosen = next((candidate for candidate in unpaired if candidate[0] == label[0]), None)
         if chosen is not None:
-            found[label] = chosen
-            left.remove(chosen)
-    return found
+            pairs[label] = chosen
+            unpaired.remove(chosen)
+    return pairs
 
 
 def _name(label: Label) -> str:
@@ -243,10 +243,12 @@ def _end(end: Any, name: str) -> Fraction:
 
 
 def _box_moved(old: Data, new: Data, tolerance: Fraction) -> Iterator[Moved]:
-    before, after = ({f.name: f for f in _box_figures(one["model"])} for one in (old, new))
-    for name in {**before, **after}:
+    old_figures, new_figures = (
+        {f.name: f for f in _box_figures(document["model"])} for document in (old, new)
+    )
+    for name in {**old_figures, **new_figures}:
         # A variable without a range in one of them is unbounded there.
-        ours, theirs = before.get(name), after.get(name)
+        ours, theirs = old_figures.get(name), new_figures.get(name)
         ours, theirs = ours or _unbounded(theirs), theirs or _unbounded(ours)
         yield _moved(BOX, ours, theirs, tolerance)
 
@@ -263,12 +265,12 @@ def _moved(
     if isinstance(old, WindProfile):
         spans = new.spans if isinstance(new, WindProfile) else ()
         rows = [
-            (_change(value, theirs, None), place, value, theirs)
-            for place, value, theirs in _over_wind(old, spans)
+            (_change(value, theirs, None), winds, value, theirs)
+            for winds, value, theirs in _over_wind(old, spans)
         ]
-        change, place, value, theirs = min(rows, key=lambda row: row[0])
+        change, winds, value, theirs = min(rows, key=lambda row: row[0])
         worse = change < -tolerance
-        return Moved(claim, old.name, old.unit, value, theirs, change, worse, place)
+        return Moved(claim, old.name, old.unit, value, theirs, change, worse, winds)
     worst = -inf if old.larger else inf
     theirs = _number(new) if isinstance(new, Figure) else worst
     change = _change(_number(old), theirs, old.span, larger=old.larger)
@@ -290,9 +292,9 @@ def _over_wind(
         for first, last, _ in over:
             if first <= covered:
                 covered = max(covered, last)
-        least = min((theirs for *_, theirs in over), default=-inf)
+        lowest = min((theirs for *_, theirs in over), default=-inf)
         where = f"{float(low):g} to {float(high):g} m/s"
-        yield where, value, least if covered >= high else -inf
+        yield where, value, lowest if covered >= high else -inf
 
 
 def _change(old: Number, new: Number, span: Fraction | None, *, larger: bool = True) -> Number:

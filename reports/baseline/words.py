@@ -47,44 +47,44 @@ ROUNDING = 1e-3
 _ALIKE = 0.005
 
 
-def word_of(moved: Moved) -> str:
+def word_of(row: Moved) -> str:
     """Return what a change means, such as ``"slower"``; empty where nothing has changed."""
-    if not moved.change:
+    if not row.change:
         return ""
-    better = moved.change > 0
-    if moved.claim == BOX:
+    better = row.change > 0
+    if row.claim == BOX:
         return "wider box" if better else "narrower box"
     for start, good, bad in _WORDS:
-        if moved.figure.startswith(start):
+        if row.figure.startswith(start):
             return good if better else bad
     return "better" if better else "worse"
 
 
-def verdict(moved: Sequence[Moved], gains: Iterable[GainSize]) -> str:
+def verdict(rows: Sequence[Moved], gains: Iterable[GainSize]) -> str:
     """Return on the whole what got better and what worse, in one phrase.
 
     A figure that got worse within the tolerance counts too, because the phrase is about the
     direction of the change; changes within rounding do not count.
     """
-    found = [(one.change > 0, word_of(one)) for one in moved if not _alike(one)]
-    good = list(dict.fromkeys(word for better, word in found if better))
-    bad = list(dict.fromkeys(word for better, word in found if not better))
+    judged = [(row.change > 0, word_of(row)) for row in rows if not _alike(row)]
+    good = list(dict.fromkeys(word for better, word in judged if better))
+    bad = list(dict.fromkeys(word for better, word in judged if not better))
     if good and bad:
-        told = f"partly better ({', '.join(good)}), partly worse ({', '.join(bad)})"
+        phrase = f"partly better ({', '.join(good)}), partly worse ({', '.join(bad)})"
     elif good:
-        told = f"better ({', '.join(good)})"
+        phrase = f"better ({', '.join(good)})"
     elif bad:
-        told = f"worse ({', '.join(bad)})"
+        phrase = f"worse ({', '.join(bad)})"
     else:
-        told = "no figure changed"
-        told += f" by more than {100 * ROUNDING:g} %" if any(one.change for one in moved) else ""
+        phrase = "no figure changed"
+        phrase += f" by more than {100 * ROUNDING:g} %" if any(row.change for row in rows) else ""
     sizes = gain_words(gains)
-    return f"{told}; {sizes}" if sizes else told
+    return f"{phrase}; {sizes}" if sizes else phrase
 
 
 def gain_words(gains: Iterable[GainSize]) -> str:
     """Return how the largest gains compare; empty where they are alike or cannot be compared."""
-    ratios = [one.ratio for one in gains if one.ratio is not None]
+    ratios = [gain.ratio for gain in gains if gain.ratio is not None]
     if not ratios or all(abs(ratio - 1) < _ALIKE for ratio in ratios):
         return ""
     low, high = min(ratios), max(ratios)
@@ -95,8 +95,8 @@ def gain_words(gains: Iterable[GainSize]) -> str:
     return f"gains from {low:.3g} to {high:.3g} times the old ones"
 
 
-def _alike(moved: Moved) -> bool:
-    return bool(-ROUNDING <= moved.change <= ROUNDING)
+def _alike(row: Moved) -> bool:
+    return bool(-ROUNDING <= row.change <= ROUNDING)
 
 
 _LARGEST = 10**300
@@ -104,33 +104,33 @@ _LARGEST = 10**300
 _DIGITS = (6, 9, 12, 17, 34)
 
 
-def as_text(found: CertificateComparison, *, source: str) -> str:
+def as_text(compared: CertificateComparison, *, source: str) -> str:
     """Return the comparison in lines; of unchanged figures only the number is given."""
     rows = [
         (word, means, claim, figure, f"{went} from {old} to {new}", f"({share})")
-        for word, means, claim, figure, went, old, new, share in _rows(found)
+        for word, means, claim, figure, went, old, new, share in _rows(compared)
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)] if rows else []
-    lines = [_head(found, source)]
+    lines = [_head(compared, source)]
     lines += [
         "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    lines += [f"  lost    {name}: {why}" for name, why in found.lost.items()]
-    lines += [f"  new     {name}" for name in found.added]
-    lines += [f"  gains   {one}" for one in _gains(found)]
-    same = len(found.moved) - len(rows)
+    lines += [f"  lost    {name}: {why}" for name, why in compared.lost.items()]
+    lines += [f"  new     {name}" for name in compared.added]
+    lines += [f"  gains   {gain}" for gain in _gains(compared)]
+    same = len(compared.moved) - len(rows)
     if same:
         lines.append(f"  {same} figure{'s are' if same > 1 else ' is'} the same")
-    if found.changed:
-        lines += ["What changed", *(f"  {line}" for line in listed_changes(found.changed))]
+    if compared.changed:
+        lines += ["What changed", *(f"  {line}" for line in listed_changes(compared.changed))]
     return "\n".join(lines)
 
 
-def as_markdown(found: CertificateComparison, *, source: str) -> str:
+def as_markdown(compared: CertificateComparison, *, source: str) -> str:
     """Return the comparison for a pull request: every figure that moved, and what changed."""
-    lines = [f"### {markdown_cell(_head(found, source))}", ""]
-    rows = list(_rows(found))
+    lines = [f"### {markdown_cell(_head(compared, source))}", ""]
+    rows = list(_rows(compared))
     if rows:
         lines += [
             "| | Means | Claim | Figure | | Old | New | Change |",
@@ -138,10 +138,10 @@ def as_markdown(found: CertificateComparison, *, source: str) -> str:
         ]
         lines += ["| " + " | ".join(map(markdown_cell, row)) + " |" for row in rows]
         lines.append("")
-    lines += [f"- lost: {markdown_cell(f'{name}: {why}')}" for name, why in found.lost.items()]
-    lines += [f"- new: {markdown_cell(name)}" for name in found.added]
-    lines += [f"- gains: {markdown_cell(one)}" for one in _gains(found)]
-    lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(found.changed)]
+    lines += [f"- lost: {markdown_cell(f'{name}: {why}')}" for name, why in compared.lost.items()]
+    lines += [f"- new: {markdown_cell(name)}" for name in compared.added]
+    lines += [f"- gains: {markdown_cell(gain)}" for gain in _gains(compared)]
+    lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(compared.changed)]
     return "\n".join(lines).rstrip() + "\n"
 
 
@@ -185,86 +185,86 @@ def _of_page(new: str, compared: CertificateComparison, old: str) -> dict[str, A
     }
 
 
-def as_data(found: CertificateComparison) -> dict[str, Any]:
+def as_data(compared: CertificateComparison) -> dict[str, Any]:
     """Return the comparison as plain data; numbers that are not finite are None."""
     return {
-        "passes": found.passes,
-        "verdict": verdict(found.moved, found.gains),
-        "tolerance": float(found.tolerance),
+        "passes": compared.passes,
+        "verdict": verdict(compared.moved, compared.gains),
+        "tolerance": float(compared.tolerance),
         "figures": [
             {
-                "claim": moved.claim,
-                "figure": moved.figure,
-                "unit": moved.unit,
-                "wind": moved.place or None,
-                "old": _plain(moved.old),
-                "new": _plain(moved.new),
-                "change": _plain(moved.change),
-                "worse": moved.worse,
-                "means": word_of(moved) or None,
+                "claim": row.claim,
+                "figure": row.figure,
+                "unit": row.unit,
+                "wind": row.place or None,
+                "old": _plain(row.old),
+                "new": _plain(row.new),
+                "change": _plain(row.change),
+                "worse": row.worse,
+                "means": word_of(row) or None,
             }
-            for moved in found.moved
+            for row in compared.moved
         ],
-        "gains": [{"gain": one.name, "old": one.old, "new": one.new} for one in found.gains],
-        "lost": [{"claim": name, "reason": why} for name, why in found.lost.items()],
-        "added": list(found.added),
+        "gains": [{"gain": gain.name, "old": gain.old, "new": gain.new} for gain in compared.gains],
+        "lost": [{"claim": name, "reason": why} for name, why in compared.lost.items()],
+        "added": list(compared.added),
         "changed": [
-            {"part": c.part, "place": c.place, "old": c.old, "new": c.new} for c in found.changed
+            {"part": c.part, "place": c.place, "old": c.old, "new": c.new} for c in compared.changed
         ],
     }
 
 
-def _head(found: CertificateComparison, source: str) -> str:
+def _head(compared: CertificateComparison, source: str) -> str:
     """Return the first line: what failed, and what got better or worse on the whole."""
-    allowed = f"by more than {float(100 * found.tolerance):g} %"
-    whole = verdict(found.moved, found.gains)
-    if found.passes:
-        return f"Against {source}: nothing got worse {allowed}; {whole}"
-    worse, lost = sum(moved.worse for moved in found.moved), len(found.lost)
-    told = [f"{_counted(worse, 'figure')} got worse {allowed}"] if worse else []
-    told += [f"{_counted(lost, 'claim')} lost"] if lost else []
-    return f"Against {source}: {', '.join(told)}; {whole}"
+    allowed = f"by more than {float(100 * compared.tolerance):g} %"
+    overall = verdict(compared.moved, compared.gains)
+    if compared.passes:
+        return f"Against {source}: nothing got worse {allowed}; {overall}"
+    worse, lost = sum(row.worse for row in compared.moved), len(compared.lost)
+    failures = [f"{_counted(worse, 'figure')} got worse {allowed}"] if worse else []
+    failures += [f"{_counted(lost, 'claim')} lost"] if lost else []
+    return f"Against {source}: {', '.join(failures)}; {overall}"
 
 
-def _gains(found: CertificateComparison) -> Iterator[str]:
+def _gains(compared: CertificateComparison) -> Iterator[str]:
     """Yield the gains whose largest size over the rules has changed, and how."""
-    for one in found.gains:
-        if one.old != one.new:
-            went = "larger" if one.new > one.old else "smaller"
-            yield f"{one.name}: {went}, at most {one.old:.6g} before and {one.new:.6g} now"
+    for gain in compared.gains:
+        if gain.old != gain.new:
+            went = "larger" if gain.new > gain.old else "smaller"
+            yield f"{gain.name}: {went}, at most {gain.old:.6g} before and {gain.new:.6g} now"
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'s' if count > 1 else ''}"
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' if count > 1 else ''}"
 
 
-def _rows(found: CertificateComparison) -> Iterator[tuple[str, ...]]:
+def _rows(compared: CertificateComparison) -> Iterator[tuple[str, ...]]:
     """Yield word, meaning, claim, figure, which way it went, old and new, and by how much."""
-    for moved in found.moved:
-        if not moved.change:
+    for row in compared.moved:
+        if not row.change:
             continue
-        word = "WORSE" if moved.worse else "worse" if moved.change < 0 else "better"
-        figure = f"{moved.figure} [{moved.unit}]" if moved.unit else moved.figure
-        if moved.place:
-            figure += f", {moved.place}"
-        went = "rose" if moved.new > moved.old else "fell"
-        yield (word, word_of(moved), moved.claim, figure, went, *_values(moved), _share(moved))
+        word = "WORSE" if row.worse else "worse" if row.change < 0 else "better"
+        figure = f"{row.figure} [{row.unit}]" if row.unit else row.figure
+        if row.place:
+            figure += f", {row.place}"
+        went = "rose" if row.new > row.old else "fell"
+        yield (word, word_of(row), row.claim, figure, went, *_values(row), _share(row))
 
 
-def _share(moved: Moved) -> str:
+def _share(row: Moved) -> str:
     """Return the relative change, rounded towards the worse side."""
-    word = "worse" if moved.change < 0 else "better"
-    if not isinstance(moved.change, Fraction):
+    word = "worse" if row.change < 0 else "better"
+    if not isinstance(row.change, Fraction):
         return word
-    if moved.change < 0:
-        return f"{at_most(-100 * moved.change, 3)} % worse"
-    return f"{at_least(100 * moved.change, 3)} % better"
+    if row.change < 0:
+        return f"{at_most(-100 * row.change, 3)} % worse"
+    return f"{at_least(100 * row.change, 3)} % better"
 
 
-def _values(moved: Moved) -> tuple[str, str]:
+def _values(row: Moved) -> tuple[str, str]:
     """Return both values; with more digits than usual if they would otherwise look equal."""
     for digits in _DIGITS:
-        old, new = _number(moved.old, digits), _number(moved.new, digits)
+        old, new = _number(row.old, digits), _number(row.new, digits)
         if old != new:
             break
     return old, new

@@ -53,9 +53,9 @@ class Regulator:
     starts: Floats | None
     sought: bool
 
-    def settling(self, *, own: bool, step: float | None) -> float | None:
+    def settling(self, *, of_design: bool, step: float | None) -> float | None:
         """Return the time [s] in which the slowest mode of a linear loop falls to 2 %."""
-        poles = self.own_poles if own else self.poles
+        poles = self.own_poles if of_design else self.poles
         if step is None:
             rate = float(-poles.real.max())
         else:
@@ -78,8 +78,8 @@ def regulator(design: PlantDesign) -> Regulator | None:
     special = loop.blend is not None or loop.observed is not None
     if loop.gains is None or special or sizes is None:
         return None
-    rest, own = loop.at_rest()
-    assert own is not None
+    rest, design_gain = loop.at_rest()
+    assert design_gain is not None
     states, inputs = sizes
     gain = _gain(rest.A, rest.B, states, inputs, loop.model.sample_time)
     if gain is None:
@@ -89,7 +89,7 @@ def regulator(design: PlantDesign) -> Regulator | None:
     return Regulator(
         gain,
         np.linalg.eigvals(rest.A - rest.B @ gain).astype(np.complex128),
-        np.linalg.eigvals(rest.A - rest.B @ own).astype(np.complex128),
+        np.linalg.eigvals(rest.A - rest.B @ design_gain).astype(np.complex128),
         states,
         inputs,
         _starts(design, gain) if sought else None,
@@ -115,16 +115,16 @@ def _sizes(loop: PlantLoop) -> tuple[Floats, Floats] | None:
 
 
 def _halves(loop: PlantLoop, labels: tuple[str, ...], instead: Floats | None) -> Floats | None:
-    found = []
+    widths = []
     for k, label in enumerate(labels):
         ends = loop.model.box.get(label)
         if ends is not None:
-            found.append(min(abs(float(end)) for end in ends))
+            widths.append(min(abs(float(end)) for end in ends))
         elif instead is not None:
-            found.append(float(instead[k]))
+            widths.append(float(instead[k]))
         else:
             return None
-    sizes = np.array(found)
+    sizes = np.array(widths)
     return sizes if sizes.size and np.all(np.isfinite(sizes) & (sizes > 0)) else None
 
 
@@ -150,12 +150,12 @@ def _starts(design: PlantDesign, gain: Floats) -> Floats | None:
     from takagi.reports.loops.proved_kinds import proved_claims
 
     try:
-        found = certify(design.model, gain, claims=[InvariantEllipsoid()])
+        certified = certify(design.model, gain, claims=[InvariantEllipsoid()])
     except ModelError:
         return None
-    kinds = proved_claims(found.document, found.checked)
+    kinds = proved_claims(certified.document, certified.checked)
     sets = [claim for claim in kinds if claim["kind"] == "invariant-ellipsoid"]
-    if not sets or not all(claim.verdict.name == "PROVED" for claim in found.checked.claims):
+    if not sets or not all(claim.verdict.name == "PROVED" for claim in certified.checked.claims):
         return None
     P, level = sets[0]["P"], Fraction(str(sets[0]["level"]))
     return np.array([float(level / Fraction(str(P[k][k]))) ** 0.5 for k in range(len(P))])

@@ -85,14 +85,14 @@ def overlap_claims(design: TurbineDesign) -> tuple[OverlapClaim, ...]:
 
 def proved_cells(document: Mapping[str, Any], k: int) -> Mapping[str, Any]:
     """Return the figures of claim k of a certificate, from those of its cells that hold."""
-    parts = {"claim": document["claims"][k], "model": document["model"]}
-    return _proved_cells(json.dumps(parts | {"gains": document["gains"]}), f"claims[{k}]")
+    excerpt = {"claim": document["claims"][k], "model": document["model"]}
+    return _proved_cells(json.dumps(excerpt | {"gains": document["gains"]}), f"claims[{k}]")
 
 
 @lru_cache(maxsize=32)
 def _proved_cells(written: str, where: str) -> Mapping[str, Any]:
-    parts = read_text(written, where)
-    claim = PublishedLoop.read(parts["claim"], parts, (), where)
+    excerpt = read_text(written, where)
+    claim = PublishedLoop.read(excerpt["claim"], excerpt, (), where)
     failures = claim.failures(decided_exactly)
     cells = [cell for k, cell in enumerate(claim.cells) if k not in failures]
     figures: dict[str, Any] = {
@@ -122,18 +122,18 @@ def wind_words(claim: OverlapClaim) -> str:
         return "none"
     if width := window_width(claim):
         # One window may be left out in several parts.
-        looked = count + len(merged(claim.unproved, reach=width))
+        examined = count + len(merged(claim.unproved, reach=width))
         first, last = proved[0][0], proved[-1][0]
-        return f"{count} of {looked} windows, from {first:g} to {last:g} m/s"
-    more = f" (+{count - MOST} more)" if count > MOST else ""
-    return ", ".join(span_words(span, inward=True) for span in proved[:MOST]) + f"{more} m/s"
+        return f"{count} of {examined} windows, from {first:g} to {last:g} m/s"
+    omitted = f" (+{count - MOST} more)" if count > MOST else ""
+    return ", ".join(span_words(span, inward=True) for span in proved[:MOST]) + f"{omitted} m/s"
 
 
 def gap_words(claim: OverlapClaim) -> str:
     """Return the winds examined and not proved, never narrower than they are."""
-    more = f" (+{len(claim.unproved) - MOST} more)" if len(claim.unproved) > MOST else ""
+    omitted = f" (+{len(claim.unproved) - MOST} more)" if len(claim.unproved) > MOST else ""
     gaps = ", ".join(span_words(span, inward=False) for span in claim.unproved[:MOST])
-    return f"{gaps}{more} m/s" if gaps else "none"
+    return f"{gaps}{omitted} m/s" if gaps else "none"
 
 
 def window_width(claim: OverlapClaim) -> float:
@@ -158,11 +158,11 @@ def synthesis_words(design: TurbineDesign) -> str:
     if synthesis.joint is None:
         why = f", for {synthesis.kept}" if synthesis.kept else ""
         return f"two steps: gains wind by wind, then one function for all winds{why}"
-    before, after = synthesis.joint.before, synthesis.joint.after
+    initial, final = synthesis.joint.before, synthesis.joint.after
     return (
         f"one step, {objective_name(design)}, {len(synthesis.joint.history) - 1} joint steps: "
-        f"mean wind error {before.wind_error:.4f} to {after.wind_error:.4f} m/s, decay "
-        f"{before.decay_rate:.4f} to {after.decay_rate:.4f} 1/s"
+        f"mean wind error {initial.wind_error:.4f} to {final.wind_error:.4f} m/s, decay "
+        f"{initial.decay_rate:.4f} to {final.decay_rate:.4f} 1/s"
     )
 
 
@@ -171,4 +171,6 @@ def objective_name(design: TurbineDesign) -> str:
     from takagi.lmi.turbine.one_step.objective import OBJECTIVES
 
     aim = design.settings.objective
-    return next((name for name, each in OBJECTIVES.items() if each == aim), "weights of its own")
+    return next(
+        (name for name, objective in OBJECTIVES.items() if objective == aim), "weights of its own"
+    )

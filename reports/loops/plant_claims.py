@@ -51,8 +51,8 @@ def settling_time(loop: PlantLoop) -> float | None:
     reach = half_widths(loop)
     if loop.observed is not None:
         # V is the function of the set itself: |x_k| is at most its half-width times sqrt(V / c).
-        known = reach is not None and loop.decay_rate
-        return norm_settling_time(loop.decay_rate) if known and loop.decay_rate else None
+        proved = reach is not None and loop.decay_rate
+        return norm_settling_time(loop.decay_rate) if proved and loop.decay_rate else None
     if reach is None or not loop.decay_rate or loop.decay_P is None:
         return None
     P, level = loop.ellipsoid
@@ -82,9 +82,9 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     bounds = [np.sqrt(np.diag(P) * np.diag(np.linalg.inv(P))) for P in _functions(design)]
     if not bounds:
         return {}
-    least: Floats = _ROUNDED * np.min(bounds, axis=0)
-    found = zip(loop.names, least, strict=True)
-    return {name: float(most) for name, most in found if most <= USEFUL}
+    factors: Floats = _ROUNDED * np.min(bounds, axis=0)
+    pairs = zip(loop.names, factors, strict=True)
+    return {name: float(factor) for name, factor in pairs if factor <= USEFUL}
 
 
 def _functions(design: PlantDesign) -> Iterator[Floats]:
@@ -125,14 +125,14 @@ def withstood(design: PlantDesign) -> list[Withstood]:
         for claim in proved_claims(design.document, design.checked, kind):
             stated = claim.get("disturbance_bounds")
             if stated is not None and len(stated) == len(bounds):
-                found = [float(Fraction(str(bound))) for bound in stated]
-                bounds = [max(pair) for pair in zip(bounds, found, strict=True)]
+                claimed = [float(Fraction(str(bound))) for bound in stated]
+                bounds = [max(pair) for pair in zip(bounds, claimed, strict=True)]
     rows = []
     for variable, proved in zip(disturbances, bounds, strict=True):
         side = variable.range
         if side is None or variable.schedules:
             continue
-        far = max(abs(float(end - variable.rest)) for end in (side.lower, side.upper))
-        if far > 0:
-            rows.append(Withstood(variable, proved, far))
+        largest = max(abs(float(end - variable.rest)) for end in (side.lower, side.upper))
+        if largest > 0:
+            rows.append(Withstood(variable, proved, largest))
     return rows

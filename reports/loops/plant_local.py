@@ -46,14 +46,14 @@ def local_loops(loop: PlantLoop) -> tuple[PlantLocalLoop, ...]:
     Vertices are corners of the premises' ranges: the plant need not reach them.  Of a law with
     outputs only the loop at rest: plant and observer in a row.
     """
-    found = rest_loops(loop)
+    loops = rest_loops(loop)
     rules = len(loop.model.rules)
     if loop.gains is None or loop.observed is not None or not 1 < rules <= LISTED:
-        return found
+        return loops
     stacks = zip(loop.model.A, loop.model.B, loop.gains, strict=True)
     for i, (A, B, K) in enumerate(stacks, 1):
-        found += _at_each_input(loop, f"vertex {i}", A, B, K)
-    return found
+        loops += _at_each_input(loop, f"vertex {i}", A, B, K)
+    return loops
 
 
 def rest_loops(loop: PlantLoop, gain: Floats | None = None) -> tuple[PlantLocalLoop, ...]:
@@ -74,25 +74,27 @@ def rest_loops(loop: PlantLoop, gain: Floats | None = None) -> tuple[PlantLocalL
 
 
 def _at_each_input(
-    loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats
+    loop: PlantLoop, location: str, A: Floats, B: Floats, K: Floats
 ) -> tuple[PlantLocalLoop, ...]:
     inputs = [k for k in range(B.shape[1]) if np.any(K[k])]
-    return tuple(_broken(loop, place, A, B, K, k) for k in inputs)
+    return tuple(_broken(loop, location, A, B, K, k) for k in inputs)
 
 
-def _broken(loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats, k: int) -> PlantLocalLoop:
-    others = [j for j in range(B.shape[1]) if j != k]
-    inner = A - B[:, others] @ K[others]
+def _broken(
+    loop: PlantLoop, location: str, A: Floats, B: Floats, K: Floats, k: int
+) -> PlantLocalLoop:
+    closed_inputs = [j for j in range(B.shape[1]) if j != k]
+    inner = A - B[:, closed_inputs] @ K[closed_inputs]
     closed = A - B @ K
     if loop.model.sample_time is None:
         import control
 
-        found = loop_response(control.ss(inner, B[:, [k]], K[[k]], 0.0))
-        response = replace(found, evaluate=_beside_poles(found.evaluate))
+        open_response = loop_response(control.ss(inner, B[:, [k]], K[[k]], 0.0))
+        response = replace(open_response, evaluate=_beside_poles(open_response.evaluate))
     else:
         response = _sampled(inner, B[:, [k]], K[[k]], loop.model.sample_time, closed)
     poles = np.linalg.eigvals(closed).astype(np.complex128)
-    return PlantLocalLoop(place, loop.model.inputs[k], response, loop_margins(response), poles)
+    return PlantLocalLoop(location, loop.model.inputs[k], response, loop_margins(response), poles)
 
 
 def _beside_poles(evaluate: Callable[[Floats], Complex]) -> Callable[[Floats], Complex]:
@@ -127,10 +129,10 @@ def _sampled(A: Floats, B: Floats, K: Floats, step: float, closed: Floats) -> Lo
 
 def common_frequencies(loops: Sequence[PlantLocalLoop]) -> Floats:
     """Return one grid for all loops, from a hundredth of the lowest crossover to 30 highest."""
-    found = [w for one in loops for w in one.margins.crossovers]
-    ends = [one.response.frequencies for one in loops]
-    low = min(found) / 100 if found else min(float(e[e > 0][0]) for e in ends)
-    high = 30 * max(found) if found else max(float(e[-1]) for e in ends)
-    if any(one.response.at_infinity is None for one in loops):
+    crossovers = [w for local_loop in loops for w in local_loop.margins.crossovers]
+    ends = [local_loop.response.frequencies for local_loop in loops]
+    low = min(crossovers) / 100 if crossovers else min(float(e[e > 0][0]) for e in ends)
+    high = 30 * max(crossovers) if crossovers else max(float(e[-1]) for e in ends)
+    if any(local_loop.response.at_infinity is None for local_loop in loops):
         high = min(high, min(float(e[-1]) for e in ends))
     return np.geomspace(low, max(high, 10 * low), 700)

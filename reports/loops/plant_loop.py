@@ -55,10 +55,10 @@ class ObservedMotion:
 
     def start(self, deviation: Floats) -> Floats:
         """Return the estimate (n,) of x - x* at the first sample: measured states, else 0."""
-        found = np.zeros(len(deviation))
+        estimate = np.zeros(len(deviation))
         for state in self.measured_states():
-            found[state] = deviation[state]
-        return found
+            estimate[state] = deviation[state]
+        return estimate
 
     def command(self, state: Floats, estimate: Floats) -> Floats:
         """Return u (m,) at x (n,), for outputs without an input in the premises."""
@@ -78,8 +78,8 @@ class ObservedMotion:
         """Return the places of the states that an output shows by themselves."""
         from takagi.models.laws.pdc import seen_directly
 
-        seen = seen_directly(self.law.model, self.law.rows)
-        return [state for state, (_, factor) in seen.items() if factor == 1.0]
+        directly_measured = seen_directly(self.law.model, self.law.rows)
+        return [state for state, (_, factor) in directly_measured.items() if factor == 1.0]
 
     def shapes(self) -> tuple[Floats, Floats] | None:
         """Return the (n, n) matrices of the set, projected, and of its starts; None without one.
@@ -89,12 +89,12 @@ class ObservedMotion:
         if self.P is None:
             return None
         n = len(self.P) // 2
-        one = np.eye(n)
-        state = np.hstack([one, one if self.law.at_estimate else np.zeros((n, n))])
+        identity = np.eye(n)
+        state = np.hstack([identity, identity if self.law.at_estimate else np.zeros((n, n))])
         projection = np.linalg.inv(state @ np.linalg.inv(self.P) @ state.T)
-        known = np.zeros((n, n))
-        known[self.measured_states(), self.measured_states()] = 1.0
-        N = np.vstack([known if self.law.at_estimate else one, one - known])
+        selection = np.zeros((n, n))
+        selection[self.measured_states(), self.measured_states()] = 1.0
+        N = np.vstack([selection if self.law.at_estimate else identity, identity - selection])
         return np.asarray((projection + projection.T) / 2), np.asarray(N.T @ self.P @ N)
 
     def largest_commands(self) -> Floats | None:
@@ -137,8 +137,8 @@ class ObservedMotion:
             np.tensordot(h, stack, axes=1)
             for stack in (model.A, model.B, model.C[:, rows], self.law.feedback.gains, self.law.L)
         )
-        found = [np.linalg.eigvals(A - B @ K), np.linalg.eigvals(A - L @ C)]
-        return np.concatenate(found).astype(np.complex128)
+        spectra = [np.linalg.eigvals(A - B @ K), np.linalg.eigvals(A - L @ C)]
+        return np.concatenate(spectra).astype(np.complex128)
 
     def joint(self, h: Floats) -> tuple[Floats, Floats, Floats]:
         """Return A, B, G of (x, s), with u - u* = -G (x, s) broken where the plant gets it.
@@ -150,12 +150,14 @@ class ObservedMotion:
         model, rows = self.law.model, list(self.law.rows)
         A, B, C = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.B, model.C))
         D = np.tensordot(h, model.D, axes=1)[rows]
-        own = list(range(len(A)))
+        states = list(range(len(A)))
         if not isinstance(self.law, OutputFeedback):
-            own = list(self.law.states)
-        n, m = len(own), B.shape[1]
-        whole = np.block([[A[np.ix_(own, own)], np.zeros((n, len(F)))], [L @ C[rows][:, own], F]])
-        return whole, np.vstack([B[own], L @ D]), np.hstack([np.zeros((m, n)), K])
+            states = list(self.law.states)
+        n, m = len(states), B.shape[1]
+        joint_A = np.block(
+            [[A[np.ix_(states, states)], np.zeros((n, len(F)))], [L @ C[rows][:, states], F]]
+        )
+        return joint_A, np.vstack([B[states], L @ D]), np.hstack([np.zeros((m, n)), K])
 
 
 def observed_motion(design: PlantDesign) -> ObservedMotion | None:
@@ -192,12 +194,12 @@ def measured_outputs(plant: Plant) -> Callable[[Floats, Floats], Floats]:
     assert plant.measured is not None  # only such a law has an observer
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     symbols = [v.symbol for v in (*plant.states, *plant.inputs)]
-    given = {y.name: y.expression for y in plant.outputs}
-    rows = [sp.sympify(given[name]).subs(values) for name in plant.measured]
-    found = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
+    expressions = {y.name: y.expression for y in plant.outputs}
+    rows = [sp.sympify(expressions[name]).subs(values) for name in plant.measured]
+    evaluate = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
 
     def outputs(x: Floats, u: Floats) -> Floats:
-        return np.array(found(*map(float, x), *map(float, u)), dtype=np.float64)
+        return np.array(evaluate(*map(float, x), *map(float, u)), dtype=np.float64)
 
     return outputs
 
@@ -286,8 +288,8 @@ class PlantLoop:
         if not self.model.premises:
             return np.zeros(0)
         point = dict(zip(self.names, map(float, deviation), strict=True))
-        known = {} if self.blend is None else self.blend.signals(self.state + deviation)
-        return self.model.premise_values(**(self._others | known | dict(signals or {})), **point)
+        shares = {} if self.blend is None else self.blend.signals(self.state + deviation)
+        return self.model.premise_values(**(self._others | shares | dict(signals or {})), **point)
 
     def memberships(self, deviation: Floats, signals: Mapping[str, float] | None = None) -> Floats:
         """Return h (r,); outside the box premises stay at their nearer bound, as at run time."""
@@ -375,20 +377,20 @@ def plant_loop(design: PlantDesign) -> PlantLoop:
     P, level = _proved(design, "input-limits", "level")
     if P is None:
         P, level = _proved(design, "invariant-ellipsoid", "level")
-    known = level is not None
+    level_proved = level is not None
     if P is None and decay_P is not None:
         P, level = decay_P, _level(model, gains, decay_P)
     return PlantLoop(
-        plant, model, gains, state, inputs, P, level, known, decay_rate=rate, decay_P=decay_P
+        plant, model, gains, state, inputs, P, level, level_proved, decay_rate=rate, decay_P=decay_P
     )
 
 
 def _trim(design: PlantDesign) -> tuple[Floats, Floats]:
     """Return (x*, u*): of the emitted law, else the rest values of the plant."""
     plant = design.plant
-    given: Any = (design.document.get("gains") or {}).get("trim") or {}
-    state = given.get("state", [v.rest for v in plant.states])
-    inputs = given.get("input", [v.rest for v in plant.inputs])
+    trim: Any = (design.document.get("gains") or {}).get("trim") or {}
+    state = trim.get("state", [v.rest for v in plant.states])
+    inputs = trim.get("input", [v.rest for v in plant.inputs])
     return np.array([_float(x) for x in state]), np.array([_float(u) for u in inputs])
 
 
@@ -409,7 +411,7 @@ def _float(number: object) -> float:
 def _level(model: TSModel, gains: Floats | None, P: Floats) -> float:
     """Return min over |a'x| <= b of b^2 / (a' P^-1 a): sides of states, and of inputs by K_i."""
     inverse = np.linalg.inv(P)
-    found = [np.inf]
+    levels = [np.inf]
     for label, ends in model.box.items():
         b = min(abs(float(ends[0])), abs(float(ends[1])))
         if label in model.states:
@@ -418,8 +420,8 @@ def _level(model: TSModel, gains: Floats | None, P: Floats) -> float:
             rows = gains[:, model.inputs.index(label), :]
         else:
             continue
-        found += [b**2 / float(a @ inverse @ a) for a in rows if np.any(a)]
-    return float(min(found))
+        levels += [b**2 / float(a @ inverse @ a) for a in rows if np.any(a)]
+    return float(min(levels))
 
 
 def largest_commands(loop: PlantLoop) -> list[tuple[str, float]]:
@@ -430,10 +432,11 @@ def largest_commands(loop: PlantLoop) -> list[tuple[str, float]]:
     if loop.gains is None or not loop.bounded:
         return []
     if loop.observed is not None:
-        most = loop.observed.largest_commands()
-        assert most is not None  # the set is bounded
-        return [(name, float(size)) for name, size in zip(loop.model.inputs, most, strict=True)]
+        bounds = loop.observed.largest_commands()
+        assert bounds is not None  # the set is bounded
+        return [(name, float(bound)) for name, bound in zip(loop.model.inputs, bounds, strict=True)]
     P, level = loop.ellipsoid
     inverse = np.linalg.inv(P)
-    size = np.sqrt(level * np.einsum("imn,nk,imk->im", loop.gains, inverse, loop.gains))
-    return [(name, float(most)) for name, most in zip(loop.model.inputs, size.max(0), strict=True)]
+    sizes = np.sqrt(level * np.einsum("imn,nk,imk->im", loop.gains, inverse, loop.gains))
+    bounds = sizes.max(axis=0)
+    return [(name, float(bound)) for name, bound in zip(loop.model.inputs, bounds, strict=True)]

@@ -156,15 +156,15 @@ def motions(
     """
     end = horizon(loop) if duration is None else duration
     experiment = experiment_of(loop, outside or Outside(), errors=errors, uncertain=uncertain)
-    found = []
+    simulated = []
     for name, deviation in begin:
         x0 = np.asarray(deviation, float)
-        own = replace(experiment, far_limits=_far(loop, x0))
+        limited = replace(experiment, far_limits=_far(loop, x0))
         begin_of_law = np.zeros(0)
-        if loop.observed is not None and own.program is None:
+        if loop.observed is not None and limited.program is None:
             begin_of_law = loop.observed.start(x0)
-        found.append(_motion(loop, name, run(own, np.concatenate([x0, begin_of_law]), end)))
-    return tuple(found)
+        simulated.append(_motion(loop, name, run(limited, np.concatenate([x0, begin_of_law]), end)))
+    return tuple(simulated)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -194,11 +194,11 @@ def experiment_of(
 ) -> Experiment:
     """Return the loop as an experiment, see ``motions``."""
     # A program sends the commands of blended actuators too, and they are held like the others.
-    told = loop.blend is not None and outside.program is not None
+    with_actuators = loop.blend is not None and outside.program is not None
     if errors:
-        rate = _rate_with_errors(loop.plant, outside.moving, errors, told=told)
+        rate = _rate_with_errors(loop.plant, outside.moving, errors, with_actuators=with_actuators)
     else:
-        rate = right_side(loop.plant, outside.moving, fixed=uncertain, told=told)
+        rate = right_side(loop.plant, outside.moving, fixed=uncertain, told=with_actuators)
     n = len(loop.names)
     limits = [_ends(v) for v in loop.plant.inputs]
     if loop.blend is not None:
@@ -208,7 +208,7 @@ def experiment_of(
         rate=rate,
         commands=_commands(loop, outside.moving),
         law_rate=law_rate,
-        inputs=len(limits) if told else len(loop.plant.inputs),
+        inputs=len(limits) if with_actuators else len(loop.plant.inputs),
         limits=np.array(limits, dtype=np.float64).reshape(-1, 2),
         rest=loop.state,
         far_limits=np.full(n, np.inf),
@@ -222,14 +222,14 @@ def experiment_of(
 
 
 def _rate_with_errors(
-    plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float], *, told: bool
+    plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float], *, with_actuators: bool
 ) -> Rate:
     from takagi.models.blending.blending import RunTimeBlending, blending_of
 
     blending = blending_of(plant)
     if blending is None:
         raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
-    return RunTimeBlending(blending, errors).disturbed_rate(moving, told=told)
+    return RunTimeBlending(blending, errors).disturbed_rate(moving, told=with_actuators)
 
 
 def _law_rate(loop: PlantLoop) -> LawRate | None:
@@ -249,20 +249,20 @@ def _commands(loop: PlantLoop, moving: Sequence[Variable]) -> Commands:
     if observed is not None:
         return lambda z, _: observed.command(loop.state + z[:n], z[n:])
     rests = [float(v.rest) for v in moving]
-    places = {v.name: k for k, v in enumerate(loop.plant.disturbances)}
+    positions = {v.name: k for k, v in enumerate(loop.plant.disturbances)}
     labels = [name_of(label) for label in loop.model.disturbances]
-    known = [labels[places[v.name]] if v.schedules else None for v in moving]
+    scheduled = [labels[positions[v.name]] if v.schedules else None for v in moving]
 
     def commands(deviation: Floats, w: Floats) -> Floats:
         signals = {
             name: float(value - rest)
-            for name, value, rest in zip(known, w, rests, strict=True)
+            for name, value, rest in zip(scheduled, w, rests, strict=True)
             if name is not None
         }
-        found = loop.command(deviation, signals)
+        command = loop.command(deviation, signals)
         if loop.blend is None:
-            return found
-        return np.concatenate([found, loop.blend.commands(loop.state + deviation)])
+            return command
+        return np.concatenate([command, loop.blend.commands(loop.state + deviation)])
 
     return commands
 
@@ -318,24 +318,24 @@ def settling_time(motion: PlantMotion, share: float = 0.01) -> float:
     return float(motion.time[late[-1] + 1]) if late.size else 0.0
 
 
-def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:
+def _motion(loop: PlantLoop, name: str, result: ExperimentRun) -> PlantMotion:
     m, n = len(loop.plant.inputs), len(loop.names)
-    state, estimate = found.state[:, :n], found.state[:, n:]
+    state, estimate = result.state[:, :n], result.state[:, n:]
     value = _level(loop, state, estimate)
-    acting = found.sent[:, m:] if loop.blend is not None else np.zeros((0, 2))
+    acting = result.sent[:, m:] if loop.blend is not None else np.zeros((0, 2))
     return PlantMotion(
         name,
-        found.time,
+        result.time,
         state,
-        found.sent[:, :m],
+        result.sent[:, :m],
         value,
-        found.ended == COMPLETE,
+        result.ended == COMPLETE,
         acting,
-        disturbance=found.disturbance,
-        wanted=found.commanded[:, :m],
-        cuts=found.cuts,
-        ended=found.ended,
-        missed=found.missed,
+        disturbance=result.disturbance,
+        wanted=result.commanded[:, :m],
+        cuts=result.cuts,
+        ended=result.ended,
+        missed=result.missed,
         estimate=estimate if estimate.size else np.zeros((0, 0)),
     )
 

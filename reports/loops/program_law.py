@@ -44,22 +44,22 @@ class ProgramLaw:
         self.run, self.loop, self.step = ProgramRun(program), loop, sample_time
         self.moving = [v.name for v in moving]
         self.formulas = {}
-        for one in program.assignments:
-            self.formulas[one.name] = _before_limit(one.formula)
+        for assignment in program.assignments:
+            self.formulas[assignment.name] = _before_limit(assignment.formula)
         blended = () if loop.blend is None else loop.blend.blending.actuators
         outputs = [v.name for v in (*loop.plant.inputs, *(a.variable for a in blended))]
-        self.measured = {one.name: _output_of(one.name, loop) for one in program.inputs}
-        known = {*loop_states(loop), *(v.name for v in loop.plant.disturbances)}
-        known |= {name for name, place in self.measured.items() if place is not None}
+        self.measured = {signal.name: _output_of(signal.name, loop) for signal in program.inputs}
+        available = {*loop_states(loop), *(v.name for v in loop.plant.disturbances)}
+        available |= {name for name, index in self.measured.items() if index is not None}
         missing = [name for name in outputs if name not in self.formulas]
-        missing += [one.name for one in program.inputs if one.name not in known]
+        missing += [signal.name for signal in program.inputs if signal.name not in available]
         if missing:
             raise ModelError(
                 f"the gain file's program is of another plant: {missing[0]} is not the same "
                 "there; give the gain file of this plant"
             )
         self.outputs = outputs
-        self.rests = {one.name: float(one.rest or 0) for one in program.inputs}
+        self.rests = {signal.name: float(signal.rest or 0) for signal in program.inputs}
         self.missed, self.last = 0, loop.input
         if loop.blend is not None:
             self.last = np.concatenate([loop.input, loop.blend.at_rest])
@@ -73,13 +73,13 @@ class ProgramLaw:
         named = dict(zip(loop_states(self.loop), self.loop.state + state, strict=True))
         named |= dict(zip(self.moving, signals, strict=True))
         named |= self._seen(state)
-        given = {name: float(named.get(name, rest)) for name, rest in self.rests.items()}
+        inputs = {name: float(named.get(name, rest)) for name, rest in self.rests.items()}
         if self.loop.blend is not None and self.run.program.kept and not self.run.kept:
             # The effort, the last of the states: no other value is kept by a law by rules.
             effort = float(self.loop.state[-1] + state[-1])
-            self.run.kept = {one.name: effort for one in self.run.program.kept}
+            self.run.kept = {variable.name: effort for variable in self.run.program.kept}
         try:
-            self.run.sample(self.step, given)
+            self.run.sample(self.step, inputs)
             values = [value_of(self.formulas[name], self.run.names) for name in self.outputs]
         except ModelError:
             raise
@@ -104,7 +104,7 @@ class ProgramLaw:
             ]
         )
         y = observed.outputs(self.loop.state + state, sent)
-        return {name: float(y[place]) for name, place in self.measured.items() if place is not None}
+        return {name: float(y[index]) for name, index in self.measured.items() if index is not None}
 
 
 def _output_of(name: str, loop: PlantLoop) -> int | None:

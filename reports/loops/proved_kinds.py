@@ -18,7 +18,7 @@ def proved_claims(
 ) -> list[Mapping[str, Any]]:
     """Return the claims that are proved, of one kind if one is given, as the file states them."""
     pairs = zip(document.get("claims", []), checked.claims, strict=False)
-    proved = [stated for stated, found in pairs if found.verdict is Verdict.PROVED]
+    proved = [stated for stated, result in pairs if result.verdict is Verdict.PROVED]
     return [stated for stated in proved if kind in (None, stated.get("kind"))]
 
 

@@ -59,8 +59,8 @@ def report_files(
     )
     figures = {
         f"{captioned.name}.svg": captioned.file
-        for one in sections
-        for captioned in one.captioned_figures
+        for section in sections
+        for captioned in section.captioned_figures
     }
     figures |= {name: text.encode("utf-8") for name, text in (data or {}).items()}
     return ReportFiles(html, figures)
@@ -89,5 +89,7 @@ def _environment(room: str) -> Environment:
 
 
 def _read(room: str, name: str) -> str:
-    own, shared = (resources.files(package.format(room)).joinpath(name) for package in TEMPLATES)
-    return (own if own.is_file() else shared).read_text(encoding="utf-8")
+    room_file, shared = (
+        resources.files(package.format(room)).joinpath(name) for package in TEMPLATES
+    )
+    return (room_file if room_file.is_file() else shared).read_text(encoding="utf-8")

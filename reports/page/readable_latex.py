@@ -65,35 +65,35 @@ def _displayed(latex: str) -> str:
 
 
 def _shortened(latex: str) -> str:
-    found, place = [], 0
-    while (start := latex.find(r"\frac{", place)) >= 0:
-        above, after = _group(latex, start + len(r"\frac"))
-        below, end = _group(latex, after)
-        found += [latex[place:start], _fraction(_shortened(above), _shortened(below))]
-        place = end
-    return "".join(found) + latex[place:]
+    segments, position = [], 0
+    while (start := latex.find(r"\frac{", position)) >= 0:
+        above, numerator_end = _group(latex, start + len(r"\frac"))
+        below, end = _group(latex, numerator_end)
+        segments += [latex[position:start], _fraction(_shortened(above), _shortened(below))]
+        position = end
+    return "".join(segments) + latex[position:]
 
 
 def _group(latex: str, start: int) -> tuple[str, int]:
     """Return what the braces that open at ``start`` hold, and the place behind them."""
     depth = 0
-    for place in range(start, len(latex)):
-        if latex[place] in "{}" and latex[place - 1] != "\\":
-            depth += 1 if latex[place] == "{" else -1
+    for position in range(start, len(latex)):
+        if latex[position] in "{}" and latex[position - 1] != "\\":
+            depth += 1 if latex[position] == "{" else -1
             if depth == 0:
-                return latex[start + 1 : place], place + 1
+                return latex[start + 1 : position], position + 1
     raise ValueError(f"braces that open at character {start + 1} are not closed: {latex}")
 
 
 def _fraction(above: str, below: str) -> str:
-    """Return N rest / M as a decimal times the rest where N or M is long, else the fraction."""
-    whole = rf"\frac{{{above}}}{{{below}}}"
+    """Return N c / M as a decimal times the cofactor c where N or M is long, else the fraction."""
+    fraction = rf"\frac{{{above}}}{{{below}}}"
     leading = LEADING.fullmatch(above)
-    number, rest = (leading[1], leading[2]) if leading else ("1", above)
-    if not below.isdecimal() or max(len(number), len(below)) <= LONGEST or _is_sum(rest):
-        return whole
+    number, cofactor = (leading[1], leading[2]) if leading else ("1", above)
+    if not below.isdecimal() or max(len(number), len(below)) <= LONGEST or _is_sum(cofactor):
+        return fraction
     factor = _decimal(Fraction(int(number), int(below)))
-    return f"{factor} {rest}".rstrip()
+    return f"{factor} {cofactor}".rstrip()
 
 
 def _is_sum(latex: str) -> bool:

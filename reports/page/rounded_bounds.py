@@ -26,9 +26,9 @@ def at_most(value: Bound, digits: int = 3) -> str:
     return shown.at_most(_exact(value), digits)
 
 
-def at_most_to(value: Bound, places: int) -> str:
+def at_most_to(value: Bound, decimals: int) -> str:
     """Return the least decimal with so many places that is not below the value, zeros kept."""
-    return f"{Decimal(ceil(_exact(value) * 10**places)).scaleb(-places):f}"
+    return f"{Decimal(ceil(_exact(value) * 10**decimals)).scaleb(-decimals):f}"
 
 
 def _exact(value: Bound) -> Fraction:

@@ -120,11 +120,11 @@ class Section:
     @property
     def captioned_figures(self) -> tuple[CaptionedFigure, ...]:
         """The figures of the section, in the order of its content."""
-        found: list[CaptionedFigure] = []
+        figures: list[CaptionedFigure] = []
         for value in self.content.values():
             items = value if isinstance(value, (list, tuple)) else (value,)
-            found += [item for item in items if isinstance(item, CaptionedFigure)]
-        return tuple(found)
+            figures += [item for item in items if isinstance(item, CaptionedFigure)]
+        return tuple(figures)
 
 
 def behind(unit: str) -> str:
@@ -190,13 +190,13 @@ def decimal(value: float) -> str:
 
 def complex_words(values: Iterable[complex], digits: int = 3) -> list[str]:
     """Return complex numbers to so many digits, those with the largest real part first."""
-    found = []
+    texts = []
     for value in sorted(map(complex, values), key=lambda p: (-p.real, p.imag)):
         real, imaginary = (significant(x, digits) for x in (value.real, abs(value.imag)))
         sign = "+" if value.imag > 0 else MINUS
         alone = abs(value.imag) < 1e-9 * max(abs(value), 1e-9)
-        found.append(real if alone else f"{real} {sign} {imaginary} j")
-    return found
+        texts.append(real if alone else f"{real} {sign} {imaginary} j")
+    return texts
 
 
 def powers(words: str) -> str:

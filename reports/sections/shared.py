@@ -34,12 +34,12 @@ def premise_table(model: TSModel, caption: str, evidence: str) -> Table:
 
 def margin_table(rows: Iterable[tuple[tuple[str, ...], Margins]], *, folded_from: int) -> Table:
     """Return a table of the margins of (place, loop); folded with more than so many rows."""
-    shown = tuple((*head, *_cells(margins)) for head, margins in rows)
+    table_rows = tuple((*head, *_cells(margins)) for head, margins in rows)
     return Table(
         "Margins of the linear loops",
         (("place", ""), ("loop", ""), *MARGINS),
-        shown,
-        folded=f"All {len(shown)} loops as a table" if len(shown) > folded_from else "",
+        table_rows,
+        folded=f"All {len(table_rows)} loops as a table" if len(table_rows) > folded_from else "",
         note="Gain: factors up and down to instability. Disk: gain and phase may change together "
         "by this much. Delay and phase are ∞ where the loop gain never reaches 1.",
     )

@@ -25,7 +25,7 @@ def test_the_gain_is_the_closed_form_for_two_integrators() -> None:
     assert found is not None
     assert np.allclose(found.gain, [[6.0, np.sqrt(12.0 + 9.0)]], rtol=1e-3)
     assert np.allclose(np.sort(found.own_poles.real), [-2.0, -1.0])
-    time = found.settling(own=True, step=None)
+    time = found.settling(of_design=True, step=None)
     assert time is not None and np.isclose(time, np.log(50.0))
 
 
@@ -40,7 +40,7 @@ def test_its_set_is_inside_the_box_and_keeps_the_input() -> None:
 def test_in_discrete_time_poles_are_inside_the_circle() -> None:
     found = regulator(spring(step=0.1))
     assert found is not None and np.all(np.abs(found.poles) < 1)
-    time = found.settling(own=False, step=0.1)
+    time = found.settling(of_design=False, step=0.1)
     assert time is not None and time > 0
 
 
@@ -71,7 +71,7 @@ def test_the_report_says_where_the_law_is_worse_than_the_regulator() -> None:
     loop, beside = plant_loop(design), regulator(design)
     assert beside is not None
     content = loops_section(design, loop, local_loops(loop)).content
-    own, other = (beside.settling(own=own, step=None) for own in (True, False))
+    own, other = (beside.settling(of_design=own, step=None) for own in (True, False))
     assert own is not None and other is not None and own > other
     assert f"worse in settling time {own:.2f} against {other:.2f} s" in content["compared"]
     assert [row[0] for row in content["table"].rows[:2]] == ["rest", "rest, LQR"]

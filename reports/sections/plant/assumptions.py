@@ -19,22 +19,22 @@ def assumptions(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
     kind = str(claim.get("kind", ""))
     if kind in EMBEDDINGS:
         return ["equations and parameters as in the file", "variables in their ranges"]
-    found = []
+    phrases = []
     if kind in SETS or kind == "tracking":
-        found.append("start in the set")
+        phrases.append("start in the set")
     elif loop.model.box:
-        found.append("states stay in their ranges")
+        phrases.append("states stay in their ranges")
     if loop.gains is not None:
-        found.append("all states known exactly" if loop.observed is None else "exact outputs")
+        phrases.append("all states known exactly" if loop.observed is None else "exact outputs")
         if kind == "sampled-loop":
-            found.append("no time for computing")
+            phrases.append("no time for computing")
         elif not loop.discrete:
-            found.append("no sampling")
+            phrases.append("no sampling")
     moving = any(not variable.schedules for variable in loop.plant.disturbances)
     if moving and not claim.get("disturbance_bounds") and kind not in _DISTURBED:
-        found.append("no disturbance")
+        phrases.append("no disturbance")
     if kind == "tracking":
-        found.append("other signals constant, in their ranges")
+        phrases.append("other signals constant, in their ranges")
     if claim.get("membership_rates") or (kind.startswith("fuzzy") and any(claim.get("rates", ()))):
-        found.append("memberships keep to the stated rates")
-    return found
+        phrases.append("memberships keep to the stated rates")
+    return phrases

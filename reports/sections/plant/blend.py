@@ -29,23 +29,23 @@ COLUMNS = (
 
 def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
     """Return the section about the blend of a loop."""
-    shown = hand_overs(loop)
-    given = blend.blending
-    share = given.share
+    simulated = hand_overs(loop)
+    blending = blend.blending
+    share = blending.share
     content: dict[str, Any] = {
-        "laws": [mathml(line) for line in _laws(given)],
-        "equations": [mathml(readable(line)) for line in equations_latex(given.plant)],
-        "overlap": significant(float(given.overlap)),
-        "unit": given.effort.unit,
-        "ends": [decimal(float(end)) for end in (given.efforts.lower, given.efforts.upper)],
-        "rest": decimal(float(given.effort.rest)),
+        "laws": [mathml(line) for line in _laws(blending)],
+        "equations": [mathml(readable(line)) for line in equations_latex(blending.plant)],
+        "overlap": significant(float(blending.overlap)),
+        "unit": blending.effort.unit,
+        "ends": [decimal(float(end)) for end in (blending.efforts.lower, blending.efforts.upper)],
+        "rest": decimal(float(blending.effort.rest)),
         "share": [significant(float(share.lower)), significant(float(share.upper))],
-        "low": given.low.name,
-        "high": given.high.name,
-        "errors": [a.name for a in given.actuators if a.error],
-        "table": _table(given, shown),
+        "low": blending.low.name,
+        "high": blending.high.name,
+        "errors": [a.name for a in blending.actuators if a.error],
+        "table": _table(blending, simulated),
         "motions": captioned_figure(
-            hand_over_figure(blend, shown, float(loop.state[-1])),
+            hand_over_figure(blend, simulated, float(loop.state[-1])),
             "hand-over",
             caption="Effort and both actuators in the motions of the nonlinear plant. Shaded: the "
             "overlap.",
@@ -57,8 +57,8 @@ def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
 
 def hand_overs(loop: PlantLoop) -> tuple[PlantMotion, ...]:
     """Return motions that start with the first state, or the effort, at its largest or least."""
-    found = starts(loop)
-    picked = [found[0], found[-1]]
+    named_starts = starts(loop)
+    picked = [named_starts[0], named_starts[-1]]
     begin = [(name, x) for name, x in picked]
     begin += [
         (name.replace("largest", "least").replace("= ", "= \u2212"), -x) for name, x in picked
@@ -66,19 +66,19 @@ def hand_overs(loop: PlantLoop) -> tuple[PlantMotion, ...]:
     return motions(loop, begin, duration=horizon(loop, longest=LONGEST))
 
 
-def _laws(given: Blending) -> list[str]:
-    found = []
-    for actuator in given.actuators:
-        sign = "+" if given.sign(actuator) * actuator.direction > 0 else "-"
-        effort = "U" if actuator is given.high else "-U"
+def _laws(blending: Blending) -> list[str]:
+    formulas = []
+    for actuator in blending.actuators:
+        sign = "+" if blending.sign(actuator) * actuator.direction > 0 else "-"
+        effort = "U" if actuator is blending.high else "-U"
         b = _latex(actuator.effectiveness)
         idle = actuator.variable.rest
         start = "" if idle == 0 else f"{decimal(float(idle))} {sign} "
         minus = "" if idle != 0 or sign == "+" else "-"
-        found.append(
+        formulas.append(
             rf"\mathrm{{{_name(actuator.name)}}} = {start}{minus}\frac{{\psi({effort})}}{{{b}}}"
         )
-    return found
+    return formulas
 
 
 def _latex(expression: Any) -> str:
@@ -91,29 +91,31 @@ def _name(name: str) -> str:
     return name.replace("_", r"\_")
 
 
-def _table(given: Blending, shown: Sequence[PlantMotion]) -> Table:
-    rows = tuple(_row(given, a, k, shown) for k, a in enumerate(given.actuators))
+def _table(blending: Blending, simulated: Sequence[PlantMotion]) -> Table:
+    rows = tuple(_row(blending, a, k, simulated) for k, a in enumerate(blending.actuators))
     return Table("The two actuators", COLUMNS, rows)
 
 
 def _row(
-    given: Blending, actuator: Actuator, k: int, shown: Sequence[PlantMotion]
+    blending: Blending, actuator: Actuator, k: int, simulated: Sequence[PlantMotion]
 ) -> tuple[str, ...]:
-    variable, e = actuator.variable, significant(float(given.overlap))
+    variable, e = actuator.variable, significant(float(blending.overlap))
     side = variable.range
     limits = DASH
     if side is not None:
         limits = f"{decimal(float(side.lower))} to {decimal(float(side.upper))}"
-    seen = [motion.acting[:, k] for motion in shown if len(motion.acting)]
-    least = min((float(series.min()) for series in seen), default=float("nan"))
-    most = max((float(series.max()) for series in seen), default=float("nan"))
+    commands = [motion.acting[:, k] for motion in simulated if len(motion.acting)]
+    lowest = min((float(series.min()) for series in commands), default=float("nan"))
+    highest = max((float(series.max()) for series in commands), default=float("nan"))
     return (
         variable.name,
-        f"below {e} {given.effort.unit}" if k == 0 else f"above \u2212{e} {given.effort.unit}",
+        f"below {e} {blending.effort.unit}"
+        if k == 0
+        else f"above \u2212{e} {blending.effort.unit}",
         decimal(float(variable.rest)),
         limits,
         variable.unit,
         str(actuator.effectiveness).replace("**", "^"),
         f"\u00b1{significant(100 * float(actuator.error))} %" if actuator.error else "nothing",
-        f"{significant(least)} to {significant(most)}",
+        f"{significant(lowest)} to {significant(highest)}",
     )

@@ -53,7 +53,7 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
     if reach is None:
         return None
     beside = regulator(design)
-    others = None if beside is None else beside.starts
+    regulator_starts = None if beside is None else beside.starts
     captioned_figures = []
     # Of two states the first screen has the picture.
     if len(pairs(loop)) > 1:
@@ -68,9 +68,9 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
                 alternative="Ellipses of the proved set for every pair of states, with the box",
             )
         )
-    rows = _rows(design, loop, reach, others)
+    rows = _rows(design, loop, reach, regulator_starts)
     # A column without a figure is left out.
-    kept = [k for k in range(len(COLUMNS)) if any(row[k] != DASH for row in rows)]
+    columns = [k for k in range(len(COLUMNS)) if any(row[k] != DASH for row in rows)]
     time = settling_time(loop)
     settled = ""
     if time is not None:
@@ -82,11 +82,11 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
         {
             "table": Table(
                 "Half-widths of the set, deviations from rest",
-                tuple(COLUMNS[k] for k in kept),
-                tuple(tuple(row[k] for k in kept) for row in rows),
+                tuple(COLUMNS[k] for k in columns),
+                tuple(tuple(row[k] for k in columns) for row in rows),
             ),
-            "overshoot": 5 in kept,
-            "none_beside": beside is not None and beside.sought and others is None,
+            "overshoot": 5 in columns,
+            "none_beside": beside is not None and beside.sought and regulator_starts is None,
             "figures": captioned_figures,
             "left_out": max(len(loop.names) - MOST_STATES, 0) if captioned_figures else 0,
             "settled": settled,
@@ -97,7 +97,7 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
 
 
 def _rows(
-    design: PlantDesign, loop: PlantLoop, reach: Floats, others: Floats | None
+    design: PlantDesign, loop: PlantLoop, reach: Floats, regulator_starts: Floats | None
 ) -> tuple[tuple[str, ...], ...]:
     P, level = loop.start_ellipsoid
     alone = np.sqrt(level / np.diag(P))
@@ -118,7 +118,9 @@ def _rows(
                 f"±{at_most(float(reach[k]) / size, 4)}",
                 box,
                 at_most(beyond[name]) if name in beyond else DASH,
-                DASH if others is None else f"±{at_least(float(others[k]) / size)}",
+                DASH
+                if regulator_starts is None
+                else f"±{at_least(float(regulator_starts[k]) / size)}",
             )
         )
     return tuple(rows)

@@ -78,22 +78,24 @@ def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[ClaimRow]:
     stated: list[Mapping[str, Any]] = list(design.document.get("claims", []))
     stated += [{}] * (len(design.checked.claims) - len(stated))
     return [
-        _row(design, loop, claim, found)
-        for claim, found in zip(stated, design.checked.claims, strict=False)
+        _row(design, loop, claim, result)
+        for claim, result in zip(stated, design.checked.claims, strict=False)
     ]
 
 
-def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], found: Claim) -> ClaimRow:
+def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result: Claim) -> ClaimRow:
     kind = str(claim.get("kind", ""))
-    name, why = WORDS.get(kind, (found.name, ""))
+    name, why = WORDS.get(kind, (result.name, ""))
     bounds = claim.get("disturbance_bounds")
-    number = found.text
-    if found.verdict is Verdict.PROVED:
+    number = result.text
+    if result.verdict is Verdict.PROVED:
         number = "; ".join(_numbers(design, loop, kind, claim)) or DASH
     if bounds and kind in SETS:
         name = f"{name} under disturbance"
     assumes = "; ".join(assumptions(loop, claim))
-    return ClaimRow(name, found.verdict.name, number, assumes, why, f"{found.name}: {found.text}")
+    return ClaimRow(
+        name, result.verdict.name, number, assumes, why, f"{result.name}: {result.text}"
+    )
 
 
 def _numbers(
@@ -115,26 +117,26 @@ def _numbers(
         "probability": lambda x: f"at most {at_most(x)}",
         "horizon": lambda x: f"in {_time(loop, x)}",
     }
-    found = _limits(loop, claim)
+    phrases = _limits(loop, claim)
     if kind == "tracking":
-        found += _jumps(design, claim)
+        phrases += _jumps(design, claim)
     for key, words in plain.items():
         value = claim.get(key)
         if value is not None and _exact(value) > 0:
-            found.append(words(_exact(value)))
-    return found
+            phrases.append(words(_exact(value)))
+    return phrases
 
 
 def _starts(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
     """Return how far a state may start, one at a time, and the disturbances that are withstood."""
-    found = [start_words(number) for number in set_starts(loop, claim["P"], claim["level"])]
+    phrases = [start_words(number) for number in set_starts(loop, claim["P"], claim["level"])]
     bounds = claim.get("disturbance_bounds") or ()
     moving = [
         f"|{variable.name}| \u2264 {at_least(float(_exact(bound)) / size)}{behind(unit)}"
         for variable, bound in zip(loop.plant.disturbances, bounds, strict=False)
         for size, unit in (file_unit(variable),)
     ]
-    return [", ".join(moving)] * bool(moving) + [f"one state at a time: {', '.join(found)}"]
+    return [", ".join(moving)] * bool(moving) + [f"one state at a time: {', '.join(phrases)}"]
 
 
 def _limits(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
@@ -155,19 +157,21 @@ def _jumps(design: PlantDesign, claim: Mapping[str, Any]) -> list[str]:
     from takagi.models.tracking import signals_of
 
     signals = {variable.name: variable for variable in design.plant.disturbances}
-    found = []
-    for one, share in zip(design.plant.references, jump_shares(design.plant, claim), strict=True):
-        side = signals[one.name].range
+    phrases = []
+    for reference, share in zip(
+        design.plant.references, jump_shares(design.plant, claim), strict=True
+    ):
+        side = signals[reference.name].range
         assert side is not None  # a reference has one
-        size, unit = file_unit(signals[one.name])
+        size, unit = file_unit(signals[reference.name])
         jump = min(share, 1.0) * float(side.width)
-        found.append(f"{one.name} steps up to {at_least(jump / size)}{behind(unit)}")
+        phrases.append(f"{reference.name} steps up to {at_least(jump / size)}{behind(unit)}")
     for variable, rate in zip(signals_of(design.plant), claim["rates"], strict=True):
         if rate:
             size, unit = file_unit(variable)
             fastest = at_least(float(_exact(rate)) / size)
-            found.append(f"{variable.name} may move at {fastest} {per_unit(unit, 's')}")
-    return found
+            phrases.append(f"{variable.name} may move at {fastest} {per_unit(unit, 's')}")
+    return phrases
 
 
 def _rate(loop: PlantLoop, value: Fraction) -> str:

@@ -71,8 +71,8 @@ def _observer_table(loop: PlantLoop, observed: ObservedMotion) -> Table:
     L = observed.law.L
     same = bool((L == L[0]).all())
     rows = [
-        ("all" if same else str(i), *(decimal(float(x)) for x in one.ravel()))
-        for i, one in enumerate(L[:1] if same else L, 1)
+        ("all" if same else str(i), *(decimal(float(x)) for x in gain.ravel()))
+        for i, gain in enumerate(L[:1] if same else L, 1)
     ]
     return Table("Gains L of the observer, as emitted", tuple(heads), tuple(rows))
 
@@ -81,10 +81,10 @@ def gain_columns(loop: PlantLoop) -> tuple[tuple[str, str], ...]:
     """Return (heading, unit) of the table: rule, its corners, then K row by row."""
     premises = [p for p in loop.model.premises if len(p.corners) > 1]
     heads = [("rule", ""), *((p.name, "") for p in premises)]
-    for given in loop.model.inputs:
+    for command in loop.model.inputs:
         for state in loop.model.states:
-            u, x = name_of(given), name_of(state)
-            heads.append((f"{u} by {x}", per_unit(_unit(given), _unit(state))))
+            u, x = name_of(command), name_of(state)
+            heads.append((f"{u} by {x}", per_unit(_unit(command), _unit(state))))
     return tuple(heads)
 
 

@@ -37,16 +37,21 @@ FOLDED = 8
 def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> Section:
     """Return the section with Bode plots and margins; only for a plant with a law."""
     beside = regulator(design)
-    others = () if beside is None else rest_loops(loop, beside.gain)
-    shown = [((one.place, name_of(one.input)), one.margins) for one in loops]
-    at = sum(one.place == "rest" for one in loops)
-    shown[at:at] = [(("rest, LQR", name_of(one.input)), one.margins) for one in others]
+    regulator_loops = () if beside is None else rest_loops(loop, beside.gain)
+    table_rows = [
+        ((local_loop.place, name_of(local_loop.input)), local_loop.margins) for local_loop in loops
+    ]
+    at = sum(local_loop.place == "rest" for local_loop in loops)
+    table_rows[at:at] = [
+        (("rest, LQR", name_of(local_loop.input)), local_loop.margins)
+        for local_loop in regulator_loops
+    ]
     return Section(
         "loops",
         "Margins and Bode plots",
         {
             "figures": list(captioned_bode_figures(loops)),
-            "table": margin_table(shown, folded_from=FOLDED),
+            "table": margin_table(table_rows, folded_from=FOLDED),
             "least": ", ".join(
                 f"{number.quantity} {significant(number.value, 2)}{behind(number.unit)}"
                 for number in least_margins(loops[:at]) or ()
@@ -54,7 +59,9 @@ def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLoc
             "compared": "" if beside is None else _beside_regulator(loop, beside, loops[:at]),
             "weights": [] if beside is None else _weights(loop, beside),
             "unstable": [
-                f"{one.place}, {name_of(one.input)}" for one in loops if not one.margins.stable
+                f"{local_loop.place}, {name_of(local_loop.input)}"
+                for local_loop in loops
+                if not local_loop.margins.stable
             ],
             "left_out": 0 if len(loop.model.rules) <= LISTED else len(loop.model.rules),
             "vertices": len(loops) > at,
@@ -66,32 +73,36 @@ def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLoc
 
 def _beside_regulator(loop: PlantLoop, beside: Regulator, loops: Sequence[PlantLocalLoop]) -> str:
     """Return where the law is better and where worse than the regulator, both linear at rest."""
-    own, other = (least_margins(each) or () for each in (loops, rest_loops(loop, beside.gain)))
-    given = {number.quantity: number for number in other}
+    margins = least_margins(loops) or ()
+    regulator_margins = least_margins(rest_loops(loop, beside.gain)) or ()
+    theirs = {number.quantity: number for number in regulator_margins}
     pairs = [
-        (f"{n.quantity} margin", n.value, given[n.quantity].value, n.unit, True)
-        for n in own
-        if n.quantity in given
+        (f"{n.quantity} margin", n.value, theirs[n.quantity].value, n.unit, True)
+        for n in margins
+        if n.quantity in theirs
     ]
-    times = [beside.settling(own=own, step=loop.model.sample_time) for own in (True, False)]
+    times = [
+        beside.settling(of_design=of_design, step=loop.model.sample_time)
+        for of_design in (True, False)
+    ]
     if times[0] is not None and times[1] is not None:
         pairs.append(("settling time", times[0], times[1], "s", False))
     return comparison("LQR", pairs)
 
 
-def comparison(other: str, pairs: Sequence[tuple[str, float, float, str, bool]]) -> str:
+def comparison(reference_law: str, pairs: Sequence[tuple[str, float, float, str, bool]]) -> str:
     """Return one sentence: where a law is worse than another, and where better.
 
     ``pairs`` : (quantity, of the law, of the other, unit, whether more is better).
     """
     sides: dict[str, list[str]] = {"worse": [], "better": []}
-    for name, mine, theirs, unit, more in pairs:
+    for name, mine, theirs, unit, larger_is_better in pairs:
         first, second = significant(mine), significant(theirs)
         if first != second and not np.isnan(mine):
             words = f"{name} {first} against {second}{behind(unit)}"
-            sides["better" if (mine > theirs) == more else "worse"].append(words)
-    told = [f"{side} in {', '.join(words)}" for side, words in sides.items() if words]
-    return f"Beside {other} this law is {'; it is '.join(told)}." if told else ""
+            sides["better" if (mine > theirs) == larger_is_better else "worse"].append(words)
+    clauses = [f"{side} in {', '.join(words)}" for side, words in sides.items() if words]
+    return f"Beside {reference_law} this law is {'; it is '.join(clauses)}." if clauses else ""
 
 
 def _weights(loop: PlantLoop, beside: Regulator) -> list[str]:
@@ -112,76 +123,76 @@ NOTHING = Drawn(())
 
 def motion_section(
     loop: PlantLoop,
-    shown: Sequence[PlantMotion],
+    simulated: Sequence[PlantMotion],
     drawn: Drawn,
     jumps: Sequence[PlantMotion] = (),
     jumped: Drawn = NOTHING,
-    others: Sequence[PlantMotion] = (),
+    regulator_motions: Sequence[PlantMotion] = (),
 ) -> Section:
     """Return the section with responses over time.
 
     Parameters
     ----------
     jumps, jumped : motions after jumps of references, and their figures.
-    others : the motions from the same starts under a linear-quadratic regulator.
+    regulator_motions : the motions from the same starts under a linear-quadratic regulator.
     """
-    poles = (", ".join(complex_words(each)) for each in equilibrium_poles(loop))
+    poles = (", ".join(complex_words(values)) for values in equilibrium_poles(loop))
     return Section(
         "responses",
         "Motions of the nonlinear plant",
         {
             "figures": list(drawn.captioned_figures),
             "jumps": list(jumped.captioned_figures),
-            "slowest": _slowest(shown),
+            "slowest": _slowest(simulated),
             "poles": list(poles),
             "discrete": loop.discrete,
-            "compared": _beside_motions(loop, shown, others),
-            "lost": [motion.name for motion in (*shown, *jumps) if not motion.whole],
-            "rising": [motion.name for motion in shown if _rises(motion)],
-            "cut": cut_words(loop, [*shown, *jumps]),
+            "compared": _beside_motions(loop, simulated, regulator_motions),
+            "lost": [motion.name for motion in (*simulated, *jumps) if not motion.whole],
+            "rising": [motion.name for motion in simulated if _rises(motion)],
+            "cut": cut_words(loop, [*simulated, *jumps]),
             "law": loop.gains is not None,
         },
     )
 
 
-def _slowest(shown: Sequence[PlantMotion]) -> str:
-    times = [settling_time(motion) for motion in shown]
+def _slowest(simulated: Sequence[PlantMotion]) -> str:
+    times = [settling_time(motion) for motion in simulated]
     return f"{significant(max(times))} s" if times and np.all(np.isfinite(times)) else ""
 
 
 def _beside_motions(
-    loop: PlantLoop, shown: Sequence[PlantMotion], others: Sequence[PlantMotion]
+    loop: PlantLoop, simulated: Sequence[PlantMotion], regulator_motions: Sequence[PlantMotion]
 ) -> str:
     """Return where the law is worse than the regulator from the same starts, and where better."""
-    lost = [motion.name for motion in others if np.isnan(settling_time(motion))]
+    lost = [motion.name for motion in regulator_motions if np.isnan(settling_time(motion))]
     if lost:
         return f"Under LQR these starts do not settle in the time shown: {', '.join(lost)}."
     pairs = [
         (f"settling from {mine.name}", settling_time(mine), settling_time(theirs), "s", False)
-        for mine, theirs in zip(shown, others, strict=False)
+        for mine, theirs in zip(simulated, regulator_motions, strict=False)
     ]
-    for k, variable in enumerate(loop.plant.inputs if others else ()):
+    for k, variable in enumerate(loop.plant.inputs if regulator_motions else ()):
         size, unit = file_unit(variable)
         mine, theirs = (
             max(float(np.abs(motion.input[:, k] - loop.input[k]).max()) / size for motion in runs)
-            for runs in (shown, others)
+            for runs in (simulated, regulator_motions)
         )
         pairs.append((f"largest |{variable.name}|", mine, theirs, unit, False))
     return comparison("LQR, from the same starts,", pairs)
 
 
-def cut_words(loop: PlantLoop, shown: Sequence[PlantMotion]) -> list[str]:
+def cut_words(loop: PlantLoop, simulated: Sequence[PlantMotion]) -> list[str]:
     """Return for each motion and input when its command was beyond the range, and for how long."""
-    found = []
-    for motion in shown:
+    phrases = []
+    for motion in simulated:
         for name, cuts in cuts_by_command(loop, motion).items():
             if cuts:
                 spent, first = sum(cut.end - cut.begin for cut in cuts), cuts[0].begin
-                found.append(
+                phrases.append(
                     f"{name} for {significant(spent)} s from {significant(first)} s on "
                     f"({motion.name})"
                 )
-    return found
+    return phrases
 
 
 def _rises(motion: PlantMotion) -> bool:

@@ -70,35 +70,37 @@ def _sections(design: PlantDesign, say: Tell) -> tuple[list[Section], dict[str, 
     say("report: margins")
     loops = local_loops(loop)
     say("report: motions")
-    shown = motions(loop, starts(loop))
-    moved, picture = captioned_motion_figures(loop, shown), captioned_picture(loop)
+    simulated = motions(loop, starts(loop))
+    drawn_motions, picture = captioned_motion_figures(loop, simulated), captioned_picture(loop)
     beside = regulator(design)
-    others = () if beside is None else motions(regulator_loop(loop, beside), starts(loop))
+    regulator_motions = (
+        () if beside is None else motions(regulator_loop(loop, beside), starts(loop))
+    )
     jumps = jump_motions(design, loop)
     jumped = captioned_jumps_figure(loop, jumps)
     weights = captioned_weights_figure(loop)
     # Of one state there is no plane: its responses are the picture.
-    pictured = [*picture.captioned_figures, *moved.captioned_figures]
+    pictured = [*picture.captioned_figures, *drawn_motions.captioned_figures]
     if not picture.captioned_figures:
-        moved = replace(moved, captioned_figures=())
-    found = [verdict_section(design, pictured[0])]
+        drawn_motions = replace(drawn_motions, captioned_figures=())
+    sections = [verdict_section(design, pictured[0])]
     if loop.gains is not None:
-        found.append(gains_section(design, loop))
-    found.append(certificate_section(design, loop))
+        sections.append(gains_section(design, loop))
+    sections.append(certificate_section(design, loop))
     safe = set_section(design, loop)
-    found += [] if safe is None else [safe]
+    sections += [] if safe is None else [safe]
     say("report: figures")
     if loops:
-        found.append(loops_section(design, loop, loops))
-    found += [
-        motion_section(loop, shown, moved, jumps, jumped, others),
+        sections.append(loops_section(design, loop, loops))
+    sections += [
+        motion_section(loop, simulated, drawn_motions, jumps, jumped, regulator_motions),
         plant_section(design),
         derivation_section(design, weights),
     ]
     if loop.blend is not None:
-        found.append(blend_section(loop, loop.blend))
-    found += [
+        sections.append(blend_section(loop, loop.blend))
+    sections += [
         check_section(compared="the plant's file its", law=loop.gains is not None),
         provenance_section(design),
     ]
-    return found, {**weights.data, **picture.data, **moved.data, **jumped.data}
+    return sections, {**weights.data, **picture.data, **drawn_motions.data, **jumped.data}

@@ -56,12 +56,14 @@ def equations_latex(plant: Plant) -> list[str]:
     import sympy as sp
 
     mark = r"\dot{{{}}}" if plant.sample_time is None else "{{{}}}^{{+}}"
-    left = [mark.format(sp.latex(v.symbol)) for v in plant.states]
+    left_sides = [mark.format(sp.latex(v.symbol)) for v in plant.states]
     if plant.mass is None:
-        return [f"{a} = {sp.latex(row)}" for a, row in zip(left, plant.equations, strict=True)]
+        return [
+            f"{a} = {sp.latex(row)}" for a, row in zip(left_sides, plant.equations, strict=True)
+        ]
     matrix = sp.latex(plant.mass, mat_delim="", mat_str="pmatrix")
     f = sp.latex(sp.Matrix(plant.equations), mat_delim="", mat_str="pmatrix")
-    rates = r"\\".join(left)
+    rates = r"\\".join(left_sides)
     return [rf"{matrix}\begin{{pmatrix}}{rates}\end{{pmatrix}} = {f}"]
 
 

@@ -184,14 +184,14 @@ def _subject(loop: PlantLoop) -> str:
 
 
 def _outcome(loop: PlantLoop) -> str:
-    rest = "come to rest" + (", undisturbed" if _disturbed(loop) else "")
+    phrase = "come to rest" + (", undisturbed" if _disturbed(loop) else "")
     time = settling_time(loop)
     if time is not None:
         value, unit = time_in_file_units(loop.plant, time)
-        return f"{rest}, to {100 * SETTLED:g} % within {at_most(value)} {unit}"
+        return f"{phrase}, to {100 * SETTLED:g} % within {at_most(value)} {unit}"
     if loop.decay_rate:
         value, unit = time_in_file_units(loop.plant, norm_settling_time(loop.decay_rate))
-        return f"{rest}, to {100 * SETTLED:g} % within {at_most(value)} {unit} (in {NORM})"
+        return f"{phrase}, to {100 * SETTLED:g} % within {at_most(value)} {unit} (in {NORM})"
     return "stay in the safe set" if loop.level_proved else "keep what the claims below state"
 
 
@@ -203,15 +203,15 @@ def _with_degrees(number: Number) -> str:
 
 def set_starts(loop: PlantLoop, P: ArrayLike, level: object) -> tuple[Number, ...]:
     """Return how far each state alone may start in {x'Px <= level}, and its share of the range."""
-    found = []
+    numbers = []
     diagonal = np.diag(np.asarray(P, dtype=np.float64))
     for k, (label, entry) in enumerate(zip(loop.model.states, diagonal, strict=True)):
         size, unit = _unit_of_state(loop, k)
         reach = float(np.sqrt(float(Fraction(str(level))) / entry))
         ends = loop.model.box.get(label)
         share = None if ends is None else reach / max(abs(float(end)) for end in ends)
-        found.append(Number(name_of(label), reach / size, unit, share))
-    return tuple(found)
+        numbers.append(Number(name_of(label), reach / size, unit, share))
+    return tuple(numbers)
 
 
 def start_words(number: Number, *, shared: bool = False) -> str:
@@ -234,47 +234,50 @@ def _starts(loop: PlantLoop) -> tuple[Number, ...]:
 
 def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     """Return the time to 2 % and the decay rate of the proved function."""
-    parts, numbers = [], []
+    phrases, numbers = [], []
     if loop.decay_rate:
         time = settling_time(loop)
         value, unit = time_in_file_units(loop.plant, time or norm_settling_time(loop.decay_rate))
         norm = "" if time else f" in {NORM}"
         quantity = "settling time" if time else "settling time of the norm"
-        still = " without disturbance" if _disturbed(loop) else ""
-        parts.append(f"{at_most(value)} {unit} to {100 * SETTLED:g} %{norm}{still}")
+        condition = " without disturbance" if _disturbed(loop) else ""
+        phrases.append(f"{at_most(value)} {unit} to {100 * SETTLED:g} %{norm}{condition}")
         numbers.append(Number(quantity, value, unit))
         value, unit = rate_in_file_units(loop.plant, loop.decay_rate)
-        parts.append(f"decay rate >= {at_least(value)} {unit}")
+        phrases.append(f"decay rate >= {at_least(value)} {unit}")
         numbers.append(Number("decay rate", value, unit))
     times = (
         []
         if beside is None
-        else [beside.settling(own=own, step=loop.model.sample_time) for own in (False, True)]
+        else [
+            beside.settling(of_design=of_design, step=loop.model.sample_time)
+            for of_design in (False, True)
+        ]
     )
     words = ""
-    if parts and all(time is not None for time in times) and times:
+    if phrases and all(time is not None for time in times) and times:
         first, second = (time_in_file_units(loop.plant, float(time or 0)) for time in times)
         words = f"linear {second[0]:.3g} {second[1]}, LQR {first[0]:.3g} {first[1]}"
-    return SummaryRow("settles", tuple(parts), tuple(numbers), words)
+    return SummaryRow("settles", tuple(phrases), tuple(numbers), words)
 
 
 def _safe_start(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     """Return how far each state alone may start in the proved set, as a share of its range."""
     numbers = _starts(loop)
-    parts = _start_parts(numbers)
+    phrases = _start_parts(numbers)
     words = ""
     if beside is not None and beside.starts is not None:
         sizes = (_unit_of_state(loop, k)[0] for k in range(len(numbers)))
-        others = zip(beside.starts, sizes, strict=False)
-        starts = ", ".join(at_least(float(start) / size) for start, size in others)
+        regulator_starts = zip(beside.starts, sizes, strict=False)
+        starts = ", ".join(at_least(float(start) / size) for start, size in regulator_starts)
         words = f"LQR, proved too: {starts}"
-    elif parts and beside is not None and beside.sought:
+    elif phrases and beside is not None and beside.sought:
         words = "LQR: none proved"
     shares = [number.share for number in numbers if number.share is not None]
     little = bool(shares) and max(shares) < LITTLE
     if little:
-        parts.append("little of the ranges: try narrower ranges, a lower rate, larger inputs")
-    return SummaryRow("safe start", tuple(parts), numbers, words, partial=little)
+        phrases.append("little of the ranges: try narrower ranges, a lower rate, larger inputs")
+    return SummaryRow("safe start", tuple(phrases), numbers, words, partial=little)
 
 
 def _in_samples(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
@@ -289,17 +292,17 @@ def _in_samples(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
 
 def _overshoot(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     factors = overshoots(design, loop)
-    parts = [f"{name} at most {at_most(k)}" for name, k in factors.items()]
-    if parts:
-        parts[-1] += " times the initial deviation"
+    phrases = [f"{name} at most {at_most(k)}" for name, k in factors.items()]
+    if phrases:
+        phrases[-1] += " times the initial deviation"
     return SummaryRow(
-        "overshoot", tuple(parts), tuple(Number(name, k, "") for name, k in factors.items())
+        "overshoot", tuple(phrases), tuple(Number(name, k, "") for name, k in factors.items())
     )
 
 
 def _follows(design: PlantDesign) -> SummaryRow | None:
     """Return which steps of a reference are followed, of the range that the file states."""
-    parts, numbers = [], []
+    phrases, numbers = [], []
     signals = {v.name: v for v in design.plant.disturbances}
     jumps = proved_jumps(design)
     for reference in design.plant.references if jumps else ():
@@ -312,10 +315,10 @@ def _follows(design: PlantDesign) -> SummaryRow | None:
         reach, share = max(steps), max(steps) / widest
         words = f"{reference.name} steps up to {at_least(reach / size)}{behind(unit)}"
         words += ", all of its range" if share >= ALL_OF_RANGE else f" (of {widest / size:.6g})"
-        parts.append(f"{words}, no final error in {reference.follows}")
+        phrases.append(f"{words}, no final error in {reference.follows}")
         numbers.append(Number(reference.name, reach / size, unit, min(share, 1.0)))
     partial = any(number.share is not None and number.share < ALL_OF_RANGE for number in numbers)
-    return SummaryRow("follows", tuple(parts), tuple(numbers), partial=partial)
+    return SummaryRow("follows", tuple(phrases), tuple(numbers), partial=partial)
 
 
 def _disturbance(design: PlantDesign) -> SummaryRow | None:
@@ -324,7 +327,7 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
         # Where references alone are claimed, no set against moving disturbances was asked for.
         return None
     followed = {name for jump in proved_jumps(design) for name in jump}
-    parts, numbers = [], []
+    phrases, numbers = [], []
     for row in withstood(design) if design.gains is not None else ():
         if row.variable.name in followed:
             continue
@@ -332,20 +335,20 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
         stated = f"{row.stated / size:.6g}{behind(unit)}"
         name = row.variable.name
         if not row.proved:
-            parts.append(f"{name}: nothing proved of the stated {stated}")
+            phrases.append(f"{name}: nothing proved of the stated {stated}")
         elif row.share < 1:
             reach = f"{at_least(row.proved / size)}{behind(unit)}"
             label = f"{name} that varies," if followed else name
-            parts.append(f"{label} up to {reach}: {100 * row.share:.2g} % of the stated {stated}")
+            phrases.append(f"{label} up to {reach}: {100 * row.share:.2g} % of the stated {stated}")
         else:
-            parts.append(f"{name} up to {stated}, all of its range")
+            phrases.append(f"{name} up to {stated}, all of its range")
         if followed and row.share < 1:
-            parts.append(f"{name} held constant: all of its range")
+            phrases.append(f"{name} held constant: all of its range")
         numbers.append(Number(name, row.proved / size, unit, row.share))
     partial = any(number.share is not None and number.share < 1 for number in numbers)
     shortfall = f"less than stated{' where it varies' if followed else ''}"
     return SummaryRow(
-        "disturbance", tuple(parts), tuple(numbers), partial=partial, shortfall=shortfall
+        "disturbance", tuple(phrases), tuple(numbers), partial=partial, shortfall=shortfall
     )
 
 
@@ -355,13 +358,13 @@ def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     commands = largest_commands(loop)
     if proved:
         commands = list(zip(loop.model.inputs, proved, strict=True))
-    parts, numbers = [], []
-    for variable, (label, most) in zip(loop.plant.inputs, commands, strict=False):
+    phrases, numbers = [], []
+    for variable, (label, bound) in zip(loop.plant.inputs, commands, strict=False):
         size, unit = file_unit(variable)
-        parts.append(f"|{name_of(label)}| <= {at_most(most / size)}{behind(unit)}")
-        numbers.append(Number(name_of(label), most / size, unit))
+        phrases.append(f"|{name_of(label)}| <= {at_most(bound / size)}{behind(unit)}")
+        numbers.append(Number(name_of(label), bound / size, unit))
     basis = "" if proved else "floating point, not proved"
-    return SummaryRow("input", tuple(parts), tuple(numbers), basis=basis)
+    return SummaryRow("input", tuple(phrases), tuple(numbers), basis=basis)
 
 
 def proved_limits(design: PlantDesign) -> list[float]:
@@ -385,10 +388,10 @@ def _margins(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
         return SummaryRow("margins", ("the linear loop at rest is not stable",), basis=LINEAR)
     words = ""
     if beside is not None:
-        others = least_margins(rest_loops(loop, beside.gain))
-        words = f"LQR {', '.join(_margin_words(each) for each in others or ())}"
-    parts = tuple(_margin_words(number) for number in numbers)
-    return SummaryRow("margins", parts, numbers, words, LINEAR)
+        regulator_margins = least_margins(rest_loops(loop, beside.gain))
+        words = f"LQR {', '.join(_margin_words(margin) for margin in regulator_margins or ())}"
+    phrases = tuple(_margin_words(number) for number in numbers)
+    return SummaryRow("margins", phrases, numbers, words, LINEAR)
 
 
 def least_margins(loops: Sequence[PlantLocalLoop]) -> tuple[Number, ...] | None:
@@ -396,15 +399,15 @@ def least_margins(loops: Sequence[PlantLocalLoop]) -> tuple[Number, ...] | None:
 
     None without a loop, () where one is unstable.
     """
-    margins = [each.margins for each in loops]
-    if not margins or not all(each.stable for each in margins):
+    margins = [local_loop.margins for local_loop in loops]
+    if not margins or not all(m.stable for m in margins):
         return () if margins else None
-    found = (
-        Number("phase", min(float(np.degrees(each.phase)) for each in margins), "deg"),
-        Number("disk", min(float(each.disk.alpha) for each in margins), ""),
-        Number("delay", min(float(each.delay) for each in margins), "s"),
+    numbers = (
+        Number("phase", min(float(np.degrees(m.phase)) for m in margins), "deg"),
+        Number("disk", min(float(m.disk.alpha) for m in margins), ""),
+        Number("delay", min(float(m.delay) for m in margins), "s"),
     )
-    return tuple(number for number in found if np.isfinite(number.value))
+    return tuple(number for number in numbers if np.isfinite(number.value))
 
 
 def _margin_words(number: Number) -> str:
@@ -418,14 +421,14 @@ def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
     low, high = loop.gains.min(axis=0), loop.gains.max(axis=0)
     rows = []
     for k, label in enumerate(loop.model.inputs):
-        parts = []
+        terms = []
         for j, state in enumerate(loop.model.states):
             unit = per_unit(unit_of(label) or "-", unit_of(state) or "-")
             value = f"{low[k, j]:.4g}"
             if low[k, j] != high[k, j]:
                 value += f"..{high[k, j]:.4g}"
-            parts.append(f"{value}{behind(unit)} {name_of(state)}")
-        sum_of_gains = tuple(f"{part} +" for part in parts[:-1]) + (f"{parts[-1]})",)
+            terms.append(f"{value}{behind(unit)} {name_of(state)}")
+        sum_of_gains = tuple(f"{term} +" for term in terms[:-1]) + (f"{terms[-1]})",)
         head = f"{label} = -({sum_of_gains[0]}"
         rows.append(SummaryRow("gains", (head, *sum_of_gains[1:]), basis="in gains.json"))
     return rows
@@ -448,24 +451,24 @@ def _observer(design: PlantDesign) -> SummaryRow | None:
 def _not_covered(design: PlantDesign, loop: PlantLoop) -> SummaryRow:
     """Return what none of the claims speaks of."""
     kinds = proved_kinds(design)
-    parts = []
+    phrases = []
     if not design.is_about_plant:
-        parts.append("the plant beside its model")
+        phrases.append("the plant beside its model")
     if not loop.discrete and loop.gains is not None and "sampled-loop" not in kinds:
-        parts.append("sampling (--sample-time)")
+        phrases.append("sampling (--sample-time)")
     if loop.gains is not None and "exit-probability" not in kinds:
-        parts.append("measurement noise")
+        phrases.append("measurement noise")
     if loop.gains is not None and not proved_limits(design):
-        parts.append("limits of the inputs")
-    parts.append("states outside their ranges")
-    return SummaryRow("not covered", tuple(parts), basis="no claim")
+        phrases.append("limits of the inputs")
+    phrases.append("states outside their ranges")
+    return SummaryRow("not covered", tuple(phrases), basis="no claim")
 
 
-def _unit_of_state(loop: PlantLoop, place: int) -> tuple[float, str]:
+def _unit_of_state(loop: PlantLoop, index: int) -> tuple[float, str]:
     """Return (size, unit) of a state in the file; SI for states that the law adds."""
-    if place < len(loop.plant.states):
-        return file_unit(loop.plant.states[place])
-    return 1.0, unit_of(loop.model.states[place])
+    if index < len(loop.plant.states):
+        return file_unit(loop.plant.states[index])
+    return 1.0, unit_of(loop.model.states[index])
 
 
 def _disturbed(loop: PlantLoop) -> bool:

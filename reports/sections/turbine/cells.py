@@ -121,12 +121,12 @@ def filter_of(design: TurbineDesign) -> CouplingFilter:
     """Return the filter of a published law; for another law the filter of its settings."""
     if isinstance(design.law, PublishedLaw):
         return design.law.coupling
-    asked = design.settings
+    settings = design.settings
     return coupling_filter(
         design.turbine,
-        speed_overlap=asked.speed_overlap,
-        torque_overlap=asked.torque_overlap,
-        speed_setpoint=asked.speed_setpoint,
+        speed_overlap=settings.speed_overlap,
+        torque_overlap=settings.torque_overlap,
+        speed_setpoint=settings.speed_setpoint,
     )
 
 

@@ -44,9 +44,9 @@ def gust_figure(run: DesignRun, bound: float | None, inside: NDArray[np.bool_] |
         wind.set_ylabel("wind [m/s]")
         speed.plot(*decimate(time, rpm * law.rotor_speed), color=COLOURS[0], label="this law")
         if run.reference is not None and run.reference.line is not None:
-            other = rpm * run.reference.line.rotor_speed
+            reference_speed = rpm * run.reference.line.rotor_speed
             label = "reference controller"
-            speed.plot(*decimate(time, other), color=COLOURS[1], ls="--", label=label)
+            speed.plot(*decimate(time, reference_speed), color=COLOURS[1], ls="--", label=label)
         label = "proved bound"
         for span in spans:
             ends = time[span[0]], time[span[-1]]

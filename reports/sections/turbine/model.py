@@ -58,9 +58,9 @@ def _figures(design: TurbineDesign) -> Table:
 def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
     turbine = design.turbine
     low, high = turbine.power.x_range
-    most = min(turbine.power.y_range[1], LARGEST_SHOWN_PITCH)
+    largest_pitch = min(turbine.power.y_range[1], LARGEST_SHOWN_PITCH)
     ratio = np.linspace(low, high, GRID[0])
-    pitch = np.linspace(max(turbine.power.y_range[0], turbine.pitch_min), most, GRID[1])
+    pitch = np.linspace(max(turbine.power.y_range[0], turbine.pitch_min), largest_pitch, GRID[1])
     band = None
     if design.effort_sharing_law is None:
         band = float(dict(design.full_load.box)["pitch deviation [rad]"][1])

@@ -26,37 +26,37 @@ UNITS = {"partial load": ("N m s/rad", "N m/rad"), "full load": ("s", "-", "1/ra
 
 def regions_section(design: TurbineDesign) -> Section:
     """Return the section about the regional models and their gains."""
-    parts = (design.regional.partial, design.regional.full)
+    regions = (design.regional.partial, design.regional.full)
     return Section(
         "regions",
         "Regional Takagi–Sugeno models",
-        {"regions": [_region(part) for part in parts]},
+        {"regions": [_region(region) for region in regions]},
     )
 
 
-def _region(part: RegionGains) -> dict[str, Any]:
-    model = part.model
+def _region(region: RegionGains) -> dict[str, Any]:
+    model = region.model
     box = [(name, float(low), float(high)) for name, (low, high) in model.box.items()]
     return {
-        "name": part.region,
-        "anchor": part.region.replace(" ", "-"),
+        "name": region.region,
+        "anchor": region.region.replace(" ", "-"),
         "states": model.states,
         "input": model.inputs[0],
         "source": model.source,
         "box": [(name, decimal(low), decimal(high)) for name, low, high in box],
-        "premises": premise_table(model, f"Premises, {part.region}", EVIDENCE),
+        "premises": premise_table(model, f"Premises, {region.region}", EVIDENCE),
         "vertices": _vertices(model),
-        "gains": _gains(part),
-        "decay": "" if part.decay_rate is None else significant(part.decay_rate),
-        "bounds": [(n, significant(a), significant(b)) for n, (a, b) in part.bounds.items()],
-        "diagnosis": part.diagnosis,
-        "asked": part.requirement,
+        "gains": _gains(region),
+        "decay": "" if region.decay_rate is None else significant(region.decay_rate),
+        "bounds": [(n, significant(a), significant(b)) for n, (a, b) in region.bounds.items()],
+        "diagnosis": region.diagnosis,
+        "asked": region.requirement,
     }
 
 
 def _vertices(model: TSModel) -> list[dict[str, Any]]:
     """Return one entry for each rule: its corners, and its matrices as rows of text."""
-    found = []
+    entries = []
     for number, (rule, vertex) in enumerate(zip(model.rules, model.vertices, strict=True), 1):
         corners = [f"{p.name} {CORNERS[c]}" for p, c in zip(model.premises, rule, strict=True)]
         matrices = [
@@ -64,50 +64,52 @@ def _vertices(model: TSModel) -> list[dict[str, Any]]:
             for name in ("A", "B", "E")
             if getattr(vertex, name).size
         ]
-        found.append({"number": number, "corners": ", ".join(corners), "matrices": matrices})
-    return found
+        entries.append({"number": number, "corners": ", ".join(corners), "matrices": matrices})
+    return entries
 
 
-def _gains(part: RegionGains) -> Table | None:
-    if part.k_x is None or part.k_I is None:
+def _gains(region: RegionGains) -> Table | None:
+    if region.k_x is None or region.k_I is None:
         return None
-    names = [p.name for p in part.model.premises]
-    heads = [*SYMBOLS[part.region], "k<sub>I</sub>"]
+    names = [p.name for p in region.model.premises]
+    heads = [*SYMBOLS[region.region], "k<sub>I</sub>"]
     return Table(
-        f"Gains, {part.region}: u = −k<sub>x</sub> Δx + k<sub>I</sub> x<sub>I</sub>",
+        f"Gains, {region.region}: u = −k<sub>x</sub> Δx + k<sub>I</sub> x<sub>I</sub>",
         (
             ("rule", ""),
             *((name, "") for name in names),
-            *zip(heads, UNITS[part.region], strict=True),
+            *zip(heads, UNITS[region.region], strict=True),
         ),
         tuple(
             (
                 str(k + 1),
                 *(CORNERS[c] for c in rule),
-                *(significant(float(x), 6) for x in part.k_x[k]),
-                significant(float(part.k_I[k]), 6),
+                *(significant(float(x), 6) for x in region.k_x[k]),
+                significant(float(region.k_I[k]), 6),
             )
-            for k, rule in enumerate(part.model.rules)
+            for k, rule in enumerate(region.model.rules)
         ),
     )
 
 
 def observer_section(design: TurbineDesign) -> Section:
     """Return the section about the wind observer."""
-    found = design.observer
-    low, high = found.observer.limits
+    observer_design = design.observer
+    low, high = observer_design.observer.limits
     return Section(
         "observer",
         "Wind observer",
         {
-            "l1": f"{found.gains[0]:g}",
-            "l2": f"{found.gains[1]:g}",
-            "decay": significant(found.decay_rate),
+            "l1": f"{observer_design.gains[0]:g}",
+            "l2": f"{observer_design.gains[1]:g}",
+            "decay": significant(observer_design.decay_rate),
             "limits": f"{with_decimals(low, 1)} to {with_decimals(high, 1)}",
-            "premises": premise_table(found.model, "Premises, estimation error", EVIDENCE),
+            "premises": premise_table(
+                observer_design.model, "Premises, estimation error", EVIDENCE
+            ),
             "box": [
                 (name, decimal(float(a)), decimal(float(b)))
-                for name, (a, b) in found.model.box.items()
+                for name, (a, b) in observer_design.model.box.items()
             ],
         },
     )

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 # Metric -> its words and unit, and whether a law's value is clearly worse than the reference's.
 WORSE: dict[str, tuple[str, str, Callable[[float, float], bool]]] = {
-    "overspeed": ("Overspeed", "%", lambda law, other: law > max(other, 0.0) + 1.0),
-    "tower_del": ("Tower load", "MN m", lambda law, other: law > 1.05 * other),
-    "pitch_travel": ("Pitch travel", "°", lambda law, other: law > 1.05 * other + 1.0),
-    "energy": ("Energy", "kWh", lambda law, other: law < 0.995 * other),
+    "overspeed": ("Overspeed", "%", lambda law, reference: law > max(reference, 0.0) + 1.0),
+    "tower_del": ("Tower load", "MN m", lambda law, reference: law > 1.05 * reference),
+    "pitch_travel": ("Pitch travel", "°", lambda law, reference: law > 1.05 * reference + 1.0),
+    "energy": ("Energy", "kWh", lambda law, reference: law < 0.995 * reference),
 }
 
 
@@ -56,16 +56,18 @@ def _worse(runs: Sequence[DesignRun], metric: str) -> str:
     worse = []
     for run in runs:
         if run.reference is not None:
-            law, other = (getattr(each.metrics, metric) for each in (run.law, run.reference))
-            if is_worse(law, other):
-                worse.append(f"{powers(run.words)} ({law:.4g} against {other:.4g} {unit})")
+            law, reference = (
+                getattr(result.metrics, metric) for result in (run.law, run.reference)
+            )
+            if is_worse(law, reference):
+                worse.append(f"{powers(run.words)} ({law:.4g} against {reference:.4g} {unit})")
     return f"{name}: {', '.join(worse)}." if worse else ""
 
 
 def response_drawing(design: TurbineDesign, run: DesignRun) -> Figure:
     """Return the run over time, beside the reference controller's where there is one."""
     turbine = design.turbine
-    lines = [each.line for each in (run.law, run.reference) if each and each.line]
+    lines = [result.line for result in (run.law, run.reference) if result and result.line]
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
     return response_figure(run.time, lines, rated=rated)
@@ -75,8 +77,8 @@ def response_words(run: DesignRun) -> str:
     """Return the caption of a run: the wind, and the overspeed of each law."""
     sentence = f"Overspeed {with_decimals(run.law.metrics.overspeed, 1)} %"
     if run.reference:
-        other = with_decimals(run.reference.metrics.overspeed, 1)
-        sentence += f", reference controller {other} %"
+        reference = with_decimals(run.reference.metrics.overspeed, 1)
+        sentence += f", reference controller {reference} %"
     return f"{powers(run.words).capitalize()}. {sentence}. Dotted: rated."
 
 
@@ -94,7 +96,7 @@ def _table(runs: Sequence[DesignRun]) -> Table:
     rows = []
     for run in runs:
         for result in filter(None, (run.law, run.reference)):
-            own = result is run.law
+            of_design = result is run.law
             rows.append(
                 (
                     run.words,
@@ -103,7 +105,7 @@ def _table(runs: Sequence[DesignRun]) -> Table:
                     with_decimals(result.metrics.overspeed, 1),
                     with_decimals(result.metrics.pitch_travel, 1),
                     with_decimals(result.metrics.tower_del, 1),
-                    with_decimals(100 * run.share_inside if own else float("nan"), 0),
+                    with_decimals(100 * run.share_inside if of_design else float("nan"), 0),
                 )
             )
     return Table(

@@ -49,15 +49,15 @@ SAMPLE_TIME = 0.02
 
 def running_section(design: TurbineDesign) -> Section:
     """Return the section about the loop with the program that a controller runs."""
-    found = measured_loop(design).margins
-    rows, filters = found.rows, design.speed_filter
+    searched = measured_loop(design).margins
+    rows, filters = searched.rows, design.speed_filter
     winds = np.array(sorted({row.wind for row in rows}))
-    figures = [drawn for loop in LOOPS if (drawn := _bode(design, loop, found)) is not None]
+    figures = [drawn for loop in LOOPS if (drawn := _bode(design, loop, searched)) is not None]
     if len(winds):
         figures.insert(
             0,
             captioned_figure(
-                margins_drawing(found),
+                margins_drawing(searched),
                 "running-margins",
                 caption="Margins of the loop that runs, over wind. Line: the machine as its file "
                 "says, every 0.2 m/s; the band reaches to the least of all plants (inertia 0.9 and "
@@ -72,38 +72,38 @@ def running_section(design: TurbineDesign) -> Section:
         "Margins of the loop that runs",
         {
             "figures": figures,
-            "table": _table(found),
+            "table": _table(searched),
             "least": [*_least(design), *_weak(rows)],
             "unstable": _unstable(rows),
             "modes": modes_met(rows),
-            "none": wind_ranges(found.none, [*found.none, *winds]) if found.none else "",
+            "none": wind_ranges(searched.none, [*searched.none, *winds]) if searched.none else "",
             "speed_filter": significant(filters.corner) if filters else "",
             "torsion_filter": significant(filters.stop) if filters and filters.stop else "",
         },
     )
 
 
-def margins_drawing(found: SearchedMargins) -> Figure:
+def margins_drawing(searched: SearchedMargins) -> Figure:
     """Return the margins over wind; only where there are some."""
-    winds = np.array(sorted({row.wind for row in found.rows}))
-    lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]
+    winds = np.array(sorted({row.wind for row in searched.rows}))
+    lines = [_line(loop, winds, searched) for loop in (*LOOPS, "both")]
     return running_margins_figure(winds, lines)
 
 
 def _least(design: TurbineDesign) -> list[str]:
     """Return sentences on the least margins, which the summary has too, and the slowest mode."""
     slowest = slowest_mode(design)
-    found = [
+    sentences = [
         f"The least margins of all plants and winds are {' and '.join(row.parts[:2])}."
         for row in summary_rows(design)
         if row.name == "margins" and row.numbers
     ]
-    return [*found, f"The slowest mode falls to 2 % in {slowest}."] if slowest else found
+    return [*sentences, f"The slowest mode falls to 2 % in {slowest}."] if slowest else sentences
 
 
 def _weak(rows: Sequence[RunningMargins]) -> list[str]:
     """Return where a loop has less than the margins that are usual."""
-    every, found = [row.wind for row in rows], []
+    every, phrases = [row.wind for row in rows], []
     for loop in LOOPS:
         acting = [(row.wind, dict(row.loops)[loop]) for row in rows if _acts(row, loop)]
         weak = [
@@ -112,17 +112,17 @@ def _weak(rows: Sequence[RunningMargins]) -> list[str]:
             if gain_margin(m) < USUAL_GAIN or phase_margin(m) < USUAL_PHASE
         ]
         if weak:
-            found.append(f"the {loop} loop at {wind_ranges(weak, every)}")
-    if not found:
+            phrases.append(f"the {loop} loop at {wind_ranges(weak, every)}")
+    if not phrases:
         return []
     return [
-        f"Less than the usual {USUAL_GAIN:g} dB or {USUAL_PHASE:g}° have {' and '.join(found)}."
+        f"Less than the usual {USUAL_GAIN:g} dB or {USUAL_PHASE:g}° have {' and '.join(phrases)}."
     ]
 
 
-def _bode(design: TurbineDesign, loop: str, found: SearchedMargins) -> CaptionedFigure | None:
+def _bode(design: TurbineDesign, loop: str, searched: SearchedMargins) -> CaptionedFigure | None:
     """Return the Bode plot of one loop, at winds where it acts; None where it never does."""
-    acting = [row.wind for row in found.rows if row.nominal and _acts(row, loop)]
+    acting = [row.wind for row in searched.rows if row.nominal and _acts(row, loop)]
     if not acting:
         return None
     count = min(BODE_LINES, len(acting))
@@ -158,28 +158,28 @@ def _unstable(rows: Sequence[RunningMargins]) -> list[str]:
     """Return where the loop is unstable: for the nominal plant, and for other plants alone."""
     every = [row.wind for row in rows]
     nominal = {row.wind for row in rows if row.nominal and row.decay_rate <= 0}
-    others = {row.wind for row in rows if row.decay_rate <= 0} - nominal
-    found = []
+    perturbed = {row.wind for row in rows if row.decay_rate <= 0} - nominal
+    phrases = []
     if nominal:
-        found.append(f"at {wind_ranges(sorted(nominal), every)}")
-    if others:
-        found.append(f"with another inertia or wake at {wind_ranges(sorted(others), every)}")
-    return found
+        phrases.append(f"at {wind_ranges(sorted(nominal), every)}")
+    if perturbed:
+        phrases.append(f"with another inertia or wake at {wind_ranges(sorted(perturbed), every)}")
+    return phrases
 
 
-def _line(loop: str, winds: Floats, found: SearchedMargins) -> MarginLine:
+def _line(loop: str, winds: Floats, searched: SearchedMargins) -> MarginLine:
     nominal = {name: np.full(len(winds), np.nan) for name in PANELS}
-    least = {name: np.full(len(winds), np.nan) for name in PANELS}
-    all_plants = {*found.whole, *found.least}
-    for row in found.rows:
+    lowest = {name: np.full(len(winds), np.nan) for name in PANELS}
+    all_plants = {*searched.whole, *searched.least}
+    for row in searched.rows:
         at = int(np.searchsorted(winds, row.wind))
         margins = dict(row.loops).get(loop)
         for name, value in _figures(row, margins, loop).items():
             if row.nominal:
                 nominal[name][at] = value
             if row.wind in all_plants:
-                least[name][at] = np.fmin(least[name][at], value)
-    return MarginLine(loop, nominal, least)
+                lowest[name][at] = np.fmin(lowest[name][at], value)
+    return MarginLine(loop, nominal, lowest)
 
 
 def _figures(row: RunningMargins, m: Margins | None, loop: str) -> dict[str, float]:
@@ -192,10 +192,10 @@ def _figures(row: RunningMargins, m: Margins | None, loop: str) -> dict[str, flo
     return {"gain": m.gain_increase, "phase": phase, "delay": m.delay, "disk": m.disk.alpha}
 
 
-def _table(found: SearchedMargins) -> Table:
+def _table(searched: SearchedMargins) -> Table:
     cells = []
-    for wind in sorted((*found.whole, *found.least)):
-        plants = [row for row in found.rows if row.wind == wind]
+    for wind in sorted((*searched.whole, *searched.least)):
+        plants = [row for row in searched.rows if row.wind == wind]
         cells += [_cells(plants[0], loop, plants) for loop in LOOPS if _acts(plants[0], loop)]
     return Table(
         "Margins of the loop that runs; in brackets the least of all plants",
@@ -222,27 +222,27 @@ def _acts(row: RunningMargins, loop: str) -> bool:
 
 
 def _cells(row: RunningMargins, loop: str, plants: Sequence[RunningMargins]) -> tuple[str, ...]:
-    found = dict(row.loops)
-    if not found[loop].stable:
+    margins = dict(row.loops)
+    if not margins[loop].stable:
         return (f"{row.wind:g}", loop, "unstable", *["–"] * 6)
-    every = [found[loop], *(one for p in plants if (one := dict(p.loops).get(loop)) is not None)]
+    every = [margins[loop], *(m for p in plants if (m := dict(p.loops).get(loop)) is not None)]
     return (
         f"{row.wind:g}",
         loop,
         significant(every[0].crossover),
-        _with_least([20 * np.log10(one.gain_increase) for one in every], 1),
-        _with_least([_fall(one) for one in every], 1),
-        _with_least([float(np.degrees(one.phase)) for one in every], 0),
-        _with_least([one.delay for one in every], 3),
-        _with_least([one.disk.alpha for one in every], 2),
+        _with_least([20 * np.log10(m.gain_increase) for m in every], 1),
+        _with_least([_fall(m) for m in every], 1),
+        _with_least([float(np.degrees(m.phase)) for m in every], 0),
+        _with_least([m.delay for m in every], 3),
+        _with_least([m.disk.alpha for m in every], 2),
         _with_least([row.both.alpha, *(plant.both.alpha for plant in plants)], 2),
     )
 
 
 def _fall(margins: Margins) -> float:
     """Return by how many dB the gain may fall; inf where it may fall to 0."""
-    least = margins.gain_decrease
-    return float(-20 * np.log10(least)) if least > 0 else float("inf")
+    decrease = margins.gain_decrease
+    return float(-20 * np.log10(decrease)) if decrease > 0 else float("inf")
 
 
 def _with_least(values: Sequence[float], digits: int) -> str:

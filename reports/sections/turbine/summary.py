@@ -77,7 +77,7 @@ def summary_sentence(design: TurbineDesign) -> str:
             "proved to settle at one equilibrium, from a set around it. Nothing is proved about a "
             "changing wind."
         )
-    proved = [one.name for one in design.checked.claims if one.verdict is Verdict.PROVED]
+    proved = [claim.name for claim in design.checked.claims if claim.verdict is Verdict.PROVED]
     named = f": {', '.join(proved)}" if proved else ""
     return f"{len(proved)} of {len(design.checked.claims)} claims are proved{named}."
 
@@ -94,7 +94,7 @@ def proved_claim(design: TurbineDesign, kind: str) -> tuple[Mapping[str, Any], C
 
 def _row(
     name: str,
-    parts: Sequence[str],
+    phrases: Sequence[str],
     numbers: Sequence[Number] = (),
     claim: Claim | None = None,
     *,
@@ -104,7 +104,7 @@ def _row(
 ) -> SummaryRow:
     return SummaryRow(
         name,
-        tuple(part for part in parts if part),
+        tuple(phrase for phrase in phrases if phrase),
         tuple(numbers),
         beside,
         basis,
@@ -117,10 +117,10 @@ def _row(
 
 def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
     """Return the rows of the claim about the invariant set and the wind limits."""
-    found, summary = proved_claim(design, "coherent-loop"), claim_summary(design)
-    if found is None or summary is None:
+    proved, summary = proved_claim(design, "coherent-loop"), claim_summary(design)
+    if proved is None or summary is None:
         return []
-    claim, low, high = found[1], summary.edges[0], summary.edges[-1]
+    claim, low, high = proved[1], summary.edges[0], summary.edges[-1]
     over, rated = 100 * summary.overspeed, design.turbine.rated_rotor_speed * RPM
     speed = rated * (1 + summary.overspeed)
     side, share = "above" if over >= 0 else "below", at_most(over).removeprefix("-")
@@ -165,13 +165,13 @@ def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
 
 def _plants(summary: ClaimSummary, claim: Claim) -> SummaryRow:
     low, high = summary.inertia
-    least, most = summary.power_coefficient
+    lowest, highest = summary.power_coefficient
     wake = "up to the frozen wake's" if summary.frozen_wake else "of the equilibrium wake"
     return _row(
         "plants",
         (
             f"inertia {low:g} to {high:g} of nominal",
-            f"c_P {least:g} to {most:g} of the table's" if least < most else "",
+            f"c_P {lowest:g} to {highest:g} of the table's" if lowest < highest else "",
             f"pitch effectiveness {wake}",
         ),
         (
@@ -185,13 +185,13 @@ def _plants(summary: ClaimSummary, claim: Claim) -> SummaryRow:
 
 def _observer(design: TurbineDesign) -> list[SummaryRow]:
     """Return what is proved with the wind observer in the loop, and the winds that are left out."""
-    found = proved_claim(design, "running-loop")
-    if found is None:
+    proved = proved_claim(design, "running-loop")
+    if proved is None:
         return []
-    stated, claim = found
+    stated, claim = proved
     winds = [(float(low), float(high)) for low, high in stated["winds"]]
     ends = design.turbine.cut_in, design.turbine.cut_out
-    left, slowest = gaps(ends, winds), slowest_mode(design)
+    uncovered, slowest = gaps(ends, winds), slowest_mode(design)
     rate = float(stated["decay_rate"])
     covered = sum(high - low for low, high in winds)
     return [
@@ -207,7 +207,7 @@ def _observer(design: TurbineDesign) -> list[SummaryRow]:
                 Number("winds covered", covered, "m/s", min(covered / (ends[1] - ends[0]), 1.0)),
             ),
             claim,
-            shortfall=f"not {_spans(left)} m/s" if left else "",
+            shortfall=f"not {_spans(uncovered)} m/s" if uncovered else "",
             beside=slowest and f"linear, slowest mode {slowest}",
         )
     ]
@@ -226,10 +226,10 @@ def slowest_mode(design: TurbineDesign) -> str:
 
 def _wind_rate(design: TurbineDesign) -> list[SummaryRow]:
     """Return the allowed rate of a wind that is known, through the law's own filter."""
-    found = proved_claim(design, "wind-rate")
-    if found is None:
+    proved = proved_claim(design, "wind-rate")
+    if proved is None:
         return []
-    rates = [float(rate) for rate in found[0]["ranges"][0]["estimate_rate"]]
+    rates = [float(rate) for rate in proved[0]["ranges"][0]["estimate_rate"]]
     filter_ = float(design.document["gains"].get("wind_filter", 0))
     return [
         _row(
@@ -239,17 +239,17 @@ def _wind_rate(design: TurbineDesign) -> list[SummaryRow]:
                 f"of a wind that is measured, through the law's filter of {filter_:g} s",
             ),
             _ends("rate of the wind", rates, "m/s^2"),
-            found[1],
+            proved[1],
         )
     ]
 
 
 def _actuators(design: TurbineDesign) -> list[SummaryRow]:
     """Return the rates of pitch and torque that are proved, beside the limits of the drives."""
-    found = proved_claim(design, "actuator-rates")
-    if found is None:
+    proved = proved_claim(design, "actuator-rates")
+    if proved is None:
         return []
-    cells, turbine = found[0]["cells"], design.turbine
+    cells, turbine = proved[0]["cells"], design.turbine
     pitch, torque = (
         max(float(cell[name]) for cell in cells) for name in ("pitch_rate", "torque_rate")
     )
@@ -266,7 +266,7 @@ def _actuators(design: TurbineDesign) -> list[SummaryRow]:
                 Number("pitch rate", degrees(pitch), "deg/s"),
                 Number("torque rate", torque / 1e3, "kN m/s", within / len(cells)),
             ),
-            found[1],
+            proved[1],
             shortfall=f"torque within its limit in {within} of {len(cells)} wind cells"
             if within < len(cells)
             else "",
@@ -277,23 +277,32 @@ def _actuators(design: TurbineDesign) -> list[SummaryRow]:
 def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
     """Return the claim for the law's own overlaps, or the first if there is none for them."""
     claims = overlap_claims(design)
-    chosen = next((one for one in claims if one.chosen), claims[0] if claims else None)
+    chosen = next(
+        (candidate for candidate in claims if candidate.chosen), claims[0] if claims else None
+    )
     if chosen is None or not chosen.proved:
         return []
-    claim = next(one for one in design.checked.claims if one.name == chosen.name)
-    left = f"not {gap_words(chosen)}" if chosen.unproved else ""
+    claim = next(result for result in design.checked.claims if result.name == chosen.name)
+    shortfall = f"not {gap_words(chosen)}" if chosen.unproved else ""
     covered = sum(high - low for low, high in chosen.proved)
     every = covered + sum(high - low for low, high in chosen.unproved)
     winds = Number("winds covered", covered, "m/s", covered / every)
-    shown = (wind_words(chosen), f"overlaps of {chosen.label}")
-    rows = [_row("proved winds", shown, (winds,), claim, shortfall=left)]
+    phrases = (wind_words(chosen), f"overlaps of {chosen.label}")
+    rows = [_row("proved winds", phrases, (winds,), claim, shortfall=shortfall)]
     if chosen.decay:
         ends = _ends("decay rate", [float(rate) for rate in chosen.decay], "1/s")
         rates = f"decay rate >= {' to '.join(chosen.decay)} 1/s, by wind"
         time = _time_words(min(float(rate) for rate in chosen.decay))
         rows.append(_row("settling", (time, rates, *_constant(chosen)), ends, claim))
-    others = [f"{one.label}: {wind_words(one)}" for one in claims if one is not chosen]
-    return [*rows, *([_row("other pairs", others, basis="of overlaps")] if others else [])]
+    other_pairs = [
+        f"{candidate.label}: {wind_words(candidate)}"
+        for candidate in claims
+        if candidate is not chosen
+    ]
+    return [
+        *rows,
+        *([_row("other pairs", other_pairs, basis="of overlaps")] if other_pairs else []),
+    ]
 
 
 def _constant(claim: OverlapClaim) -> list[str]:
@@ -303,7 +312,7 @@ def _constant(claim: OverlapClaim) -> list[str]:
 
 
 def _not_proved(design: TurbineDesign) -> list[SummaryRow]:
-    names = [one.name for one in design.checked.claims if one.verdict is not Verdict.PROVED]
+    names = [claim.name for claim in design.checked.claims if claim.verdict is not Verdict.PROVED]
     return [_row("not proved", names, basis="claimed", shortfall="open")] if names else []
 
 
@@ -316,11 +325,11 @@ def _overspeed(runs: Sequence[DesignRun], rated: DesignRun | None) -> list[Summa
         return []
     by_size = sorted(runs, key=lambda run: -run.law.metrics.overspeed)
     worse = sorted((run for run in runs if _excess(run) > WORSE_BY), key=_excess)
-    shown = dict.fromkeys([by_size[0], rated, *worse[-1:]])
+    listed_runs = dict.fromkeys([by_size[0], rated, *worse[-1:]])
     return [
         _row(
             "overspeed",
-            [_run_words(run) for run in shown],
+            [_run_words(run) for run in listed_runs],
             [number for run in runs for number in _run_numbers(run)],
             basis=SIMULATED,
             shortfall=f"worse than the {REFERENCE} in {len(worse)} of {len(runs)} runs"
@@ -361,18 +370,18 @@ def _turbulence(runs: Mapping[float, DesignRun]) -> list[SummaryRow]:
         Number(f"time within the wind limits, mean wind {wind:g} m/s", 100 * share, "%", share)
         for wind, share in shares.items()
     ]
-    least, most = (100 * of(shares.values()) for of in (min, max))
-    first, *others = (f"{100 * share:.0f} % at {wind:g}" for wind, share in shares.items())
+    lowest, highest = (100 * of(shares.values()) for of in (min, max))
+    first, *following = (f"{100 * share:.0f} % at {wind:g}" for wind, share in shares.items())
     return [
         _row(
             "turbulence",
             (
-                f"IEC class B keeps the wind limits {least:.0f} to {most:.0f} % of the time",
-                ", ".join([f"{first} m/s", *others]),
+                f"IEC class B keeps the wind limits {lowest:.0f} to {highest:.0f} % of the time",
+                ", ".join([f"{first} m/s", *following]),
             ),
             numbers,
             basis=SIMULATED,
-            shortfall="less than class B" if least < 100 else "",
+            shortfall="less than class B" if lowest < 100 else "",
         )
     ]
 
@@ -385,7 +394,7 @@ def _margins(measured: Sequence[RunningMargins]) -> list[SummaryRow]:
     if any(row.decay_rate <= 0 for row in rows):
         unstable = "the loop that runs is not stable at every wind, see the report"
         return [_row("margins", (unstable,), basis=LINEAR, shortfall="unstable")]
-    parts: list[str] = []
+    phrases: list[str] = []
     numbers: list[Number] = []
     low: list[str] = []
     for name, unit, size, usual in (
@@ -394,16 +403,16 @@ def _margins(measured: Sequence[RunningMargins]) -> list[SummaryRow]:
     ):
         value, row, loop = min(
             ((size(margins), row, loop) for row in rows for loop, margins in row.loops),
-            key=lambda each: each[0],
+            key=lambda candidate: candidate[0],
         )
-        parts.append(f"{name} {value:.3g} {unit} ({loop} at {row.wind:g} m/s)")
+        phrases.append(f"{name} {value:.3g} {unit} ({loop} at {row.wind:g} m/s)")
         low += [f"{usual:g} {unit}"] if value < usual else []
         numbers += [
             Number(f"least {name} margin", value, unit),
             Number(f"wind of the least {name} margin", row.wind, "m/s"),
         ]
     shortfall = f"less than the usual {' and '.join(low)}" if low else ""
-    return [_row("margins", parts, numbers, basis=LINEAR, shortfall=shortfall)]
+    return [_row("margins", phrases, numbers, basis=LINEAR, shortfall=shortfall)]
 
 
 def gain_margin(margins: Margins) -> float:
@@ -419,23 +428,23 @@ def phase_margin(margins: Margins) -> float:
 
 def _gains(law: EffortSharingLaw) -> SummaryRow:
     """Return the ranges of the law's gains over the schedule wind."""
-    parts: list[str] = []
+    phrases: list[str] = []
     numbers: list[Number] = []
     for name, unit, values in (
         ("proportional", "1/s", law.gains.proportional),
         ("integral rate", "1/s", law.gains.integral_rate),
     ):
         ends = float(min(values)), float(max(values))
-        parts.append(f"{name} {ends[0]:.3g} to {ends[1]:.3g} {unit}")
+        phrases.append(f"{name} {ends[0]:.3g} to {ends[1]:.3g} {unit}")
         numbers += _ends(name, ends, unit)
-    return _row("gains", parts, numbers, basis="in gains.json")
+    return _row("gains", phrases, numbers, basis="in gains.json")
 
 
 def _not_covered(design: TurbineDesign) -> SummaryRow:
     """Return what no claim speaks of."""
     changing = "wind outside the limits" if design.effort_sharing_law else "a changing wind"
-    parts = (changing, "sampling", "tower, shaft and blades", "c_P errors", "faults")
-    return _row("not covered", parts, basis="no claim")
+    phrases = (changing, "sampling", "tower, shaft and blades", "c_P errors", "faults")
+    return _row("not covered", phrases, basis="no claim")
 
 
 def _time_words(rate: float) -> str:

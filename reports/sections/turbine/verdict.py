@@ -63,7 +63,8 @@ def verdict_section(design: TurbineDesign) -> Section:
     """Return the first screen of a turbine's report."""
     rows = {row.name: row for row in summary_rows(design)}
     tiles = [
-        _tile(name, [(rows[r], n) for r, n in shown if r in rows]) for name, shown in TILES.items()
+        _tile(name, [(rows[r], n) for r, n in counts if r in rows])
+        for name, counts in TILES.items()
     ]
     return Section(
         "verdict",
@@ -79,17 +80,17 @@ def verdict_section(design: TurbineDesign) -> Section:
 
 
 def _tile(name: str, rows: list[tuple[SummaryRow, int]]) -> Tile:
-    parts = [
-        part if k == 0 else f"{row.name}: {part}"
+    phrases = [
+        phrase if k == 0 else f"{row.name}: {phrase}"
         for k, (row, count) in enumerate(rows)
-        for part in row.parts[:count]
+        for phrase in row.parts[:count]
     ]
     amber = [row.shortfall for row, _ in rows if row.partial]
     basis = dict.fromkeys(row.basis or "proved" for row, _ in rows)
     beside = [row.regulator for row, _ in rows if row.regulator]
     return Tile(
         name,
-        tuple(parts),
+        tuple(phrases),
         ", ".join(basis),
         ", ".join(beside),
         partial=bool(amber),
@@ -152,13 +153,13 @@ def _claim_rows(design: TurbineDesign) -> list[ClaimRow]:
     for stated, checked in zip(design.document["claims"], design.checked.claims, strict=True):
         name, why = CLAIMS.get(stated["kind"], (checked.name, ""))
         proved = checked.verdict is Verdict.PROVED
-        shown = "; ".join(figures.get(checked.name, [])) or "see the checker's words"
+        figure_text = "; ".join(figures.get(checked.name, [])) or "see the checker's words"
         overlap = overlaps.get(checked.name)
         rows.append(
             ClaimRow(
                 name=name if overlap is None else f"{name}, overlaps {overlap.label}",
                 verdict=checked.verdict.name,
-                number=shown if proved or (overlap and overlap.proved) else checked.text,
+                number=figure_text if proved or (overlap and overlap.proved) else checked.text,
                 assumes=_assumed(checked, design.checked.claims[0]),
                 why=why,
                 text=f"{checked.name}: {checked.text}",
@@ -185,7 +186,7 @@ def _assumed(claim: Claim, first: Claim) -> str:
     """Return the assumptions of a claim, those of the first claim in short."""
     phrases = list(claim.assumes)
     if claim is not first and first.assumes and set(first.assumes) <= set(phrases):
-        phrases = [each for each in phrases if each not in first.assumes]
+        phrases = [phrase for phrase in phrases if phrase not in first.assumes]
         phrases.insert(0, "what the first claim assumes")
     return "; ".join(phrases) or "nothing beside the file"
 
@@ -196,12 +197,12 @@ def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> 
         OverlapRow(f"{c.label}{' (chosen)' if c.chosen else ''}", c.proved, c.unproved)
         for c in claims
     ]
-    told = "; ".join(f"{claim.label}: {wind_words(claim)}" for claim in claims)
+    winds_by_overlap = "; ".join(f"{claim.label}: {wind_words(claim)}" for claim in claims)
     return captioned_figure(
         overlaps_figure(rows, wind=(turbine.cut_in, turbine.cut_out)),
         "overlaps",
         caption="Winds for which each claim is proved, by overlap in speed and in torque. "
         "Filled: proved. Hatched: looked at, not proved. Blank: not looked at. Low bars are "
         "windows drawn wider than they are; their width is beside the claim.",
-        alternative=f"One bar per pair of overlaps over wind. Proved winds: {told}",
+        alternative=f"One bar per pair of overlaps over wind. Proved winds: {winds_by_overlap}",
     )
