@@ -67,8 +67,8 @@ def require_order(program: ControllerProgram) -> None:
         if lower > upper:
             places_text = " and ".join(dict.fromkeys(file_places[name] for name in names))
             raise ModelError(
-                f"{places_text}: the lower limit is {lower:g} and the upper one {upper:g}, so that the "
-                "program would send the upper one at all times; exchange them, or give the "
+                f"{places_text}: the lower limit is {lower:g} and the upper one {upper:g}, so that "
+                "the program would send the upper one at all times; exchange them, or give the "
                 "gains.json that `takagi design` has written"
             )
 

@@ -50,7 +50,8 @@ def start_sample_time(program: ControllerProgram, requested: float | None) -> De
     if fixed_time is not None:
         if requested is not None and abs(requested - float(fixed_time)) > 1e-6 * float(fixed_time):
             raise ModelError(
-                f"--sample-time {requested} was given; the law is one in discrete time with {fixed_time} s"
+                f"--sample-time {requested} was given; the law is one in discrete time with "
+                f"{fixed_time} s"
             )
         return fixed_time
     longest = longest_sample(program)

@@ -1,4 +1,4 @@
-"""One class a kind of claim about the loop of model and gains: theorem, fields, obligations, sentence.
+"""A kind of claim about the loop in one class: theorem, fields, obligations, sentence, figures.
 
 ``takagi.certificates.checker.replay.claim_kinds`` lists all kinds.
 """

@@ -159,7 +159,8 @@ def _differences(
             f"{name} ({file_places[constant]})" if constant else "a number of a formula or guard"
         )
         yield (
-            f"{file}, line {their_token.line}: {number_words} is {their_token.text} there, {our_token.text} in the gain file"
+            f"{file}, line {their_token.line}: {number_words} is {their_token.text} there, "
+            f"{our_token.text} in the gain file"
         )
 
 

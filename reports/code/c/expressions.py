@@ -325,7 +325,8 @@ def sample_function(
     if not program.kept and "sample_time" not in needed:
         lines.insert(0, "(void)state;")
     head = (
-        f"\n/* One sample: fills outputs{' and the kept values of the next' if next_parameter else ''}. */\n"
+        f"\n/* One sample: fills outputs"
+        f"{' and the kept values of the next' if next_parameter else ''}. */\n"
         f"static unsigned {word}_sample(const {word}_state *state, const {word}_inputs *inputs,\n"
         f"    {word}_outputs *outputs{next_parameter})\n"
     )

@@ -282,8 +282,9 @@ static unsigned {word}_long_time(const {word}_state *state)
     return state->sample_time > {literal(longest.time, suffix)} ? {W}_SAMPLE_TIME_LONG : 0u;
 }}
 """
-    members = [*(f"inputs.{signal}" for signal in inputs), *(f"outputs.{signal}" for signal in outputs),
-               *(f"kept.{state}" for state in states)]  # fmt: skip
+    members = [f"inputs.{signal}" for signal in inputs]
+    members += [f"outputs.{signal}" for signal in outputs]
+    members += [f"kept.{state}" for state in states]
     all_finite = "\n        && ".join(f"isfinite(state->{member})" for member in members)
     rests = "".join(
         f"    state->inputs.{names[signal.name]} = {literal(signal.rest or Decimal(0), suffix)}; "

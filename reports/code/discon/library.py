@@ -152,7 +152,10 @@ def _own_filter(program: ControllerProgram) -> str:
     stated = program.document["measurement"]
     corner, stop = stated["speed_filter"], stated.get("torsion_filter")
     band_stop = f" and a band-stop at {stop['frequency']} rad/s" if stop else ""
-    return f"The law has one of {corner} rad/s{band_stop} of its own, so that this one would be a second."
+    return (
+        f"The law has one of {corner} rad/s{band_stop} of its own, so that this one would be a "
+        "second."
+    )
 
 
 def _double(number: Any) -> str:

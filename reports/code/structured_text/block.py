@@ -99,13 +99,15 @@ class _Block:
         yield f"FUNCTION_BLOCK FB_{file_word(program.plant).upper()}"
         yield "VAR_INPUT"
         for signal in program.inputs:
-            yield f"    {self.word[signal.name]} : LREAL; (* {_told(signal.unit, signal.meaning)} *)"
+            comment = _told(signal.unit, signal.meaning)
+            yield f"    {self.word[signal.name]} : LREAL; (* {comment} *)"
         yield f"    sample_time : LREAL := {real(self.time)}; (* s: from one call to the next *)"
         yield "    reset : BOOL; (* TRUE starts again from the next inputs *)"
         yield "END_VAR"
         yield "VAR_OUTPUT"
         for signal in program.outputs:
-            yield f"    {self.word[signal.name]} : LREAL; (* {_told(signal.unit, signal.meaning)} *)"
+            comment = _told(signal.unit, signal.meaning)
+            yield f"    {self.word[signal.name]} : LREAL; (* {comment} *)"
         yield "    status : UINT; (* 0, or a sum of these:"
         for number, _, text in self.status:
             yield f"        {number}  {text}"
@@ -216,7 +218,8 @@ class _Block:
         for signal in self.program.inputs:
             parameter, accepted = self.word[signal.name], self.inside[signal.name]
             say(
-                f"IF ABS({parameter}) <= {LARGEST} THEN {accepted} := {parameter}; ELSE ready := FALSE; END_IF;"
+                f"IF ABS({parameter}) <= {LARGEST} THEN {accepted} := {parameter}; "
+                "ELSE ready := FALSE; END_IF;"
             )
         say(f"IF NOT ready THEN status := status + {BIT['INPUT_NOT_FINITE']}; END_IF;")
         say("ready := TRUE;")
