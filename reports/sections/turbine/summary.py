@@ -143,8 +143,8 @@ def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
         _row(
             "wind limits",
             (
-                f"|v - v_s| up to {_span(summary.wind_error)} m/s",
-                f"|v_s'| up to {_span(summary.wind_rate)} m/s^2",
+                f"wind within {_span(summary.wind_error)} m/s of the law's schedule wind",
+                f"which moves at most {_span(summary.wind_rate)} m/s^2",
                 "by wind",
             ),
             (
