@@ -6,7 +6,8 @@ set to its ends.  Slopes are coefficients of truncated power series, with balls 
 quotient N / x^k that has a limit at x = 0 is the coefficient k of the series of N along x, taken
 over the hull of the piece and 0 (Taylor's formula, see the checker's ``quotient_form``).
 
-Bounds that are attained are kept up to 1e-20 of their size: balls are not exact.
+Bounds that are attained are kept up to 1e-20 of their size, a bound 0 up to 1e-20 of the other one
+where that is below 1: balls are not exact.
 
 Source: Johansson (2017), IEEE Trans. Computers 66(8), for ball arithmetic.
 """
@@ -39,7 +40,7 @@ FUNCTIONS: dict[str, Callable[[arb_series], arb_series]] = {
     "erf": arb_series.erf,
     "sinh": lambda x: (x.exp() - (-x).exp()) / 2,
     "cosh": lambda x: (x.exp() + (-x).exp()) / 2,
-    "tanh": lambda x: 1 - 2 / ((2 * x).exp() + 1),
+    "tanh": lambda x: 1 - 2 / _nonzero((2 * x).exp() + 1),
 }
 
 
@@ -64,7 +65,10 @@ def keeps_bounds(required: Obligation) -> bool | None:
 
 def _keeps_bounds(required: Enclosure) -> bool | None:
     ranges, bounds = required.ranges, (required.lower, required.upper)
-    slack = [TOLERANCE * max(Fraction(1), abs(bound)) for bound in bounds]
+    slack = [
+        TOLERANCE * (abs(bound) or min(Fraction(1), abs(opposite)))
+        for bound, opposite in (bounds, bounds[::-1])
+    ]
     low, high = fmpq_of(bounds[0] - slack[0]), fmpq_of(bounds[1] + slack[1])
     sides = ranges.evaluator.sides
     vanishing = frozenset(v for v, side in sides.items() if side[0] <= 0 <= side[1])

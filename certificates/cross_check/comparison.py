@@ -115,12 +115,15 @@ def cross_checked_document(document: Mapping[str, Any]) -> VerdictComparison:
 
 def _compared(verdicts: Callable[[DeciderOf], Checked]) -> VerdictComparison:
     deciders: dict[int, FlintDecider] = {}
+    first_verdict = REFUSED
     try:
         first = verdicts(exact_decider)
+        first_verdict = first.verdict.name
         second = verdicts(lambda index: deciders.setdefault(index, FlintDecider()))
     except CertificateError as error:
+        # A refusal by FLINT's run alone is a difference, not a refused file.
         return VerdictComparison(
-            [VerdictRow("the file", REFUSED, REFUSED, 0, str(error), is_claim=False)]
+            [VerdictRow("the file", first_verdict, REFUSED, 0, str(error), is_claim=False)]
         )
     return VerdictComparison([
         _row(claim, by_flint, deciders[index])

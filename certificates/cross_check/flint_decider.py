@@ -46,7 +46,9 @@ class FlintDecider:
                 return _holds(required.value, required.relation)
             self.numbers += 1
             value = fmpq(required.value.numerator, required.value.denominator)
-            return bool(value >= 0 if required.relation is Relation.NONNEGATIVE else value > 0)
+            if required.relation is Relation.NONNEGATIVE:
+                return bool(value >= 0)
+            return bool((value > 0) == (required.relation is Relation.POSITIVE))
         decided = keeps_bounds(required)
         if decided is None:
             self.left_open += 1

@@ -81,6 +81,20 @@ def test_what_has_no_value_somewhere_is_not_said_to_keep_bounds(text: str) -> No
     assert keeps_bounds(enclosure(text, "-1000", "1000")) is not True
 
 
+@pytest.mark.parametrize(
+    ("text", "lower", "upper"),
+    [("x/10^22", "0", "0"), ("x^2", "1e-40", "1"), ("0*x", "1e-40", "1")],
+)
+def test_small_ranges_are_no_tolerance(text: str, lower: str, upper: str) -> None:
+    """A bound is granted a share of its own size, never an absolute number."""
+    assert keeps_bounds(enclosure(text, lower, upper, "-1", "1")) is not True
+
+
+def test_a_steep_function_on_a_wide_box() -> None:
+    """exp(100 x) + 1 is a ball with 0 inside until the box is small."""
+    assert keeps_bounds(enclosure("tanh(50*x)", "-1", "1", "-2", "2")) is not False
+
+
 def test_roots_and_functions_where_they_are_defined() -> None:
     for text, lower, upper in (
         ("sqrt(x)", "1", "1.4142135624"),

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates import Certificate, certify
+from takagi.certificates import Certificate, CertificateError, certify
 from takagi.certificates.cross_check import comparison, flint_decider
 from takagi.certificates.cross_check.comparison import (
     VerdictComparison,
@@ -40,6 +40,19 @@ def saved(folder: Path, document: object) -> str:
 
 def verdicts_of(document: Data) -> list[tuple[str, str]]:
     return [(row.first, row.second) for row in cross_checked_document(document).rows]
+
+
+def test_a_refusal_by_one_run_alone_is_a_difference(
+    lorenz: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuses(self: object, required: object) -> bool:
+        raise CertificateError("not by FLINT")
+
+    monkeypatch.setattr(flint_decider.FlintDecider, "__call__", refuses)
+    compared = cross_checked_document(lorenz)
+
+    assert [(row.first, row.second) for row in compared.rows] == [("PROVED", "REFUSED")]
+    assert not compared.agrees
 
 
 def test_agreement_as_text_and_as_json(lorenz: Data, tmp_path: Path, capsys: Any) -> None:
