@@ -50,8 +50,14 @@ def as_text(design: PlantDesign, *, every_claim: bool = False) -> str:
     if len(proved) == len(checked.claims):
         count = f"{len(proved)} claims" if len(proved) > 1 else "1 claim"
     lines = [headline(design.verdict_words, design.plant.name, count, proved=design.proved)]
-    for row in summary_rows(design):
-        lines += summary_lines(row)
+    shown = [(row.name, summary_lines(row)) for row in summary_rows(design)]
+    if not every_claim and sum(len(of_row) for _, of_row in shown) > MOST_LINES - 2:
+        # Gains of several inputs by many states would hide what is proved.
+        elsewhere = row_lines("gains", "with their units in the report and with --all")
+        others = [(name, of_row) for name, of_row in shown if name != "gains"]
+        index = next((k for k, (name, _) in enumerate(shown) if name == "gains"), len(others))
+        shown = [*others[:index], ("gains", elsewhere), *others[index:]]
+    lines += [line for _, of_row in shown for line in of_row]
     notes = [line for note in design.notes for line in row_lines("note", note)]
     if every_claim:
         lines += [*_model(design), *wrapped_claims(checked), *notes]

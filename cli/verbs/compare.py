@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,6 +17,9 @@ from takagi.cli.runs.previous_certificate import (
     read_baseline,
     tolerance_of,
 )
+
+if TYPE_CHECKING:
+    from takagi.reports.sections.plant.summary import SummaryRow
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -41,26 +45,36 @@ def compare(
 ) -> int:
     """Compare designs of one plant by their certificates: each NEW with OLD.
 
-    All certificates are replayed first. Exit status: 0 nothing got worse; 1 something got worse;
-    2 misuse, or a file that is refused.
+    All certificates are replayed first. Of designs' folders the summaries are compared too; they
+    decide nothing, for their margins and simulated figures are not proved. Exit status: 0 nothing
+    got worse; 1 something got worse; 2 misuse, or a file that is refused.
     """
     share = tolerance_of(tolerance)
-    old, places = _file(old), [_file(place) for place in new]
-    from takagi.reports.baseline.comparison import compare_certificates, plant_name
+    first_rows, rows = _summary_of(old), {place: _summary_of(place) for place in new}
+    old, places = _file(old), {place: _file(place) for place in new}
+    from takagi.reports.baseline.comparison import (
+        compare_certificates,
+        plant_name,
+        summary_changes,
+    )
     from takagi.reports.baseline.words import as_data, as_html, as_markdown, as_text
     from takagi.reports.output import write_file
 
     before, source = read_baseline(old), str(old)
     compared = {}
-    for place in places:
-        after = read_baseline(place)
-        compared[str(place)] = compare_certificates(
+    for place, certificate in places.items():
+        after = read_baseline(certificate)
+        comparison = compare_certificates(
             before.document,
             after.document,
             checked_old=before.checked,
             checked_new=after.checked,
             tolerance=share,
         )
+        if first_rows and rows[place]:
+            changes = summary_changes(first_rows, rows[place])
+            comparison = replace(comparison, summary=changes)
+        compared[str(certificate)] = comparison
     # A heading says which of several it is.
     several = len(compared) > 1
     heads = {place: f"{place}\n" if several else "" for place in compared}
@@ -77,6 +91,26 @@ def compare(
     else:
         print("\n\n".join(heads[k] + as_text(c, source=source) for k, c in compared.items()))
     return PROVED if all(c.passes for c in compared.values()) else UNPROVED
+
+
+def _summary_of(path: Path) -> Sequence[SummaryRow]:
+    """Return the rows of a design's folder; none of a certificate alone.
+
+    A folder whose design cannot be read, such as an older one, is compared by its certificate.
+    """
+    if not path.is_dir():
+        return ()
+    from takagi.certificates.checker.kernel.refusal import CertificateError
+    from takagi.cli.progress import progress
+    from takagi.models.errors import ModelError
+    from takagi.reports.design_folder import read_design, summary_of
+
+    with progress(f"takagi compare {path}: summary") as tell:
+        try:
+            return summary_of(read_design(path, tell=tell))
+        except (ModelError, CertificateError) as error:
+            typer.echo(f"{path}: compared by its certificate alone: {error}", err=True)
+            return ()
 
 
 def _file(path: Path) -> Path:

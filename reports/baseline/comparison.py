@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.reader import canonical, number
@@ -21,6 +21,9 @@ from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.certificates.checker.replay.claim_kinds import class_of
 from takagi.models.errors import ModelError
 from takagi.reports.baseline.changes import Change, changes
+
+if TYPE_CHECKING:
+    from takagi.reports.sections.plant.summary import SummaryRow
 
 Data = Mapping[str, Any]
 Number = Fraction | float
@@ -62,6 +65,15 @@ class GainSize:
 
 
 @dataclass(frozen=True, slots=True)
+class SummaryChange:
+    """A row of the designs' summaries that differs, in both texts; "" for a missing one."""
+
+    name: str
+    old: str
+    new: str
+
+
+@dataclass(frozen=True, slots=True)
 class CertificateComparison:
     """The result of comparing an old certificate with a new one.
 
@@ -73,6 +85,7 @@ class CertificateComparison:
     added : names of claims that are new.
     changed : which parameters, gains and options differ.
     gains : sizes of the gains; empty if the laws are not by rules, or have other names.
+    summary : what differs between the designs' summaries; empty for certificates alone.
     """
 
     tolerance: Fraction
@@ -81,6 +94,7 @@ class CertificateComparison:
     added: tuple[str, ...]
     changed: tuple[Change, ...]
     gains: tuple[GainSize, ...] = ()
+    summary: tuple[SummaryChange, ...] = ()
 
     @property
     def passes(self) -> bool:
@@ -126,6 +140,18 @@ def compare_certificates(
     sizes = gain_sizes(old.get("gains"), new.get("gains"))
     return CertificateComparison(
         tolerance, tuple(compared), lost, added, tuple(changes(old, new)), sizes
+    )
+
+
+def summary_changes(
+    old: Sequence[SummaryRow], new: Sequence[SummaryRow]
+) -> tuple[SummaryChange, ...]:
+    """Return the rows of two designs' summaries that differ, in the order of the new one."""
+    before, after = ({row.name: row.text for row in rows} for rows in (old, new))
+    return tuple(
+        SummaryChange(name, before.get(name, ""), after.get(name, ""))
+        for name in {**after, **before}
+        if before.get(name) != after.get(name)
     )
 
 

@@ -95,6 +95,14 @@ def gain_words(gains: Iterable[GainSize]) -> str:
     return f"gains from {low:.3g} to {high:.3g} times the old ones"
 
 
+def _summary(compared: CertificateComparison) -> list[str]:
+    """Return a line for each row of the summary that differs."""
+    return [
+        f"{change.name}: {change.old or 'nothing'} -> {change.new or 'nothing'}"
+        for change in compared.summary
+    ]
+
+
 def _alike(row: Moved) -> bool:
     return bool(-ROUNDING <= row.change <= ROUNDING)
 
@@ -122,6 +130,7 @@ def as_text(compared: CertificateComparison, *, source: str) -> str:
     same = len(compared.moved) - len(rows)
     if same:
         lines.append(f"  {same} figure{'s are' if same > 1 else ' is'} the same")
+    lines += [f"  {line}" for line in _summary(compared)]
     if compared.changed:
         lines += ["What changed", *(f"  {line}" for line in listed_changes(compared.changed))]
     return "\n".join(lines)
@@ -141,6 +150,7 @@ def as_markdown(compared: CertificateComparison, *, source: str) -> str:
     lines += [f"- lost: {markdown_cell(f'{name}: {why}')}" for name, why in compared.lost.items()]
     lines += [f"- new: {markdown_cell(name)}" for name in compared.added]
     lines += [f"- gains: {markdown_cell(gain)}" for gain in _gains(compared)]
+    lines += [f"- {markdown_cell(line)}" for line in _summary(compared)]
     lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(compared.changed)]
     return "\n".join(lines).rstrip() + "\n"
 
@@ -180,6 +190,7 @@ def _of_page(new: str, compared: CertificateComparison, old: str) -> dict[str, A
             ("Lost", [f"{claim}: {why}" for claim, why in compared.lost.items()]),
             ("New claims", compared.added),
             ("Gains", list(_gains(compared))),
+            ("Summary", _summary(compared)),
             ("Parameters, gains and options that differ", listed_changes(compared.changed)),
         ),
     }
@@ -206,6 +217,7 @@ def as_data(compared: CertificateComparison) -> dict[str, Any]:
             for row in compared.moved
         ],
         "gains": [{"gain": gain.name, "old": gain.old, "new": gain.new} for gain in compared.gains],
+        "summary": [{"name": c.name, "old": c.old, "new": c.new} for c in compared.summary],
         "lost": [{"claim": name, "reason": why} for name, why in compared.lost.items()],
         "added": list(compared.added),
         "changed": [

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from copy import deepcopy
+from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from hypothesis import given
@@ -22,6 +24,7 @@ from takagi.reports.baseline.comparison import (
     CertificateComparison,
     compare_certificates,
     gain_sizes,
+    summary_changes,
 )
 from takagi.reports.baseline.words import as_data, as_markdown, as_text, gain_words
 
@@ -290,3 +293,21 @@ def test_sizes_of_gains_are_compared_by_input_and_state() -> None:
     assert gain_words(gain_sizes(old, old)) == ""
     assert gain_sizes(old, new | {"state_names": ["x [m]", "w [m/s]"]}) == ()
     assert gain_words(gain_sizes(old, law | {"K": [[[4.0, 4.0]]]})) == "larger gains, up to 2 times"
+
+
+def test_rows_of_two_summaries_that_differ_are_shown() -> None:
+    """A row that changed, one that is new, and one that is gone; equal ones are left out."""
+    old = [SimpleNamespace(name=n, text=t) for n, t in (("settles", "2 s"), ("input", "1 V"))]
+    new = [SimpleNamespace(name=n, text=t) for n, t in (("settles", "1 s"), ("margins", "60 deg"))]
+    same = SimpleNamespace(name="gains", text="K")
+    changes = summary_changes(cast(Any, [*old, same]), cast(Any, [*new, same]))
+    compared = replace(against(decay(0.5), decay(0.5)), summary=changes)
+
+    assert [(c.name, c.old, c.new) for c in changes] == [
+        ("settles", "2 s", "1 s"),
+        ("margins", "", "60 deg"),
+        ("input", "1 V", ""),
+    ]
+    assert "settles: 2 s -> 1 s" in as_text(compared, source="old")
+    assert "settles: 2 s -> 1 s" in as_markdown(compared, source="old")
+    assert as_data(compared)["summary"][2] == {"name": "input", "old": "1 V", "new": ""}
