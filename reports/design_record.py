@@ -27,6 +27,7 @@ from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.loading import read_model
 
 if TYPE_CHECKING:
@@ -118,7 +119,12 @@ def _derived_of(design: Any) -> dict[str, Any]:
         return derived | {"plant": design.plant, "model": design.model}
     names = ("turbine", "partial_load", "full_load")
     observed = {"observer": design.observer.model}
-    return derived | observed | {name: getattr(design, name) for name in names}
+    derived |= observed | {name: getattr(design, name) for name in names}
+    if isinstance(design.law, PublishedLaw):
+        # Functions of the premises, which JSON cannot hold.
+        derived["partial evaluators"] = design.law.partial.evaluators
+        derived["full evaluators"] = design.law.full.evaluators
+    return derived
 
 
 def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict[str, Any]:
@@ -131,17 +137,22 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
         if gains is not None and claims_alone(plant):
             plant = in_ranges_of(gains, plant)
         return {"plant": plant, "model": plant_model(plant, settings)}
+    from takagi.models.laws.published.regional_schedule import model_evaluators
     from takagi.models.turbine.region_models import full_load_model, partial_load_model
     from takagi.models.turbine.trim import derated
     from takagi.models.turbine.wind_observer import wind_observer_model
 
     speed = settings.speed_setpoint
     turbine = derated(source.model, settings.torque_setpoint, speed_setpoint=speed)
+    partial = partial_load_model(turbine, speed_setpoint=speed)
+    full = full_load_model(turbine, speed_setpoint=speed)
     return {
         "turbine": turbine,
-        "partial_load": partial_load_model(turbine, speed_setpoint=speed),
-        "full_load": full_load_model(turbine, speed_setpoint=speed),
+        "partial_load": partial,
+        "full_load": full,
         "observer": wind_observer_model(turbine, speed_setpoint=speed),
+        "partial evaluators": model_evaluators(turbine, partial, speed),
+        "full evaluators": model_evaluators(turbine, full, speed),
     }
 
 

@@ -365,11 +365,18 @@ def regional_schedule(
             f"model {model.name!r} has premises {', '.join(p.name for p in model.premises)}; a "
             "regional model of a turbine, with premises among a, b, d, is needed"
         )
+    evaluators = model_evaluators(turbine, model, speed_setpoint)
+    return RegionalSchedule(model, on_states, np.asarray(k_I, dtype=np.float64), evaluators)
+
+
+def model_evaluators(
+    turbine: Turbine, model: TSModel, speed_setpoint: float | None
+) -> tuple[Evaluator, ...]:
+    """Return one function of speed, pitch and wind estimate per premise of a regional model."""
     band = premise_band(turbine, model, speed_setpoint)
     with_pitch = any(p.name == "b" for p in model.premises)
     by_name = premise_evaluators(band, with_pitch=with_pitch)
-    evaluators = tuple(by_name[p.name] for p in model.premises)
-    return RegionalSchedule(model, on_states, np.asarray(k_I, dtype=np.float64), evaluators)
+    return tuple(by_name[p.name] for p in model.premises)
 
 
 def premise_band(turbine: Turbine, model: TSModel, speed_setpoint: float | None) -> OperatingBand:
