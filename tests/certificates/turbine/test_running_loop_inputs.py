@@ -14,13 +14,12 @@ import pytest
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.turbine.running_loop.equations import FACTORS
+from takagi.certificates.checker.turbine.running_loop.equations import FACTORS, rounded_form
 from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     Sides,
     other_than_the_controller,
 )
-from takagi.certificates.checker.turbine.running_loop.quadratic_forms import rounded_form
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.checker.words.running_loop import measured
 from takagi.certificates.checker.words.saying import in_words

@@ -28,8 +28,8 @@ from takagi.certificates.checker.arithmetic.interval import (
     point,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw, Region
+from takagi.certificates.checker.turbine.rotor import Plant
 
 HALF = Interval(ONE // 2, ONE // 2)
 

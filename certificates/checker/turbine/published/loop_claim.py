@@ -31,18 +31,19 @@ from takagi.certificates.checker.kernel.obligation import (
 )
 from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.interval_matrices import contraction
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
+from takagi.certificates.checker.turbine.rotor import Plant, Span
 from takagi.certificates.checker.turbine.turbine_claim import (
     DRIVES,
     PROGRAM,
     RIGID,
     TurbineClaim,
+    gaps,
+    merged,
 )
-from takagi.certificates.checker.turbine.wind_intervals import Span, gaps, merged
 from takagi.certificates.checker.words.published import loop_name, loop_sentence, winds_words
 
 MOST_CELLS = 5000
