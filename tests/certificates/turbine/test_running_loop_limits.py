@@ -271,7 +271,7 @@ def test_efforts_that_end_where_the_ramp_begins() -> None:
     """At -eps and below it no pitch moves: the gain is that of torque alone."""
     cell = cell_of(3)
     eps = cell.law.overlap
-    found = cell._gain((-eps - 1, -eps))
+    found = cell.effort_gain({-eps - 1, -eps}, cell.pitch_gain)
     assert found == point(cell.effort_unit)
 
 
