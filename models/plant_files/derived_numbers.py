@@ -13,15 +13,16 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+import sympy as sp
+
 from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, Unit, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Parameter, Variable
+from takagi.models.ranges.expression_range import expression_range
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.expressions.parser import Scope
     from takagi.models.files.library import Document
     from takagi.models.plant.entries import ParameterEntry, PlantEntry
@@ -84,8 +85,6 @@ class DerivedNumbers:
         return sorted(s.name for s in renamed.free_symbols if s.name in self.uncertain)
 
     def _parameter(self, name: str, above: tuple[str, ...]) -> None:
-        import sympy as sp
-
         field_path, stated = f"parameters.{name}", self.entry.parameters[name]
         if name in above:
             circle = " -> ".join((*above[above.index(name) :], name))
@@ -147,8 +146,6 @@ class DerivedNumbers:
         self, field_path: str, expression: sp.Expr
     ) -> tuple[Fraction, Fraction, sp.Expr | None]:
         """Return value, radius and exact expression; the last two only if it is not a fraction."""
-        import sympy as sp
-
         value = self._closed(expression)
         exact = value if value.is_Rational else sp.nsimplify(value) if value.is_rational else value
         if exact.is_Rational:
@@ -269,10 +266,6 @@ def check_divisors(document: Document, plant: Plant) -> None:
     ------
     ModelError : with file, line and field of the first parameter in such a divisor.
     """
-    import sympy as sp
-
-    from takagi.models.ranges.expression_range import expression_range
-
     box = {v.symbol: v.range for v in plant.uncertain if v.range is not None}
     values = {s: sp.Rational(*value.as_integer_ratio()) for s, value in plant.values.items()}
     for variable, row in zip(plant.states, plant.equations, strict=True):

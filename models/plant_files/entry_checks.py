@@ -9,11 +9,13 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+import sympy as sp
+
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.intervals.interval import Interval
+from takagi.models.ranges.expression_range import expression_range
 
 if TYPE_CHECKING:
-    import sympy as sp
     from pydantic import BaseModel
 
     from takagi.models.plant.plant import Plant
@@ -85,8 +87,6 @@ def check_coverage(plant: Plant) -> None:
     may be refused, because its enclosure is wider by a millionth of its width.  In f(g(x)) the
     argument of g is examined first, because a range of g(x) is defined only inside g.
     """
-    import sympy as sp
-
     from takagi.models.splines.table_function import TableFunction, table_ranges
 
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
@@ -126,8 +126,6 @@ def _check(
 
 
 def _range(plant: Plant, owner: str, argument: sp.Expr) -> Interval:
-    from takagi.models.ranges.expression_range import expression_range
-
     ranges = {variable.symbol: variable.range for variable in plant.variables}
     missing = sorted(str(s) for s in argument.free_symbols if ranges[s] is None)
     if missing:

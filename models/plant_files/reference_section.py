@@ -7,14 +7,14 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+import sympy as sp
+
 from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Reference, Variable
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.files.library import Document
     from takagi.models.files.units import Unit
     from takagi.models.plant.entries import PlantEntry, ReferenceEntry
@@ -115,8 +115,6 @@ def _followed(
 
 def _rest(document: Document, field: str, plant: Plant, followed: sp.Expr) -> Fraction:
     """Return the value of the following expression at the plant's rest."""
-    import sympy as sp
-
     values = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
     values |= {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     value = sp.nsimplify(sp.sympify(followed).subs(values))
@@ -150,8 +148,6 @@ def _signal(
             f"[{low}, {high}]{unit_text} was given, but at rest {reference.follow} is "
             f"{at:.6g}{unit_text}; give a range that contains it, or move the rest",
         )
-    import sympy as sp
-
     symbol = sp.Symbol(name, real=True)
     return Variable(
         symbol, unit.si, side, rest, f"reference of {reference.follow}", written=unit.text
@@ -159,8 +155,6 @@ def _signal(
 
 
 def _integral(document: Document, field: str, name: str, plant: Plant, unit: str) -> Variable:
-    import sympy as sp
-
     integral_name = f"{name}_integral"
     if integral_name in {v.name for v in plant.variables} | {str(s) for s in plant.values}:
         raise document.error(

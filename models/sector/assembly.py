@@ -11,11 +11,14 @@ from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+import sympy as sp
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.equations import Equations, Factored, Step
+from takagi.models.derivation_step import Step
+from takagi.models.equations.equations import Equations, Factored
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number
+from takagi.models.ranges.expression_range import expression_range
 from takagi.models.ranges.symbolic_steps import with_exponentials_as_symbols
 from takagi.models.sector.terms import terms_of
 from takagi.models.ts.model import Derivation, TSModel
@@ -23,8 +26,6 @@ from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_arrays import VertexProduct
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.ranges.cell_search import Cell
     from takagi.models.ranges.domain import Domain
     from takagi.models.ts.model import SymbolicForm
@@ -83,8 +84,6 @@ def multi_affine(
     ------
     ModelError : another symbol in the entry, or a premise that enters otherwise.
     """
-    import sympy as sp
-
     where = where or str(entry)
     numbers_known = {s: sp.Rational(*v.as_integer_ratio()) for s, v in (constants or {}).items()}
     written = entry.xreplace(numbers_known)
@@ -144,8 +143,6 @@ def corner_values(
 
 
 def _rational(value: sp.Expr) -> Fraction:
-    import sympy as sp
-
     if value.is_Rational:
         return Fraction(int(value.p), int(value.q))
     rational = sp.Rational(sp.N(value, DIGITS))
@@ -201,8 +198,6 @@ def _row(
     row_name: str, expected: sp.Expr, written: sp.Expr, sides: Mapping[sp.Symbol, Interval]
 ) -> bool:
     """Return whether the row is shown symbolically; False when it only agrees at the points."""
-    import sympy as sp
-
     difference = sp.expand(expected - written)
     # The sum of terms keeps each denominator in one piece, so that long ones cancel too.
     if difference == 0 or not terms_of(expected - written):
@@ -226,8 +221,6 @@ def _row(
 
 def _agrees(row_name: str, difference: sp.Expr, sides: Mapping[sp.Symbol, Interval]) -> bool | None:
     """Return True when the balls at the points contain 0 and are small; None if none could tell."""
-    from takagi.models.ranges.expression_range import expression_range
-
     chance = random.Random(difference.count_ops())  # the same points each time
     symbols = sorted(difference.free_symbols, key=str)
     decided = 0
@@ -343,8 +336,6 @@ def domain_steps(domain: Domain | None) -> tuple[Step, ...]:
 
 
 def _cell(cell: Cell) -> str:
-    import sympy as sp
-
     formulas = [rf"{sp.latex(s)} \in {_ends(side)}" for s, side in cell.box.items()]
     formulas += [f"{sp.latex(s)} = {sp.latex(expression)}" for s, expression in cell.places.items()]
     return r",\ ".join(formulas)
@@ -431,8 +422,6 @@ def _derivation(
     between: Sequence[Step],
     exactness: Exactness,
 ) -> Derivation:
-    import sympy as sp
-
     symbols = {s: sp.Symbol(p.latex) for s, p in zip(factored.premises, premises, strict=True)}
     mark = r"\dot{{{}}}" if plant.sample_time is None else "{}^+"
     left_side = _matrix(sp.Matrix([sp.Symbol(mark.format(sp.latex(s))) for s in plant.states]))
@@ -460,8 +449,6 @@ def _derivation(
 
 
 def _premise_step(premise: Premise, expression: sp.Expr) -> Step:
-    import sympy as sp
-
     unit = "" if premise.unit == "-" else rf"\ \mathrm{{[{premise.unit}]}}"
     bounds = rf"{_decimal(premise.lower)} \le {premise.latex} \le {_decimal(premise.upper)}"
     return Step(
@@ -471,8 +458,6 @@ def _premise_step(premise: Premise, expression: sp.Expr) -> Step:
 
 
 def _matrix(matrix: sp.Matrix) -> str:
-    import sympy as sp
-
     return str(sp.latex(matrix, mat_delim="", mat_str="pmatrix"))
 
 

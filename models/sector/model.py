@@ -6,6 +6,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import sympy as sp
+
 from takagi.models.equations.equations import Equations, Factored
 from takagi.models.equations.problem import (
     Problem,
@@ -31,8 +33,6 @@ from takagi.models.sector.premise_bounds import (
 from takagi.models.ts.model import SymbolicForm, TSModel
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.plant.design_settings import Choice, Rest
     from takagi.models.ranges.domain import Domain
 
@@ -154,8 +154,6 @@ def _factored(
     values: Mapping[sp.Symbol, sp.Rational],
     choice: Choice | None,
 ) -> Factored:
-    import sympy as sp
-
     plant, premises = problem.equations, dict(problem.premises)
     if matrices is None and choice is not None:
         return chosen_form(problem, choice)
@@ -185,8 +183,6 @@ def _with_premises(
     matrices: Mapping[str, sp.Matrix], asked_premises: dict[sp.Symbol, sp.Expr]
 ) -> Factored:
     """Replace the wanted expressions, then make every entry that is still nonlinear a premise."""
-    import sympy as sp
-
     symbols: dict[sp.Expr, sp.Symbol] = {}
     names = {symbol.name for symbol in asked_premises}
     fresh = (s for s in sp.numbered_symbols("z", start=1) if s.name not in names)
@@ -225,8 +221,6 @@ def factor(plant: Equations) -> dict[str, sp.Matrix]:
     ------
     ModelError : an input that enters nonlinearly, or a term that does not vanish with any state.
     """
-    import sympy as sp
-
     exogenous = (*plant.inputs, *plant.disturbances)
     A, by_input = _rows(plant.f, plant, exogenous)
     C, by_output = _rows(plant.outputs, plant, exogenous)
@@ -245,8 +239,6 @@ def factor(plant: Equations) -> dict[str, sp.Matrix]:
 def _rows(
     expressions: tuple[sp.Expr, ...], plant: Equations, exogenous: tuple[sp.Symbol, ...]
 ) -> tuple[sp.Matrix, sp.Matrix]:
-    import sympy as sp
-
     by_state = sp.zeros(len(expressions), len(plant.states))
     by_exogenous = sp.zeros(len(expressions), len(exogenous))
     nothing = dict.fromkeys(exogenous, 0)
