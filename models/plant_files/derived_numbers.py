@@ -17,13 +17,14 @@ import sympy as sp
 
 from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError
+from takagi.models.expressions.parser import Scope, tokens_of
 from takagi.models.files.units import PURE, Dimension, Unit, parse_unit
 from takagi.models.intervals.interval import Interval
+from takagi.models.plant.dimensions import dimension_of
 from takagi.models.plant.plant import Parameter, Variable
 from takagi.models.ranges.expression_range import expression_range
 
 if TYPE_CHECKING:
-    from takagi.models.expressions.parser import Scope
     from takagi.models.files.library import Document
     from takagi.models.plant.entries import ParameterEntry, PlantEntry
     from takagi.models.plant.plant import Plant
@@ -35,7 +36,6 @@ class DerivedNumbers:
 
     Attributes
     ----------
-    unit : place in the file and text -> unit.
     read : place in the file, text and scope -> expression.
     uncertain : name -> signal, for the parameters of which only a range is known.
     moving : symbol -> expression, for the parameters that depend on uncertain ones.  They have no
@@ -44,7 +44,6 @@ class DerivedNumbers:
 
     document: Document
     entry: PlantEntry
-    unit: Callable[[str, str], Unit]
     read: Callable[[str, str, Scope], sp.Expr]
     computed: dict[str, Parameter] = field(default_factory=dict)
     closed: dict[str, sp.Expr] = field(default_factory=dict)
@@ -95,14 +94,14 @@ class DerivedNumbers:
             return
         symbol = sp.Symbol(name, real=True)
         if stated.range is not None:
-            variable = uncertain_parameter(self.document, symbol, stated, self.unit)
+            variable = uncertain_parameter(self.document, symbol, stated)
             self.uncertain[name] = variable
             self.computed[name] = Parameter(symbol, variable.rest, variable.unit, stated.source)
             return
         if stated.value is None:
             raise self.document.error(f"{field_path}.value", "is missing; add it")
         if not isinstance(stated.value, str):
-            unit = self.unit(f"{field_path}.unit", stated.unit or "-")
+            unit = self.document.unit(f"{field_path}.unit", stated.unit or "-")
             value = unit.to_si(Fraction(stated.value))
             self.computed[name] = Parameter(
                 symbol, value, unit.si, stated.source, written=stated.unit or "-"
@@ -122,12 +121,8 @@ class DerivedNumbers:
 
     def _expression(self, field_path: str, text: str, above: tuple[str, ...]) -> sp.Expr:
         """Return the expression; the parameters in it are read first."""
-        from takagi.models.expressions.parser import Scope, tokens_of
-
-        try:
+        with self.document.at(field_path):
             token_names = {token.text for token in tokens_of(text) if token.kind == "name"}
-        except ModelError as error:
-            raise self.document.error(field_path, str(error)) from error
         for name in sorted(token_names & self.entry.parameters.keys()):
             self._parameter(name, above)
         parameters = {name: self.computed[name] for name in self.computed if name in token_names}
@@ -156,17 +151,15 @@ class DerivedNumbers:
                 "has no finite real value: it divides by 0, or takes a root or logarithm of a "
                 "negative number; correct it, or a parameter that it depends on",
             )
-        try:
+        with self.document.at(field_path):
             return (*decimal_near(exact), exact)
-        except ModelError as error:
-            raise self.document.error(field_path, str(error)) from error
 
     def _own_unit(self, field_path: str, stated: ParameterEntry, expression: sp.Expr) -> Unit:
         """Return the stated unit if it fits; without one, the unit that the parameters give."""
         if stated.unit is None:
             dimension = self._dimension(field_path, expression)
             return parse_unit(str(PURE if dimension is None else dimension))
-        unit = self.unit(f"{field_path}.unit", stated.unit)
+        unit = self.document.unit(f"{field_path}.unit", stated.unit)
         if not unit.is_si:
             raise self.document.error(
                 f"{field_path}.unit",
@@ -184,8 +177,6 @@ class DerivedNumbers:
             )
 
     def _dimension(self, field_path: str, expression: sp.Expr) -> Dimension | None:
-        from takagi.models.plant.dimensions import dimension_of
-
         if self.entry.units != "checked":
             return None
         units: Mapping[sp.Symbol, Dimension] = {
@@ -200,12 +191,7 @@ class DerivedNumbers:
             ) from error
 
 
-def uncertain_parameter(
-    document: Document,
-    symbol: sp.Symbol,
-    stated: ParameterEntry,
-    unit_of: Callable[[str, str], Unit],
-) -> Variable:
+def uncertain_parameter(document: Document, symbol: sp.Symbol, stated: ParameterEntry) -> Variable:
     """Return the signal of a parameter with a range; it rests at its value, or in the middle.
 
     Raises
@@ -243,7 +229,7 @@ def uncertain_parameter(
             f"{stated.value}{unit_text} is outside the range [{low}, {high}]{unit_text}; give a "
             "value inside it, or leave the value out",
         )
-    unit = unit_of(f"{field_path}.unit", text)
+    unit = document.unit(f"{field_path}.unit", text)
     return Variable(
         symbol,
         unit.si,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -23,9 +22,7 @@ if TYPE_CHECKING:
 SECTION = "reference"
 
 
-def with_references(
-    document: Document, entry: PlantEntry, plant: Plant, unit_of: Callable[[str, str], Unit]
-) -> Plant:
+def with_references(document: Document, entry: PlantEntry, plant: Plant) -> Plant:
     """Return the plant of a file with an integral state for each reference of the file.
 
     Raises
@@ -57,21 +54,15 @@ def with_references(
     for name, reference in entry.reference.items():
         field = f"{SECTION}.{name}"
         followed, si, written = _followed(document, field, entry, plant, reference)
-        unit = unit_of(f"{field}.unit", reference.unit or written)
-        if unit.dimension != unit_of(field, si).dimension:
+        unit = document.unit(f"{field}.unit", reference.unit or written)
+        if unit.dimension != document.unit(field, si).dimension:
             raise document.error(
                 f"{field}.unit",
                 f"{unit.text} was given, but {reference.follow} is in {written}; "
                 "give a unit that fits",
             )
-        signal = _signal(
-            document,
-            field,
-            name,
-            reference,
-            unit,
-            _rest(document, field, plant, followed),
-        )
+        rest = _rest(document, field, plant, followed)
+        signal = _signal(document, field, name, reference, unit, rest)
         integral = _integral(document, field, name, plant, unit.si)
         rate = None if reference.rate is None else unit.to_si(Fraction(reference.rate))
         if rate is not None and rate <= 0:
@@ -81,10 +72,8 @@ def with_references(
         references.append(
             (Reference(name, integral.name, reference.follow, rate), signal, integral, followed)
         )
-    try:
+    with document.at(SECTION):
         with_integrals = following_plant(plant, references)
-    except ModelError as error:
-        raise document.error(SECTION, str(error)) from error
     try:
         held_rests(with_integrals)
     except ModelError as error:

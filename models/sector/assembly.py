@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
@@ -155,17 +155,9 @@ SMALLEST = Fraction(1, 10**20)  # the widest ball that is evidence for zero
 LONGEST = 150  # most operations for sympy's simplify: about a second
 
 
-@dataclass(frozen=True, slots=True)
-class Exactness:
-    """How it is known that the rows agree: ``symbolic`` of all rows, and that in ``words``."""
-
-    symbolic: bool
-    words: str
-
-
 def check_exact(
     rows: Sequence[tuple[str, sp.Expr, sp.Expr]], sides: Mapping[sp.Symbol, Interval]
-) -> Exactness:
+) -> str:
     """Return how wanted = written was checked, in every row (place, wanted, written).
 
     First by expansion, over a common denominator too; then at random rational points in ball
@@ -186,11 +178,10 @@ def check_exact(
         if not _row(row_name, expected, written, sides)
     ]
     if not tried:
-        return Exactness(True, "checked symbolically")
-    return Exactness(
-        False,
+        return "checked symbolically"
+    return (
         f"{', '.join(tried)} checked in ball arithmetic at {POINTS} random rational points only, "
-        "which is no proof; the others symbolically",
+        "which is no proof; the others symbolically"
     )
 
 
@@ -420,7 +411,7 @@ def _derivation(
     factored: Factored,
     premises: Sequence[Premise],
     between: Sequence[Step],
-    exactness: Exactness,
+    exactness: str,
 ) -> Derivation:
     symbols = {s: sp.Symbol(p.latex) for s, p in zip(factored.premises, premises, strict=True)}
     mark = r"\dot{{{}}}" if plant.sample_time is None else "{}^+"
@@ -434,7 +425,7 @@ def _derivation(
         Step("Plant.", left_side + " = " + _matrix(sp.Matrix(plant.f))),
         *between,
         Step(
-            f"Factored form, equal to the plant: {exactness.words}.",
+            f"Factored form, equal to the plant: {exactness}.",
             left_side + " = " + " + ".join(terms),
         ),
     ]
@@ -445,7 +436,7 @@ def _derivation(
     steps += [_premise_step(p, e) for p, e in zip(premises, expressions, strict=True)]
     sampled = [premise.name for premise in premises if premise.sampled]
     doubt = f"; bounds of {', '.join(sampled)} sampled, which is no proof" if sampled else ""
-    return Derivation(tuple(steps), exactness=exactness.words + doubt)
+    return Derivation(tuple(steps), exactness=exactness + doubt)
 
 
 def _premise_step(premise: Premise, expression: sp.Expr) -> Step:
