@@ -104,7 +104,7 @@ def problem_of_plant(
         symbols that are not variables.
     """
     balls = balls_of(plant)
-    values = {s: rational(value) for s, value in plant.values.items() if s not in balls}
+    values = {s: value for s, value in plant.rationals.items() if s not in balls}
     f = cleaned(plant.equations, values)
     outputs = cleaned((y.expression for y in plant.outputs), values)
     premises_given = plant.premises if premises is None else premises

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval, rational
+from takagi.models.intervals.interval import Interval
 from takagi.models.ranges.expression_range import expression_range
 
 if TYPE_CHECKING:
@@ -80,8 +80,7 @@ def _survives(part: LostPart, expression: sp.Expr) -> bool:
 
 def check_lost(part: LostPart, plant: Plant) -> None:
     """Raise ModelError unless a part that was folded away has a value on the whole box."""
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    argument = part.argument.subs(values)
+    argument = part.argument.subs(plant.rationals)
     if _is_defined(part, argument, plant):
         return
     named = {str(symbol) for symbol in argument.free_symbols}
@@ -130,12 +129,11 @@ def _is_defined(part: LostPart, argument: sp.Expr, plant: Plant) -> bool:
 def _vanishes_at_rest(factor: sp.Expr, plant: Plant) -> bool:
     """Return whether this is a sum of multiples of deviations from the equilibrium."""
     symbols = sorted(factor.free_symbols, key=str)
-    rest = {v.symbol: v.rest for v in plant.variables}
     slopes = [factor.diff(s) for s in symbols]
     return (
         bool(symbols)
         and all(slope.is_number and slope != 0 for slope in slopes)
-        and factor.subs({s: rational(rest[s]) for s in symbols}) == 0
+        and factor.subs(plant.at_rest) == 0
     )
 
 

@@ -253,9 +253,8 @@ def check_divisors(document: Document, plant: Plant) -> None:
     ModelError : with file, line and field of the first parameter in such a divisor.
     """
     box = {v.symbol: v.range for v in plant.uncertain if v.range is not None}
-    values = {s: sp.Rational(*value.as_integer_ratio()) for s, value in plant.values.items()}
     for variable, row in zip(plant.states, plant.equations, strict=True):
-        for power in sorted(row.subs(values).atoms(sp.Pow), key=str):
+        for power in sorted(row.subs(plant.rationals).atoms(sp.Pow), key=str):
             symbols = power.base.free_symbols
             if not power.exp.is_negative or not symbols or not symbols <= box.keys():
                 continue

@@ -89,7 +89,6 @@ def check_coverage(plant: Plant) -> None:
     """
     from takagi.models.splines.table_function import TableFunction, table_ranges
 
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     checked_calls: set[Any] = set()
     for owner, expression in plant.expressions:
         calls = expression.atoms(TableFunction)
@@ -99,7 +98,7 @@ def check_coverage(plant: Plant) -> None:
             checked_calls.add(call)
             pairs = zip(call.args, table_ranges(call.table), strict=True)
             for number, (argument, covered) in enumerate(pairs, start=1):
-                _check(plant, f"{owner}: argument {number} of {call}", argument, covered, values)
+                _check(plant, f"{owner}: argument {number} of {call}", argument, covered)
 
 
 def _check(
@@ -107,9 +106,8 @@ def _check(
     owner: str,
     argument: sp.Expr,
     covered: Interval,
-    values: Mapping[sp.Symbol, sp.Rational],
 ) -> None:
-    attained = _range(plant, owner, argument.subs(values))
+    attained = _range(plant, owner, argument.subs(plant.rationals))
     if covered.contains(attained):
         return
     named = sorted(str(symbol) for symbol in argument.free_symbols)

@@ -104,9 +104,7 @@ def _followed(
 
 def _rest(document: Document, field: str, plant: Plant, followed: sp.Expr) -> Fraction:
     """Return the value of the following expression at the plant's rest."""
-    values = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
-    values |= {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    value = sp.nsimplify(sp.sympify(followed).subs(values))
+    value = sp.nsimplify(sp.sympify(followed).subs(plant.at_rest | plant.rationals))
     if value.is_Rational:
         return Fraction(int(value.p), int(value.q))
     try:
