@@ -226,8 +226,7 @@ def _numeric(plant: Plant, rows: Sequence[Any]) -> Callable[[Floats, Floats], Fl
     """Return (x, (u, w)) -> the values of expressions, parameters put in."""
     import sympy as sp
 
-    values = {s: sp.Rational(v.numerator, v.denominator) for s, v in plant.values.items()}
-    expressions = [sp.sympify(row).subs(values) for row in rows]
+    expressions = [sp.sympify(row).subs(plant.rationals) for row in rows]
     compute = sp.lambdify(_symbols(plant), expressions, modules=["scipy", "numpy"])
 
     def value(x: Floats, u: Floats) -> Floats:

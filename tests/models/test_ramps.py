@@ -1,4 +1,4 @@
-"""The pair of ramps: convex sum, slope range, placement."""
+"""The pair of ramps: convex sum, placement."""
 
 from __future__ import annotations
 
@@ -30,16 +30,6 @@ def test_weights_are_a_convex_sum(ramp: Ramp, x: float) -> None:
 def test_one_number_and_an_array_agree(ramp: Ramp, x: float) -> None:
     """The scalar path of the control loop is the vectorised formula."""
     assert ramp.at(x) == pytest.approx(float(ramp(x)), abs=1e-15)
-
-
-@given(ramps, st.floats(0, 1), st.floats(0, 1))
-def test_slope_range_bounds_every_difference_quotient(ramp: Ramp, a: float, b: float) -> None:
-    """A secant of the ramp lies between the smallest and largest slope that are stated."""
-    x, y = (ramp.start - 0.2 * ramp.width + 1.4 * ramp.width * s for s in sorted((a, b)))
-    low, high = ramp.slope_range
-    rise = ramp.at(y) - ramp.at(x)
-
-    assert low * (y - x) - 1e-12 <= rise <= high * (y - x) + 1e-12
 
 
 @pytest.mark.parametrize(("placement", "at_rated"), [(0.0, 1.0), (0.5, 0.5), (1.0, 0.0)])
