@@ -140,8 +140,6 @@ def plant_data(model: TSModel) -> dict[str, Any]:
 
 
 def _plant(form: SymbolicForm) -> dict[str, Any]:
-    if form.plant is None:
-        return _given_equations(form.problem)
     plant, problem = form.plant, form.problem
     expressions: list[sp.Expr] = [*plant.equations, *(y.expression for y in plant.outputs)]
     data: dict[str, Any] = {}
@@ -209,7 +207,7 @@ def _blend(model: TSModel) -> dict[str, Any]:
 
 def _references(form: SymbolicForm) -> dict[str, Any]:
     plant = form.plant
-    if plant is None or not plant.references:
+    if not plant.references:
         return {}
     import sympy as sp
 
@@ -223,37 +221,6 @@ def _references(form: SymbolicForm) -> dict[str, Any]:
         for reference in plant.references
     ]
     return {"references": listed}
-
-
-def _given_equations(problem: Problem) -> dict[str, Any]:
-    """Return a plant that was given as expressions; its equilibrium is the origin."""
-    equations = problem.equations
-
-    def listed(symbols: Iterable[sp.Symbol]) -> list[dict[str, Any]]:
-        sides = [problem.box.get(symbol) for symbol in symbols]
-        return [
-            {
-                "name": symbol.name,
-                "unit": equations.units.get(symbol, "-"),
-                "rest": 0,
-                "range": None
-                if side is None
-                else [number_data(side.lower), number_data(side.upper)],
-            }
-            for symbol, side in zip(symbols, sides, strict=True)
-        ]
-
-    return {
-        "states": listed(equations.states),
-        "inputs": listed(equations.inputs),
-        "disturbances": listed(equations.disturbances),
-        "parameters": {},
-        "equations": _texts(equations.f),
-        "outputs": [
-            {"name": f"y{k}", "unit": "-", "expression": text}
-            for k, text in enumerate(_texts(equations.outputs), start=1)
-        ],
-    } | tables_data([*equations.f, *equations.outputs])
 
 
 # ---------------------------------------------------------------------- premises and entries

@@ -79,7 +79,7 @@ def blend_of(model: TSModel) -> Blending | None:
     from takagi.models.blending.blending import blending_of
 
     form = None if model.derivation is None else model.derivation.form
-    return None if form is None or form.plant is None else blending_of(form.plant)
+    return None if form is None else blending_of(form.plant)
 
 
 def unknown_premises(model: TSModel) -> list[bool]:
@@ -88,7 +88,7 @@ def unknown_premises(model: TSModel) -> list[bool]:
     That is an actuator's error, or an uncertain parameter.
     """
     form = None if model.derivation is None else model.derivation.form
-    if form is None or form.plant is None:
+    if form is None:
         return [False] * len(model.premises)
     blending, pushes = blend_of(model), form.problem.equations.disturbances
     unknown = {

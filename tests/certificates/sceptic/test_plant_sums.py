@@ -14,6 +14,7 @@ from takagi.certificates import Verdict
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import sector_model
 from tests.certificates.embedding.plants import changed, said_of
+from tests.symbolic_plants import plant_of
 
 Data = dict[str, Any]
 
@@ -132,7 +133,7 @@ def test_the_truck_and_trailer_in_states_of_its_own() -> None:
     """
     x1, x2, x3, u, z = sp.symbols("x1 x2 x3 u z", real=True)
     s = x2 - x1 * sp.Rational(2, 11)
-    model = sector_model(
+    plant = plant_of(
         [
             x1 * sp.Rational(15, 11) - sp.Rational(5, 7) * u,
             x2 - 2 * x1 / sp.Integer(11) * 2,
@@ -142,8 +143,8 @@ def test_the_truck_and_trailer_in_states_of_its_own() -> None:
         [u],
         box={x1: (-1, 1), x2: (-2, 2)},
         premises={z: sp.sin(s) / s},
-        choice="fewest-rules",
     )
+    model = sector_model(plant)
     data = plant_data(model)
     found = said_of(data)
     assert found.verdict is Verdict.PROVED, found.text
