@@ -19,11 +19,14 @@ from takagi.certificates.claims.turbine.published import (
     overlap_candidates,
     published_candidate,
     published_claim,
-    published_law_data,
     with_overlaps,
 )
 from takagi.certificates.claims.turbine.published_search import merged
-from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    published_law_data,
+    turbine_data,
+)
 from takagi.models import nrel5mw
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.equilibrium import equilibrium

@@ -10,18 +10,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from takagi.lmi.analysis.invariant_ellipsoid import contraction, lyapunov_candidates
-from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
-from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
-from takagi.models.laws.published.law import PublishedLaw
-from takagi.models.laws.published.loop_cells import (
+from takagi.certificates.claims.turbine.published_cells import (
+    ExactLoop,
     PublishedCell,
     disturbance_bound,
     enclosed_cell,
     wind_breaks,
 )
-from takagi.models.laws.published.loop_tables import LoopFigures, loop_figures
+from takagi.lmi.analysis.invariant_ellipsoid import contraction, lyapunov_candidates
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
+from takagi.models.laws.published.law import PublishedLaw
 
 Span = tuple[float, float]
 
@@ -68,7 +68,7 @@ class Unproved:
 
 @dataclass(slots=True, eq=False)
 class PublishedSearch:
-    """The law, its numbers, and the equilibria found so far.
+    """The law, its loop, and the equilibria found so far.
 
     ``ladder``: half widths in speed [rad/s] to try from the largest down, until one contracts at
     ``BRISK`` of the slowest rate of the loop at its equilibrium; empty takes the first of
@@ -76,7 +76,7 @@ class PublishedSearch:
     """
 
     law: PublishedLaw
-    figures: LoopFigures
+    loop: ExactLoop
     narrowest: float
     ladder: tuple[float, ...] = ()
     points: dict[float, Equilibrium] = field(default_factory=dict)
@@ -85,7 +85,7 @@ class PublishedSearch:
     def of(
         cls, law: PublishedLaw, *, narrowest: float = NARROWEST, ladder: tuple[float, ...] = ()
     ) -> PublishedSearch:
-        return cls(law, loop_figures(law), narrowest, ladder)
+        return cls(law, ExactLoop.of(law), narrowest, ladder)
 
     def rest(self, wind: float) -> Equilibrium:
         """Return the equilibrium, computed once."""
@@ -100,10 +100,7 @@ class PublishedSearch:
         if without:
             return Unproved(wind, _without(without[0]), hopeless=len(without) == len(ends))
         centre = np.round(
-            [
-                [p.rotor_speed, max(p.pitch, self.figures.pitch_limits[0]), *p.integrals]
-                for p in ends
-            ],
+            [[p.rotor_speed, max(p.pitch, self.law.turbine.pitch_min), *p.integrals] for p in ends],
             CENTRE_DIGITS,
         )
         return self._around(wind, centre, _kind(ends))
@@ -111,8 +108,8 @@ class PublishedSearch:
     def _around(self, wind: tuple[float, float], centre: Floats, kind: str) -> FoundCell | Unproved:
         units = UNITS[: centre.shape[1]]
         try:
-            bound = disturbance_bound(self.figures, wind, centre)
-            probe = enclosed_cell(self.figures, wind, centre, units * PROBE, bound)
+            bound = disturbance_bound(self.loop, wind, centre)
+            probe = enclosed_cell(self.loop, wind, centre, units * PROBE, bound)
         except ModelError as error:
             return Unproved(wind, str(error))
         # All units of the probe are scaled equally, which does not change A.
@@ -180,7 +177,7 @@ class PublishedSearch:
         extent = np.sqrt(np.diag(np.linalg.inv(P)))
         box = units * extent / (units[0] * extent[0]) * size
         box = np.array([float(f"{r:.{BOX_DIGITS}g}") for r in box])
-        cell = enclosed_cell(self.figures, wind, centre, box, bound)
+        cell = enclosed_cell(self.loop, wind, centre, box, bound)
         scaled = P * np.outer(box / units, box / units)
         # The set touches the box in its tightest direction, up to a small margin for rounding.
         scaled *= np.diag(np.linalg.inv(scaled)).max() * (1 + 1e-5)
@@ -199,7 +196,7 @@ def search_cells(
     search: PublishedSearch, winds: tuple[float, float]
 ) -> Iterator[FoundCell | Unproved]:
     """Yield cells over a range of winds, halved where they fail, down to the narrowest."""
-    breaks = wind_breaks(search.figures, *winds)
+    breaks = wind_breaks(search.loop, *winds)
     for low, high in zip(breaks, breaks[1:], strict=False):
         count = max(1, int(np.ceil((high - low) / WIDEST - 1e-9)))
         nodes = [float(v) for v in np.round(np.linspace(low, high, count + 1), 9)]

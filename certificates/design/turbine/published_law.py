@@ -12,13 +12,13 @@ from takagi.certificates.claims.turbine.published import (
     overlap_candidates,
     published_candidate,
     published_claim,
-    published_law_data,
 )
 from takagi.certificates.design.design import StepClock
 from takagi.certificates.design.turbine.scale import region_requirements
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     provenance,
+    published_law_data,
     turbine_data,
 )
 from takagi.lmi.turbine.regional import RegionalGains, regional_gains

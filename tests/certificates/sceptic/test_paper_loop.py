@@ -21,8 +21,11 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
-from takagi.certificates.claims.turbine.published import published_law_data
-from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    published_law_data,
+    turbine_data,
+)
 from takagi.models import nrel5mw
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published import law as model

@@ -203,7 +203,7 @@ class PublishedLoop(TurbineClaim):
             ]
             if not any(_holds(rows, low, high) for low, high in cell.corners):
                 yield never("the loop's matrix leaves the stated ranges")
-        sizes = _disturbance(plant, law, overlaps, cell.ends)
+        sizes = disturbance_sizes(plant, law, overlaps, cell.ends)
         for size, r, bound in zip(sizes, widths, cell.disturbance, strict=True):
             failure = "the field at the centre exceeds the stated bound"
             yield nonnegative(r * bound - Fraction(size, ONE), failure)
@@ -235,7 +235,7 @@ def _holds(rows: list[list[Interval]], low: Rows, high: Rows) -> bool:
     )
 
 
-def _disturbance(plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
+def disturbance_sizes(plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
     """Return bounds of |f_i(z_0(v), v)|, over 10^36: at the middle, and slope times half width."""
     (v1, v2), zero = ends.wind, [Fraction(0)] * law.states
     middle = [(a + b) / 2 for a, b in zip(*ends.states, strict=True)]

@@ -10,12 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from takagi.certificates.claims.turbine.published_cells import (
+    ExactLoop,
+    PublishedCell,
+    enclosed_cell,
+)
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
-from takagi.models.laws.published.loop_cells import PublishedCell, enclosed_cell
-from takagi.models.laws.published.loop_tables import LoopFigures, loop_figures
 from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 from takagi.models.turbine.data import rotor_torque
 from tests.paper_models import regional_models
@@ -51,9 +54,9 @@ def make_law(name: PublishedLawName, variant: str = "saturated") -> PublishedLaw
 
 
 @cache
-def figures(name: PublishedLawName) -> LoopFigures:
-    """Return the numbers of the loop, made once."""
-    return loop_figures(make_law(name))
+def exact_loop(name: PublishedLawName) -> ExactLoop:
+    """Return the loop as the checker reads it, made once."""
+    return ExactLoop.of(make_law(name))
 
 
 def field(law: PublishedLaw, wind: float, z: Floats) -> Floats:
@@ -86,7 +89,7 @@ def cell_at(name: PublishedLawName, wind: float, width: float, share: float) -> 
     box = share * BOX[: centre.shape[1]]
     while True:
         try:
-            return enclosed_cell(figures(name), ends, centre, box)
+            return enclosed_cell(exact_loop(name), ends, centre, box)
         except ModelError:
             box = box / 2
 
@@ -140,11 +143,11 @@ def test_the_field_at_the_centre_is_within_its_bound(name: PublishedLawName, win
 def test_what_no_enclosure_covers_is_refused() -> None:
     """The filter's other variant, and gains that depend on the premise d."""
     with pytest.raises(ModelError, match="saturated"):
-        loop_figures(make_law("paper", "sector"))
+        ExactLoop.of(make_law("paper", "sector"))
     law = make_law("paper")
     tilted = regional_schedule(
         TURBINE, law.partial.model, k_x=-8e4 - np.arange(4.0)[:, None], k_I=-9e3 * np.ones(4)
     )
     other = published_law(TURBINE, partial=tilted, full=law.full, coupling=law.coupling)
-    with pytest.raises(ModelError, match="premise d"):
-        loop_figures(other)
+    with pytest.raises(ModelError, match="corners of d"):
+        ExactLoop.of(other)
