@@ -443,6 +443,11 @@ def matrix(value: object, latex: str, *, over: str = "") -> Expression:
     return Expression((p,), (q,), (piece,))
 
 
+def identity(size: int) -> Expression:
+    """Return I, printed as such whatever its size."""
+    return matrix(np.eye(size), "I")
+
+
 def by_rule(array: Any, over: str) -> Any:
     """Return (r, ...) as (r, 1, ...) over "i", as (1, r, ...) over "j".
 

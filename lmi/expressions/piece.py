@@ -31,7 +31,7 @@ class Letter:
             return self
         if self.text.endswith(r"^\top"):
             return Letter(self.text.removesuffix(r"^\top"))
-        return Letter(self.text + r"^\top")
+        return Letter((f"{{{self.text}}}" if "^" in self.text else self.text) + r"^\top")
 
 
 def turned(array: Data) -> Data:
@@ -199,7 +199,7 @@ class Piece:
             left=turned(self.right),
             right=turned(self.left),
             at=at,
-            transposed=not self.transposed and not self.unknown.symmetric,
+            transposed=not (self.transposed or self.unknown.symmetric or self.unknown.scalar),
             before=transposed(self.behind),
             behind=transposed(self.before),
         )
