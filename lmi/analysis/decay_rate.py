@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -106,16 +107,28 @@ def _discrete(P: Unknown, A: Array, eye: Array) -> tuple[Term, ...]:
 
 
 def answer_in_states(
-    condition: Condition, outcome: Outcome, A: Floats, s: Floats, *, step: float | None = None
+    condition: Condition,
+    outcome: Outcome,
+    A: Floats,
+    s: Floats,
+    *,
+    step: float | None = None,
+    diagnose: Callable[[Condition, Outcome], str] | None = None,
 ) -> Answer:
-    """Return the outcome with P in the model's own states, its smallest eigenvalue made 1."""
+    """Return the outcome with P in the model's own states, its smallest eigenvalue made 1.
+
+    Parameters
+    ----------
+    A : vertices in these states; the condition is posed in x / s.
+    diagnose : why there is no P; None for the words of one quadratic function.
+    """
     P, rate = None, None
     if outcome.status == "candidate":
         scaled = outcome.values["P"][0]
         scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
         P = scaled / s / s[:, None]
         rate = rate_of(A * s / s[:, None], scaled, step=step)
-    diagnosis = "" if P is not None else _diagnosis(condition, outcome)
+    diagnosis = "" if P is not None else (diagnose or _diagnosis)(condition, outcome)
     return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
 
 

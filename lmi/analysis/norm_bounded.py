@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.actuator_rates import gain_stack, of_pairs, pair_means, pairs_of
-from takagi.lmi.analysis.decay_rate import vertex_weight
+from takagi.lmi.analysis.decay_rate import answer_in_states, vertex_weight
 from takagi.lmi.analysis.pole_region import coefficient_latex
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
@@ -121,18 +121,10 @@ def robust_lyapunov(
     inputs = np.ones(channels[0].F.shape[2])
     scaled = tuple(channel.scaled(s, inputs) for channel in channels)
     condition = _condition(A * s / s[:, None], scaled, alpha, step)
-    outcome = decide(condition)
-    P = None
-    if outcome.status == "candidate":
-        P = outcome.values["P"][0]
-        P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0]))) / s / s[:, None]
-    answer = replace(
-        outcome.as_answer(condition, s),
-        P=P,
-        decay_rate=None if P is None else alpha,
-        diagnosis="" if P is not None else _diagnosis(condition, outcome),
-    )
-    return of_pairs(answer, gains)
+    answer = answer_in_states(condition, decide(condition), A, s, step=step, diagnose=_diagnosis)
+    # The rate of the vertices themselves may be larger.
+    rate = alpha if answer.found else None
+    return of_pairs(replace(answer, decay_rate=rate), gains)
 
 
 def _loop(

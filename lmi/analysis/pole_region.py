@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.actuator_rates import gain_stack, of_pairs, pairs_of
+from takagi.lmi.analysis.decay_rate import answer_in_states
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
@@ -108,7 +108,8 @@ def d_stability(
     if outside is not None:
         return of_pairs(_no_by_one_vertex(scaled, region, s, outside), gains)
     condition = d_stability_condition(scaled, region)
-    return of_pairs(_answer(condition, decide(condition), scaled, s, step), gains)
+    answer = answer_in_states(condition, decide(condition), A, s, step=step, diagnose=_diagnosis)
+    return of_pairs(answer, gains)
 
 
 def region_weight(part: RegionPart, A: Array) -> float:
@@ -212,28 +213,6 @@ def _no_by_one_vertex(
             f"is not in {part.name}; widen the region, or move this vertex"
         ),
     )
-
-
-def _answer(
-    condition: Condition, outcome: Outcome, A: Floats, s: Floats, step: float | None
-) -> Answer:
-    P, rate = None, None
-    if outcome.status == "candidate":
-        scaled = outcome.values["P"][0]
-        scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
-        P, rate = scaled / s / s[:, None], _rate(A, scaled, step)
-    diagnosis = "" if P is not None else _diagnosis(condition, outcome)
-    return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
-
-
-def _rate(A: Floats, P: Floats, step: float | None) -> float:
-    """Return the largest alpha in 1/s that P shows, in continuous or in discrete time."""
-    R = np.linalg.cholesky(P).T
-    inside = np.linalg.solve(R.T, (R @ A).transpose(0, 2, 1)).transpose(0, 2, 1)
-    if step is None:
-        return -float(np.linalg.eigvalsh(inside + inside.transpose(0, 2, 1))[:, -1].max()) / 2
-    largest = float(np.linalg.norm(inside, 2, axis=(1, 2)).max())
-    return -np.log(largest) / step if largest > 0 else np.inf
 
 
 def _diagnosis(condition: Condition, outcome: Outcome) -> str:
