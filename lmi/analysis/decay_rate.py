@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike
 from takagi.lmi.answer import Answer, Try
 from takagi.lmi.argument_checks import (
     Vertices,
+    decay_parameter,
     number,
-    rate_parameter,
     sample_time_of,
     vertex_stack,
 )
 from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, identity_like, positive
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.decide import decide
@@ -30,6 +31,7 @@ from takagi.lmi.decision.outcome import (
     promised,
 )
 from takagi.lmi.decision.rounds import CHUNK, first_vertices
+from takagi.lmi.expressions.expression import He, matrix
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
@@ -66,43 +68,21 @@ def common_lyapunov_condition(
     and Wang (2001), theorem 2, for discrete time.
     """
     A = vertex_stack(model)
-    alpha = number("decay_rate", decay_rate)
     step = sample_time_of(model, sample_time)
+    rate = decay_parameter(number("decay_rate", decay_rate), step)
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    eye = identity_like(A, A.shape[1])
-    decay = LMI(
-        name="vertex",
-        blocks=(n,),
-        terms=_continuous(P, A, eye) if step is None else _discrete(P, A, eye),
-        sign=-1,
-        count=len(A),
-        weight=vertex_weight(A, step=step) if weight is None else weight,
-        index=rf"i = 1, \dots, {len(A)}",
-    )
-    return Condition(
+    A_i = matrix(A, "A_{i}")
+    decay = He(P @ A_i) + 2 * rate * P << 0 if step is None else A_i.T @ P @ A_i - rate * P << 0
+    weight = vertex_weight(A, step=step) if weight is None else weight
+    return pose(
+        positive_definite(P),
+        scale_bound(P),
+        decay.named("vertex", rf"i = 1, \dots, {len(A)}", weight=weight),
         name="common quadratic Lyapunov function",
-        unknowns=(P,),
-        lmis=(positive(P), bounded(P), decay),
-        parameters=rate_parameter(alpha, step),
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1"
         if step is None
         else "Tanaka and Wang (2001), theorem 2",
-    )
-
-
-def _continuous(P: Unknown, A: Array, eye: Array) -> tuple[Term, ...]:
-    return (
-        Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
-    )
-
-
-def _discrete(P: Unknown, A: Array, eye: Array) -> tuple[Term, ...]:
-    behind = A.transpose(0, 2, 1)
-    return (
-        Term(unknown=P, left=behind, right=A, latex=(r"A_{i}^\top", "A_{i}")),
-        Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
     )
 
 
