@@ -31,7 +31,7 @@ from takagi.lmi.decision.outcome import (
     promised,
 )
 from takagi.lmi.decision.rounds import CHUNK, first_vertices
-from takagi.lmi.expressions.expression import He, matrix
+from takagi.lmi.expressions.expression import Expression, He, Parameter, matrix
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
@@ -72,8 +72,7 @@ def common_lyapunov_condition(
     rate = decay_parameter(number("decay_rate", decay_rate), step)
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    A_i = matrix(A, "A_{i}")
-    decay = He(P @ A_i) + 2 * rate * P << 0 if step is None else A_i.T @ P @ A_i - rate * P << 0
+    decay = change_of(P, matrix(A, "A_{i}"), rate, step) << 0
     weight = vertex_weight(A, step=step) if weight is None else weight
     return pose(
         positive_definite(P),
@@ -84,6 +83,13 @@ def common_lyapunov_condition(
         if step is None
         else "Tanaka and Wang (2001), theorem 2",
     )
+
+
+def change_of(
+    P: Unknown, A: Expression, rate: Parameter | Expression, step: float | None
+) -> Expression:
+    """Return He(P A) + 2 alpha P, or A' P A - rho^2 P in discrete time."""
+    return He(P @ A) + 2 * rate * P if step is None else A.T @ P @ A - rate * P
 
 
 def answer_in_states(

@@ -12,11 +12,13 @@ from takagi.lmi.analysis.decay_rate import answer_in_states
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
-from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, identity_like, positive
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, binding_items
+from takagi.lmi.expressions.expression import Inequality, block, matrix
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -44,14 +46,12 @@ def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Conditio
     _check_region(region)
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    region_lmis = (
-        _part_lmi(A, P, part, label)
-        for part, label in zip(region.parts, region.labels, strict=True)
-    )
-    return Condition(
+    parts = zip(region.parts, region.labels, strict=True)
+    return pose(
+        positive_definite(P),
+        scale_bound(P),
+        *(_part(A, P, part, label) for part, label in parts),
         name=f"eigenvalues in {region}",
-        unknowns=(P,),
-        lmis=(positive(P), bounded(P), *region_lmis),
         source="Chilali and Gahinet (1996), theorem 2.2",
     )
 
@@ -124,45 +124,21 @@ def coefficient_latex(number: float | Fraction) -> str:
     return {1.0: "", -1.0: "-"}.get(float(number), f"{float(number):.4g}\\,")
 
 
-def _part_lmi(A: Array, P: Unknown, part: RegionPart, label: str) -> LMI:
+def _part(A: Array, P: Unknown, part: RegionPart, label: str) -> Inequality:
+    """Pose the inequality of one part at every vertex."""
     L, M = part.matrices
-    n, k = A.shape[1], len(L)
-    eye = identity_like(L, n)
-    terms = [
-        Term(
-            unknown=P,
-            left=L[a, b] * eye,
-            right=eye,
-            at=(a, b),
-            latex=(coefficient_latex(L[a, b]), ""),
-        )
-        for a in range(k)
-        for b in range(a, k)
-        if L[a, b]
-    ]
-    # Block (b, a) of M (x) P A stands below the diagonal for its transpose above it.
-    terms += [
-        Term(
-            unknown=P,
-            left=M[a, b] * eye,
-            right=A,
-            at=(a, b),
-            plus_transpose=a == b,
-            latex=(coefficient_latex(M[a, b]), "A_{i}"),
-        )
-        for a in range(k)
-        for b in range(k)
-        if M[a, b]
-    ]
-    return LMI(
-        name=label,
-        blocks=(n,) * k,
-        terms=tuple(terms),
-        sign=-1,
-        count=len(A),
+    A_i, indices = matrix(A, "A_{i}"), range(len(L))
+
+    def entry(a: int, b: int) -> object:
+        summands = ((L[a, b], P), (M[a, b], P @ A_i), (M[b, a], A_i.T @ P))
+        return sum((number * summand for number, summand in summands if number), start=0)
+
+    rows = [[entry(a, b) if a <= b else None for b in indices] for a in indices]
+    return (block(rows) << 0).named(
+        label,
+        rf"i = 1, \dots, {len(A)}",
         weight=region_weight(part, A),
         labels=tuple(f"vertex {i + 1} of {len(A)} in {part.name}" for i in range(len(A))),
-        index=rf"i = 1, \dots, {len(A)}",
     )
 
 
