@@ -251,7 +251,7 @@ def _diagonal(pieces: list[Piece]) -> Iterator[tuple[Piece, bool]]:
             else:
                 half = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
                 yield replace(half, left=half.left + turned(half.left)), False
-        elif _alike(piece, piece.T):
+        elif _alike(piece, piece.T) or _is_multiple(piece):
             yield piece, False
         else:
             twin = _twin(piece, remaining)
@@ -260,6 +260,17 @@ def _diagonal(pieces: list[Piece]) -> Iterator[tuple[Piece, bool]]:
             else:
                 piece = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
             yield piece.T if piece.transposed else piece, True
+
+
+def _is_multiple(piece: Piece) -> bool:
+    """Return whether it is a number times a symmetric unknown, or one of 1 x 1."""
+    assert piece.unknown is not None
+    return (piece.unknown.symmetric or piece.unknown.scalar) and all(
+        array.shape[-1] == array.shape[-2]
+        and np.array_equal(array, array[..., :1, :1] * np.eye(array.shape[-1], dtype=np.intp))
+        for array in (piece.left, piece.right)
+        if array is not None
+    )
 
 
 def _exact(piece: Piece) -> bool:
@@ -278,7 +289,9 @@ def _twin(piece: Piece, candidates: list[Piece]) -> Piece | None:
 
 def _alike(first: Piece, second: Piece) -> bool:
     same = ("unknown", "transposed", "factor", "parameter", "item_count")
-    if any(getattr(first, key) != getattr(second, key) for key in same):
+    if (first.unknown is None) != (second.unknown is None) or any(
+        getattr(first, key) != getattr(second, key) for key in same
+    ):
         return False
     pairs = (
         (first.items, second.items),
