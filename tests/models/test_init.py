@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import pytest
 
 import takagi.models
@@ -28,32 +25,6 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
     """The lazy lookup refuses names it does not know as a module would."""
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         _ = takagi.models.nonsense
-
-
-def test_importing_the_floor_imports_nothing_heavy() -> None:
-    """A fresh interpreter that imports takagi.models has neither numpy nor sympy loaded."""
-    script = (
-        "import sys, takagi.models\n"
-        "print([n for n in ('numpy', 'scipy', 'sympy', 'cvxpy', 'flint') if n in sys.modules])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
-    )
-
-    assert done.stdout.strip() == "[]"
-
-
-def test_using_a_vertex_model_does_not_import_sympy() -> None:
-    """sympy is needed for derivations only."""
-    script = (
-        "import sys\nfrom takagi.models import TSModel\nTSModel([[[1.0]]])\n"
-        "print('sympy' in sys.modules)"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
-    )
-
-    assert done.stdout.strip() == "False"
 
 
 def test_load_model_reads_a_built_in_turbine() -> None:
