@@ -201,7 +201,6 @@ def test_more_multipliers_than_a_reader_waits_for_are_refused() -> None:
         said_of(model, None, claim | {"multipliers": [one] * 3})
 
 
-Data = dict[str, Any]
 DECAY_OF_LAW: Data = {"name": "V", "kind": "decay", "decay_rate": 1, "P": [[1, 0], [0, 1]]}
 MODEL_OF_LAW = model_data([[[-2, 0], [0, -2]]], B=[[[0], [1]]], input_names=["u [N]"])
 LAW = law_data([[[0, 0]]], input_names=["u [N]"])
