@@ -266,7 +266,6 @@ def test_energy_that_keeps_the_state_in_its_box(bound: float, expected: Verdict)
     assert found.verdict is expected, found.text
 
 
-Data = dict[str, Any]
 A = [[[-2]], [[-4]]]
 # Of two premises without ranges the first never changes its end: the lower one, or the upper one.
 AT_LOWER, AT_UPPER = [[0, 0], [0, 1]], [[1, 0], [1, 1]]
