@@ -7,7 +7,6 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,25 +17,16 @@ from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.kinds.decay import Decay
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
+from tests.docs_pages import catalogue
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+counted_page = catalogue("catalogue.trusted")
 # A turbine's count holds the proof that the winds of one claim keep to the rates of another, and
 # the lists of the members that its claims may have.
 MOST_FOR_DECAY, MOST_FOR_TURBINE = 920, 1790
 
 
 @pytest.fixture(scope="module")
-def counted_page() -> Iterator[Any]:
-    """The module that writes the table in docs/certificate.md; it lies beside the page."""
-    sys.path.insert(0, str(DOCS))
-    try:
-        yield import_module("catalogue.trusted")
-    finally:
-        sys.path.remove(str(DOCS))
-
-
-@pytest.fixture(scope="module")
-def decay(counted_page: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def decay(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the certificate of one claim ``decay`` about a model of matrices."""
     path = tmp_path_factory.mktemp("decay") / "decay.json"
     path.write_text(json.dumps(counted_page.decay()))
@@ -196,7 +186,7 @@ def test_the_verb_says_nothing_of_it_unasked(
 
 @pytest.mark.slow
 def test_the_page_has_these_numbers(
-    counted_page: Any, decay: Path, of_turbine: tuple[Any, Trusted], tmp_path: Path
+    decay: Path, of_turbine: tuple[Any, Trusted], tmp_path: Path
 ) -> None:
     """Run ``make docs`` when this fails.  Which files are loaded does not depend on the winds."""
     page = counted_page.PAGE.read_text(encoding="utf-8")

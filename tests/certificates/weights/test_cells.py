@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from copy import deepcopy
-from functools import cache
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -36,39 +33,26 @@ from tests.certificates.weights.cells import (
     sampled,
     verdicts,
 )
+from tests.docs_pages import catalogue
 from tests.models.blending.plants import ROOM, plant_of
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
-
-
-@cache
-def table() -> Any:
-    """Return the module that makes the page."""
-    sys.path.insert(0, str(DOCS))
-    try:
-        return import_module("catalogue.weights")
-    finally:
-        sys.path.remove(str(DOCS))
+table = catalogue("catalogue.weights")
 
 
 def cells() -> Iterator[tuple[str, str, str]]:
     """Yield (kind, weights, what the page says); a blend needs a plant of its own."""
-    for kind, row in table().CELLS.items():
-        for form, said in zip(table().COLUMNS, row, strict=False):
+    for kind, row in table.CELLS.items():
+        for form, said in zip(table.COLUMNS, row, strict=False):
             if not (kind == "effort-blend" and said == "theorem (8)"):
                 yield kind, form, said
 
 
-def test_the_page_is_what_the_generator_gives() -> None:
-    assert table().page() == (DOCS / "blends.md").read_text(encoding="utf-8")
-
-
 def test_every_kind_has_a_row() -> None:
     """A new kind of claim has to say what it means for each kind of weights."""
-    named = {kind.partition(",")[0] for kind in table().CELLS}
+    named = {kind.partition(",")[0] for kind in table.CELLS}
 
     assert named == READ
-    assert set(EVIDENCE) == set(table().CELLS)
+    assert set(EVIDENCE) == set(table.CELLS)
 
 
 @pytest.mark.parametrize(("kind", "form", "said"), list(cells()))
