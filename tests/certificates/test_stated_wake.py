@@ -200,7 +200,7 @@ def limited(document: dict[str, Any], share: float, *, claim: bool = True) -> di
 def test_gains_with_another_wake_than_the_claim_are_refused(
     short: dict[str, Any], share: float
 ) -> None:
-    """A table in the gains that is not the one the claim was proved for, by both checkers."""
+    """A table in the gains that is not the one the claim was proved for."""
     forged = limited(short, share, claim=False)
 
     with pytest.raises(CertificateError, match=r"effectiveness_limit: differs from the gains'"):

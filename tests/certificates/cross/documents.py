@@ -1,4 +1,4 @@
-"""Certificates of every kind for both checkers, and damaged ones."""
+"""Certificates of every kind, and damaged ones."""
 
 from __future__ import annotations
 

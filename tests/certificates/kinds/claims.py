@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from takagi.certificates import Claim
+from takagi.certificates import CertificateError, Claim
 from takagi.certificates.checker import check_document
 from takagi.certificates.document.certificate_file import certificate_document
 
@@ -28,3 +29,17 @@ def said_of(model: Data, gains: Data | None, claim: Data) -> Claim:
     """Return what the checker says about one claim of a loop."""
     document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
     return check_document(document).claims[0]
+
+
+def verdicts(document: Mapping[str, Any]) -> list[str]:
+    """Return the verdict on each claim; REFUSED alone where the file is refused."""
+    try:
+        return [claim.verdict.name for claim in check_document(document).claims]
+    except CertificateError:
+        return ["REFUSED"]
+
+
+def verdict_of(model: Data, gains: Data | None, *claims: Data) -> str:
+    """Return the verdict on the last claim; REFUSED where the file is refused."""
+    document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
+    return verdicts(document)[-1]

@@ -20,7 +20,6 @@ from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import (
 )
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range
 from takagi.certificates.claims.turbine.loop_claims import actuator_rates_claim, loop_claims
-from takagi.certificates.cross_check.comparison import cross_checked_document
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.data import rotor_torque
@@ -45,18 +44,17 @@ def short_rates(short_document: dict[str, Any], reseal: Any) -> dict[str, Any]:
     return dict(reseal(document | {"claims": [loop, claim]}))
 
 
-def verdicts(document: dict[str, Any], reseal: Any) -> tuple[str, str]:
-    """Return what both checkers say of the second claim."""
-    row = cross_checked_document(reseal(document)).rows[1]
-    return row.first, row.second
+def verdict_on_rates(document: dict[str, Any], reseal: Any) -> str:
+    """Return the verdict on the claim about rates."""
+    return check_document(reseal(document)).claims[1].verdict.name
 
 
-def test_the_default_loop_is_proved_by_both(built: Any, rates: dict[str, Any], reseal: Any) -> None:
+def test_the_default_loop_is_proved(built: Any, rates: dict[str, Any], reseal: Any) -> None:
     """No wind asks for torque faster than the turbine allows."""
     document = reseal(built.document | {"claims": [built.document["claims"][0], rates]})
     found = check_document(document).claims[1]
 
-    assert verdicts(document, reseal) == (PROVED, PROVED)
+    assert verdict_on_rates(document, reseal) == PROVED
     limit = built.turbine.torque_rate_limit
     beyond = [cell["torque_rate"] > limit for cell in rates["cells"]]
     assert not any(beyond)
@@ -188,9 +186,9 @@ DAMAGES: dict[str, Callable[[dict[str, float]], float]] = {
 }
 
 
-def test_the_short_certificate_is_proved_by_both(short_rates: dict[str, Any], reseal: Any) -> None:
+def test_the_short_certificate_is_proved(short_rates: dict[str, Any], reseal: Any) -> None:
     """What the damages below begin from."""
-    assert verdicts(short_rates, reseal) == (PROVED, PROVED)
+    assert verdict_on_rates(short_rates, reseal) == PROVED
 
 
 @pytest.mark.parametrize("name", DAMAGES)
@@ -198,12 +196,12 @@ def test_the_short_certificate_is_proved_by_both(short_rates: dict[str, Any], re
 def test_each_number_of_a_cell_counts(
     short_rates: dict[str, Any], reseal: Any, name: str, k: int
 ) -> None:
-    """A little less than what is needed is refused by both checkers."""
+    """A little less than what is needed is not proved."""
     changed = deepcopy(short_rates)
     cell = changed["claims"][1]["cells"][k]
     cell[name] = DAMAGES[name](cell)
 
-    assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)
+    assert verdict_on_rates(changed, reseal) == UNDECIDED
 
 
 @pytest.mark.slow
@@ -267,11 +265,11 @@ def test_what_is_no_claim_is_refused(short_rates: dict[str, Any], reseal: Any) -
 def test_a_loop_that_is_not_proved_carries_no_rates(
     short_rates: dict[str, Any], reseal: Any
 ) -> None:
-    """Both checkers look at the loop's verdict first."""
+    """The loop's verdict comes first."""
     changed = deepcopy(short_rates)
     changed["claims"][0]["cells"][1]["decay_rate"] = 3.0
 
-    assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)
+    assert verdict_on_rates(changed, reseal) == UNDECIDED
 
 
 RATE, ACTUATORS = 1, 2
@@ -301,9 +299,9 @@ def slow(built: Any) -> Document:
     return narrow(built, 5.0)
 
 
-def verdicts_in_the_class(document: Document, reseal: Any) -> tuple[str, str]:
-    row = cross_checked_document(reseal(document)).rows[ACTUATORS]
-    return row.first, row.second
+def verdict_on_rates_in_the_class(document: Document, reseal: Any) -> str:
+    """Return the verdict on the claim about rates."""
+    return check_document(reseal(document)).claims[ACTUATORS].verdict.name
 
 
 def test_the_slow_filter_keeps_to_the_rate_that_is_stated(slow: Document, reseal: Any) -> None:
@@ -311,7 +309,7 @@ def test_the_slow_filter_keeps_to_the_rate_that_is_stated(slow: Document, reseal
     text = check_document(reseal(slow)).claims[ACTUATORS].text
 
     assert slow["claims"][ACTUATORS]["wind_rate"] == RATE
-    assert verdicts_in_the_class(slow, reseal) == ("PROVED", "PROVED")
+    assert verdict_on_rates_in_the_class(slow, reseal) == "PROVED"
     assert "as in every wind of the claim on the wind's rate" in text
     assert "NOT for every wind" not in text
 
@@ -330,7 +328,7 @@ def test_a_fast_filter_that_is_said_to_keep_it_is_refused(built: Any, reseal: An
     document = narrow(built, 0.05)
     document["claims"][ACTUATORS]["wind_rate"] = RATE
 
-    assert verdicts_in_the_class(document, reseal) == ("UNDECIDED", "UNDECIDED")
+    assert verdict_on_rates_in_the_class(document, reseal) == "UNDECIDED"
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(1.0, "PROVED"), (0.999, "UNDECIDED")])
@@ -347,7 +345,7 @@ def test_the_bound_is_the_threshold(
     assert 0 < bend < Fraction(str(cell["schedule_bend"]))
     cell["schedule_bend"] = float(bend) * share + (1e-12 if share == 1 else 0)
 
-    assert verdicts_in_the_class(changed, reseal) == (verdict, verdict)
+    assert verdict_on_rates_in_the_class(changed, reseal) == verdict
 
 
 COLUMNS = ("wind", "estimate_rate", "schedule_rate")
@@ -394,4 +392,4 @@ def test_a_rate_that_is_not_proved_carries_nothing(slow: Document, reseal: Any) 
     one = changed["claims"][RATE]["ranges"][0]
     one["estimate_rate"] = [1.0 for _ in one["estimate_rate"]]
 
-    assert verdicts_in_the_class(changed, reseal) == ("UNDECIDED", "UNDECIDED")
+    assert verdict_on_rates_in_the_class(changed, reseal) == "UNDECIDED"

@@ -12,15 +12,13 @@ from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.saying import in_words
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.decimals import as_read
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc, secant_vertices
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.both_checkers import second, verdicts
-from tests.certificates.kinds.claims import law_data, model_data, said_of
+from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
 
 Data = dict[str, Any]
 
@@ -245,7 +243,7 @@ def test_secants_are_no_part_of_a_whole_plant() -> None:
         replay(as_read(claim | secants), None, family, [], "claim")
 
 
-def test_both_checkers_refuse_secants_of_a_whole_plant() -> None:
+def test_secants_of_a_whole_plant_are_refused() -> None:
     """x' = x with L = 0: the error grows, whatever slopes of an f that is not there are stated."""
     side: Data = {"name": "x", "unit": "-", "rest": 0, "range": [-1, 1]}
     output: Data = {"name": "y", "unit": "-", "expression": "x"}
@@ -254,15 +252,9 @@ def test_both_checkers_refuse_secants_of_a_whole_plant() -> None:
     claim: Data = {"name": "m", "kind": "observer", "L": [[[0]]], "P": [[1]], "decay_rate": 1}
     embedding = {"name": "e", "kind": "sector-embedding"}
 
-    def told(claim: Data) -> tuple[list[str], list[str]]:
-        document = certificate_document(
-            model=model, gains=None, claims=[embedding, claim], provenance={}
-        )
-        return verdicts(document), second(document)
-
-    assert told(claim | {"L": [[[3]]]}) == (["PROVED"] * 2, ["PROVED"] * 2)
-    assert told(claim) == (["PROVED", "UNDECIDED"], ["PROVED", "UNDECIDED"])
-    assert told(claim | {"secants": [[[-3]]]}) == (["REFUSED"], ["REFUSED"])
+    assert verdict_of(model, None, embedding, claim | {"L": [[[3]]]}) == "PROVED"
+    assert verdict_of(model, None, embedding, claim) == "UNDECIDED"
+    assert verdict_of(model, None, embedding, claim | {"secants": [[[-3]]]}) == "REFUSED"
 
 
 def test_joint_loop_needs_gains_with_the_weights_of_the_model() -> None:

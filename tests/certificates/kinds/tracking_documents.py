@@ -1,4 +1,4 @@
-"""Certificates about outputs that follow references, and the verdicts of both checkers."""
+"""Certificates about outputs that follow references."""
 
 from __future__ import annotations
 

@@ -11,8 +11,7 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS
 from takagi.certificates.checker.loop.polytopic_loop import bounded
 from takagi.certificates.document.certificate_file import certificate_document
-from tests.certificates.both_checkers import second, verdicts
-from tests.certificates.kinds.claims import Data, law_data, model_data, said_of
+from tests.certificates.kinds.claims import Data, law_data, model_data, said_of, verdict_of
 
 ONE = [[1, 0], [0, 1]]
 # x1' = -3 x1 + u + ..., so that the second gain, u = 100 x1, makes an unstable loop.
@@ -96,13 +95,7 @@ def test_box_that_may_mean_a_state_or_an_input_shows_nothing() -> None:
     assert said_of(model, law_data([[[3]]]), claim).verdict is Verdict.PROVED
     assert "have one name" in said_of(named, law_data([[[3]]]), claim).text
     assert said_of(named, law_data([[[3]]]), claim).verdict is Verdict.UNDECIDED
-    assert both(named, law_data([[[3]]]), claim) == (["UNDECIDED"], ["UNDECIDED"])
-
-
-def both(model: Data, gains: Data | None, claim: Data) -> tuple[list[str], list[str]]:
-    """Return the verdicts of both checkers."""
-    document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
-    return verdicts(document), second(document)
+    assert verdict_of(named, law_data([[[3]]]), claim) == "UNDECIDED"
 
 
 @pytest.mark.parametrize(("gain", "expected"), [(1.0, "PROVED"), (1.01, "UNDECIDED")])
@@ -112,8 +105,8 @@ def test_range_of_an_input_that_the_law_alone_names(gain: float, expected: str) 
     gains = law_data([[[gain]]], input_names=["u [-]"])
     claim = {"name": "a", "kind": "invariant-ellipsoid", "P": [[1]], "level": 1, "multiplier": 1}
 
-    assert both(model, gains, claim) == ([expected], [expected])
-    assert both(model | {"input_names": ["u [-]"]}, gains, claim) == ([expected], [expected])
+    assert verdict_of(model, gains, claim) == expected
+    assert verdict_of(model | {"input_names": ["u [-]"]}, gains, claim) == expected
 
 
 @pytest.mark.parametrize(("name", "expected"), [("w [-]", "PROVED"), ("x1 [-]", "UNDECIDED")])
@@ -123,7 +116,7 @@ def test_box_that_may_mean_a_state_or_a_disturbance(name: str, expected: str) ->
     claim = {"name": "a", "kind": "invariant-ellipsoid", "P": [[1]], "level": 1, "multiplier": 10}
     claim |= {"disturbance": "disturbances", "disturbance_bounds": [10]}
 
-    assert both(model, None, claim) == ([expected], [expected])
+    assert verdict_of(model, None, claim) == expected
 
 
 def unit(size: int, factor: int = 1) -> list[list[int]]:
@@ -296,7 +289,7 @@ def multiplied(blend: list[list[int]]) -> Data:
     ],
 )
 def test_a_corner_that_there_is_not_is_refused(rules: list[list[int]], claim: Data) -> None:
-    """By both checkers, though the model itself has all its corners."""
+    """Though the model itself has all its corners."""
     model = model_data(A, rules=rules)
 
     assert said_of(model, None, DECAY_OF_ONE).verdict is Verdict.PROVED

@@ -1,4 +1,4 @@
-"""Certificates about the running loop that were changed: hashes made again, and both verdicts."""
+"""Certificates about the running loop that were changed: hashes made again, and the verdict."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.cross_check.comparison import cross_checked_document
+from tests.certificates.kinds.claims import verdicts
 
 Change = Callable[[Any], None]
 
@@ -32,10 +32,9 @@ def sealed(document: dict[str, Any]) -> dict[str, Any]:
     return document | {"provenance": {"sha256": {part: digest(read.get(part)) for part in parts}}}
 
 
-def verdicts(document: dict[str, Any]) -> tuple[str, str]:
-    """Return what both deciders say; REFUSED where the file is not read to its end."""
-    row = cross_checked_document(sealed(document)).rows[0]
-    return row.first, row.second
+def verdict(document: dict[str, Any]) -> str:
+    """Return the verdict on the first claim; REFUSED where the file is not read to its end."""
+    return verdicts(sealed(document))[0]
 
 
 def everywhere(*path: Any, value: Any) -> Change:

@@ -1,4 +1,4 @@
-"""Every kind of claim against every kind of weights: what docs/blends.md says of both checkers."""
+"""Every kind of claim against every kind of weights: what docs/blends.md says."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ from takagi.certificates.requests.request import Request
 from takagi.models import Interval, ModelError, Output, Plant, TSModel, Variable, sector_model
 from takagi.models.blending.substitution import blended_model
 from takagi.models.laws.pdc import PdcLaw
-from tests.certificates.both_checkers import second
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.weights.cells import (
     EVIDENCE,
@@ -56,8 +55,8 @@ def test_every_kind_has_a_row() -> None:
 
 
 @pytest.mark.parametrize(("kind", "form", "said"), list(cells()))
-def test_both_checkers_say_what_the_page_says(kind: str, form: str, said: str) -> None:
-    """The claim is written by hand, so that it is the checkers which refuse."""
+def test_the_checker_says_what_the_page_says(kind: str, form: str, said: str) -> None:
+    """The claim is written by hand, so that it is the checker which refuses."""
     model, law, before = observed(kind, form, column(form))
     claim = {"name": "cell", "kind": kind.partition(",")[0], **EVIDENCE[kind]}
     gains = None if (kind, form) in LAWLESS else law
@@ -65,17 +64,14 @@ def test_both_checkers_say_what_the_page_says(kind: str, form: str, said: str) -
         model=model, gains=gains, claims=[*before, claim], provenance={}
     )
 
-    first, second = verdicts(document)
+    found = verdicts(document)
 
     if said.startswith("refused"):
-        assert first[0] == "REFUSED"
-        assert second[0] == "REFUSED" or second[-1] == "NOT REPLAYED"
+        assert found[0] == "REFUSED"
         return
     wanted = {"disproof": "DISPROVED"}.get(said, "PROVED")
     wanted = "UNDECIDED" if said.startswith("open") else wanted
-    assert first[-1] == wanted
-    # Ranges of tables are left to the first checker, and a claim's verdict is its own.
-    assert second[-1] in ((wanted, "NOT REPLAYED") if form == "tables" else (wanted,))
+    assert found[-1] == wanted
 
 
 Floats = NDArray[np.float64]
@@ -99,7 +95,7 @@ x, u, w = sp.symbols("x u w", real=True)
 def test_what_needs_the_weights_is_refused_of_averages_of_slopes(
     gains: Any, request_: Request, words: str
 ) -> None:
-    """Each would be false.  That both checkers refuse such a claim is in ``test_cells``."""
+    """Each would be false.  That such a claim is refused is in ``cells``."""
     with pytest.raises(ModelError, match=words):
         certify(cubic("secants"), gains, claims=[request_])
 
@@ -115,18 +111,14 @@ def test_an_observer_of_a_plant_with_one_A_needs_no_weights() -> None:
     )
     # The premise depends on w, which is not measured; that the slopes are averages is no matter.
     claim = {"kind": "observer", "P": [[1]], "decay_rate": 1, "L": [[[1]]]}
-    first, second = verdicts(plant_document(secant_model(plant), claim))
-
-    assert first == second == ["PROVED", "UNDECIDED"]
+    assert verdicts(plant_document(secant_model(plant), claim)) == ["PROVED", "UNDECIDED"]
 
 
 def test_a_function_that_no_weight_moves_is_decay() -> None:
     claim = {"kind": "fuzzy-decay", "decay_rate": 0.9, "degrees": [0], "polya": 0}
     claim |= {"rates": [[22, 22]], "P": [{"powers": [[0, 0]], "matrix": [[1]]}]}
 
-    first, second = verdicts(plant_document(cubic("secants"), claim))
-
-    assert first == second == ["PROVED", "PROVED"]
+    assert verdicts(plant_document(cubic("secants"), claim)) == ["PROVED", "PROVED"]
 
 
 def circular() -> tuple[TSModel, Floats]:
@@ -156,13 +148,11 @@ def test_a_law_cannot_schedule_by_its_own_command() -> None:
     assert abs(command) <= 2
     assert 6.5 + (5 - command**2) * command > 4
     claim = {"kind": "decay", "P": [[1]], "decay_rate": 0.1}
-    first, second = verdicts(plant_document(model, claim, gains))
-    assert first == second == ["PROVED", "UNDECIDED"]
-    one = plant_document(model, claim, [[1.2]])
-    assert verdicts(one) == (["PROVED", "PROVED"], ["PROVED", "PROVED"])
+    assert verdicts(plant_document(model, claim, gains)) == ["PROVED", "UNDECIDED"]
+    assert verdicts(plant_document(model, claim, [[1.2]])) == ["PROVED", "PROVED"]
 
 
-def test_premises_that_are_the_noise_are_left_open_by_both() -> None:
+def test_premises_that_are_the_noise_are_left_open() -> None:
     """x' = -(2 + w^2) x + w: the weights of the plant are the noise of the same instant."""
     plant = Plant(
         equations=(-(2 + w**2) * x + w,),
@@ -172,8 +162,7 @@ def test_premises_that_are_the_noise_are_left_open_by_both() -> None:
     )
     claim = {"kind": "h2-norm", "disturbance": "disturbances", "P": [[1]], "norm": 3}
     for model in (sector_model(plant), secant_model(plant)):
-        first, second = verdicts(plant_document(model, claim))
-        assert first[-1] == second[-1] == "UNDECIDED"
+        assert verdicts(plant_document(model, claim))[-1] == "UNDECIDED"
 
 
 def test_a_blend_beside_a_table_is_proved_and_beside_secants_refused(tmp_path: Path) -> None:
@@ -189,14 +178,13 @@ def test_a_blend_beside_a_table_is_proved_and_beside_secants_refused(tmp_path: P
     place = kinds.index("effort-blend")
 
     assert whole.checked.claims[place].verdict is Verdict.PROVED
-    assert second(whole.document)[place] in ("PROVED", "NOT REPLAYED")
     stated = deepcopy(dict(whole.document))
     stated["model"]["embedding"]["form"] = "secant"
     stated["claims"] = [
         {"name": "s", "kind": "secant-embedding"},
         stated["claims"][place],
     ]
-    assert [answers[0] for answers in verdicts(resealed(stated))] == ["REFUSED"] * 2
+    assert verdicts(resealed(stated))[0] == "REFUSED"
 
 
 @pytest.mark.parametrize("kind", sorted(kind for kind in EVIDENCE if "," not in kind))
@@ -208,10 +196,8 @@ def test_bounds_from_samples_prove_nothing(kind: str) -> None:
     narrow = document["model"]["embedding"]["premises"][0] | {"lower": 0, "upper": 0.1}
     document["model"]["embedding"]["premises"][0] = narrow
     document["gains"]["premises"][0] = narrow
-    first, second = verdicts(resealed(document))
 
-    assert first[0] in ("UNDECIDED", "REFUSED")
-    assert second[0] in ("UNDECIDED", "REFUSED")
+    assert verdicts(resealed(document))[0] in ("UNDECIDED", "REFUSED")
 
 
 def test_white_noise_through_a_secant_embedding() -> None:
