@@ -21,7 +21,7 @@ from takagi.cli.main import main
 from takagi.models import sector_model
 from takagi.models.plant_files.loader import load_plant
 from takagi.reports import ci_formats
-from tests.certificates.conftest import resealed
+from tests.certificates.kinds.claims import resealed
 
 GAIN = "checked without a gain file: the verdict is about the gains inside the certificate"
 MODEL = "checked without a model file: the verdict is about the plant inside the certificate"
@@ -109,11 +109,11 @@ NEEDED = (
 
 
 @pytest.fixture(scope="module")
-def resting(short_document: dict[str, Any], reseal: Any) -> dict[str, Any]:
+def resting(short_document: dict[str, Any]) -> dict[str, Any]:
     """Return the short certificate with the claims that rest on its loop's."""
     document = deepcopy(short_document)
     claims, _ = loop_claims(document["model"], document["gains"], document["claims"][0])
-    return dict(reseal(document | {"claims": claims}))
+    return dict(resealed(document | {"claims": claims}))
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +150,7 @@ def test_every_reader_prints_what_each_claim_assumes(
         assert sum(phrase in one for one in checked.assumes) == 1, phrase
 
 
-def test_each_claim_carries_its_own(resting: dict[str, Any], reseal: Any) -> None:
+def test_each_claim_carries_its_own(resting: dict[str, Any]) -> None:
     """The filter's start is the wind rate's alone; a claim that is not proved assumes the same."""
     loop, rate, actuators = check_document(resting).claims
 
@@ -160,7 +160,7 @@ def test_each_claim_carries_its_own(resting: dict[str, Any], reseal: Any) -> Non
     assert all(class_of(kind).assumes for kind in TURBINE_KINDS)
     wrong = deepcopy(resting)
     wrong["claims"][0]["cells"][0]["decay_rate"] = 3.0
-    undecided = check_document(reseal(wrong)).claims
+    undecided = check_document(resealed(wrong)).claims
     assert [claim.verdict.name for claim in undecided] == ["UNDECIDED"] * 3
     assert [claim.assumes for claim in undecided] == [c.assumes for c in (loop, rate, actuators)]
 

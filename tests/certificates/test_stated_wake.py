@@ -31,7 +31,7 @@ from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.data import rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine, model_files
 from takagi.models.turbine.trim import trim
-from tests.certificates.conftest import resealed
+from tests.certificates.kinds.claims import resealed
 
 FILE = model_files("iea15mw")[0]
 

@@ -17,6 +17,7 @@ from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.kinds.decay import Decay
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
+from tests.certificates.kinds.claims import resealed
 from tests.docs_pages import catalogue
 
 counted_page = catalogue("catalogue.trusted")
@@ -34,15 +35,13 @@ def decay(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def turbine(
-    short_document: dict[str, Any], reseal: Any, tmp_path_factory: pytest.TempPathFactory
-) -> Path:
+def turbine(short_document: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the short certificate with all claims of the default design."""
     model, gains = short_document["model"], short_document["gains"]
     claims, left_out = loop_claims(model, gains, short_document["claims"][0])
     assert not left_out
     path = tmp_path_factory.mktemp("turbine") / "turbine.json"
-    path.write_text(json.dumps(reseal(short_document | {"claims": claims})))
+    path.write_text(json.dumps(resealed(short_document | {"claims": claims})))
     return path
 
 
@@ -107,7 +106,7 @@ def test_what_did_not_run_is_not_counted_as_executed(decay: Path) -> None:
     document = json.loads(decay.read_text())
     document["claims"][0]["decay_rate"] = -1
     wrong = decay.with_name("wrong.json")
-    wrong.write_text(json.dumps(_resealed(document)))
+    wrong.write_text(json.dumps(resealed(document)))
 
     checked, refused = check_counted(wrong)
     _, proved = check_counted(decay)
@@ -154,7 +153,7 @@ def test_words_cannot_change_a_verdict(
     document = json.loads(decay.read_text())
     document["claims"][0]["decay_rate"] = 1000
     wrong = decay.with_name("fast.json")
-    wrong.write_text(json.dumps(_resealed(document)))
+    wrong.write_text(json.dumps(resealed(document)))
     monkeypatch.setattr(Decay, "sentence", lambda _: words)
 
     assert check(decay).verdict is Verdict.PROVED
@@ -196,12 +195,3 @@ def test_the_page_has_these_numbers(
     running = tmp_path / "running.json"
     running.write_text(json.dumps(counted_page.running()), encoding="utf-8")
     assert counted_page.row(counted_page.RUNNING, check_counted(running)[1]) in page
-
-
-def _resealed(document: dict[str, Any]) -> dict[str, Any]:
-    from takagi.certificates.checker import read_text
-    from takagi.certificates.checker.kernel.reader import digest
-
-    read = read_text(json.dumps(document), "document")
-    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
-    return document | {"provenance": {"sha256": hashes}}

@@ -22,8 +22,7 @@ from takagi.certificates.document.certificate_file import dumps
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import PlantFile
 from takagi.reports.gains_file.plant import plant_gain_file
-from tests.certificates.kinds.claims import verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 from tests.models.blending.plants import ROOM, plant_of
 
 Data = dict[str, Any]

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from takagi.certificates import Verdict, certify
 from takagi.lmi import pdc
 from takagi.models import Premise, TSModel
-from tests.certificates.kinds.claims import verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 
 pytestmark = pytest.mark.numeric
 

@@ -11,8 +11,7 @@ import pytest
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 from takagi.certificates.cross_check.comparison import cross_checked_document
 from tests.certificates.cross.documents import PLANTS, all_kinds, mutants, plant_certificate
-from tests.certificates.kinds.claims import verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 
 Data = dict[str, Any]
 

@@ -21,8 +21,7 @@ from takagi.models import Plant, load_model
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.loops.plant_motion import plant_rate, uncertain_ends
 from takagi.reports.simulation.plant import simulate_plant
-from tests.certificates.kinds.claims import verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 
 Data = dict[str, Any]
 # theta'' = (g/l) sin(theta) + (1 + w) u / (m l^2): w is known to the law, m is not.

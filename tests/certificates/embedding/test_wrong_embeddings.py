@@ -14,13 +14,13 @@ from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import plant_data
 from tests.certificates.embedding.plants import (
-    as_read,
     changed,
     embedding_outcome,
     library_model,
     one_state,
     said_of,
 )
+from tests.certificates.kinds.claims import as_read
 
 Data = dict[str, Any]
 

@@ -19,7 +19,7 @@ import pytest
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.files.given_files import compare_model
 from takagi.certificates.document.certificate_file import certificate_document, dumps
-from tests.certificates.conftest import resealed
+from tests.certificates.kinds.claims import resealed
 from tests.certificates.recorded.inputs import of_model, texts_of
 
 Document = dict[str, Any]

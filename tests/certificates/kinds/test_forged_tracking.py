@@ -9,8 +9,7 @@ import pytest
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.replay.containment import of_the_plant
-from tests.certificates.kinds.claims import verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 from tests.certificates.kinds.tracking_documents import Data, at, changed
 
 

@@ -21,8 +21,7 @@ from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models import ModelError, Plant, load_model
 from takagi.models.plant.design_settings import PlantSettings
-from tests.certificates.kinds.claims import verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 from tests.certificates.kinds.tracking_documents import (
     ARM,
     GAINS,

@@ -20,7 +20,7 @@ from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
 from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
 from takagi.models.laws.protocol import Measurement
-from tests.certificates.conftest import resealed
+from tests.certificates.kinds.claims import resealed
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
 # Of a law whose wind is measured [s]: with it a known wind may move fast, and thresholds are plain.
@@ -28,7 +28,7 @@ FAST = 0.05
 
 
 @pytest.fixture(scope="session")
-def known(built: Any, reseal: Any) -> dict[str, Any]:
+def known(built: Any) -> dict[str, Any]:
     """Return the short certificate's sister in full load: cells from 14 to 17 m/s, and a claim."""
     document = deepcopy(built.document)
     gains, loop = document["gains"], document["claims"][0]
@@ -41,12 +41,12 @@ def known(built: Any, reseal: Any) -> dict[str, Any]:
             gains[name] = column[first : first + count + (not per_interval)]
     loop["cells"] = loop["cells"][first : first + count]
     claim = wind_rate_claim(loop, gains["wind_filter"])
-    return dict(reseal(document | {"claims": [loop, claim]}))
+    return dict(resealed(document | {"claims": [loop, claim]}))
 
 
-def verdict_on_rates(document: dict[str, Any], reseal: Any) -> str:
+def verdict_on_rates(document: dict[str, Any]) -> str:
     """Return the verdict on the claim about rates."""
-    return check_document(reseal(document)).claims[1].verdict.name
+    return check_document(resealed(document)).claims[1].verdict.name
 
 
 def uniform(document: dict[str, Any], rate: float, error: float) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def uniform(document: dict[str, Any], rate: float, error: float) -> dict[str, An
 
 @pytest.mark.slow
 def test_a_measured_wind_may_move_at_two_metres_per_second_squared_in_full_load(
-    fast_built: Any, reseal: Any
+    fast_built: Any,
 ) -> None:
     """|v'| <= 2 m/s^2 with a fast filter, from 13.06 m/s in all winds, from 13 m/s alone."""
     built = fast_built
@@ -83,11 +83,11 @@ def test_a_measured_wind_may_move_at_two_metres_per_second_squared_in_full_load(
     assert upper["estimate_rate"] == [2.0, 2.0]
     assert upper["estimate_error"] > 0.01
     document = built.document | {"gains": gains, "claims": [loop, claim]}
-    assert verdict_on_rates(document, reseal) == PROVED
+    assert verdict_on_rates(document) == PROVED
 
 
 @pytest.mark.slow
-def test_the_default_law_bears_slow_winds_and_says_so(built: Any, reseal: Any) -> None:
+def test_the_default_law_bears_slow_winds_and_says_so(built: Any) -> None:
     """A filter of 12 s takes delta / 12 s: centimetres per second squared, in every wind cell."""
     loop, tau = built.document["claims"][0], built.document["gains"]["wind_filter"]
     claim = wind_rate_claim(loop, tau)
@@ -104,33 +104,33 @@ def test_the_default_law_bears_slow_winds_and_says_so(built: Any, reseal: Any) -
     assert upper["wind"][0] < 13.0
     assert min(full) / 4 < upper["estimate_error"] < min(full) / 3
     assert 0.6 < tau * min(upper["estimate_rate"]) / min(full) <= 0.7
-    assert verdict_on_rates(document, reseal) == PROVED
-    assert "wind filter of 12 s" in check_document(reseal(document)).claims[1].text
+    assert verdict_on_rates(document) == PROVED
+    assert "wind filter of 12 s" in check_document(resealed(document)).claims[1].text
 
 
 @pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-7, UNDECIDED)])
 def test_the_least_wind_error_is_the_threshold(
-    known: dict[str, Any], reseal: Any, more: float, verdict: str
+    known: dict[str, Any], more: float, verdict: str
 ) -> None:
     """eta + tau_f r <= min delta, with equality and 1e-7 m/s beyond."""
     loop, tau = known["claims"][0], known["gains"]["wind_filter"]
     error = min(cell["wind_error"] for cell in loop["cells"]) - tau * 1.0
     changed = uniform(known, 1.0, round(error + more, 9))
 
-    assert verdict_on_rates(changed, reseal) == verdict
+    assert verdict_on_rates(changed) == verdict
 
 
 @pytest.mark.parametrize(("rate", "verdict"), [(2.0, PROVED), (2.000001, UNDECIDED)])
 def test_the_least_wind_rate_is_the_threshold(
-    known: dict[str, Any], reseal: Any, rate: float, verdict: str
+    known: dict[str, Any], rate: float, verdict: str
 ) -> None:
     """r <= min rho, which is 2 m/s^2 there."""
-    assert verdict_on_rates(uniform(known, rate, 0.0), reseal) == verdict
+    assert verdict_on_rates(uniform(known, rate, 0.0)) == verdict
 
 
 @pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-6, UNDECIDED)])
 def test_a_wind_cell_ends_between_the_nodes_of_a_range(
-    known: dict[str, Any], reseal: Any, more: float, verdict: str
+    known: dict[str, Any], more: float, verdict: str
 ) -> None:
     """phi rises through a cell that allows less than the next: its upper end is the threshold."""
     known = deepcopy(known)
@@ -144,7 +144,7 @@ def test_a_wind_cell_ends_between_the_nodes_of_a_range(
     changed = uniform(known, 0.1, math.floor(error * 1e9) / 1e9)
     changed["claims"][1]["ranges"][0] |= {"wind": [low, high], "schedule_rate": [0.1, 0.25]}
 
-    assert verdict_on_rates(changed, reseal) == verdict
+    assert verdict_on_rates(changed) == verdict
 
 
 def sloped(known: dict[str, Any], more: float = 0.0) -> dict[str, Any]:
@@ -160,13 +160,13 @@ def sloped(known: dict[str, Any], more: float = 0.0) -> dict[str, Any]:
 
 @pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-9, UNDECIDED)])
 def test_a_rate_that_is_a_line_needs_no_reserve(
-    known: dict[str, Any], reseal: Any, more: float, verdict: str
+    known: dict[str, Any], more: float, verdict: str
 ) -> None:
     """phi(s +- tau phi) = phi(s) (1 +- tau phi') exactly where phi is one line."""
-    assert verdict_on_rates(sloped(known, more), reseal) == verdict
+    assert verdict_on_rates(sloped(known, more)) == verdict
 
 
-def test_a_step_of_the_rate_is_not_followed(known: dict[str, Any], reseal: Any) -> None:
+def test_a_step_of_the_rate_is_not_followed(known: dict[str, Any]) -> None:
     """Falling out of fast winds, the filter still moves fast where only slow motion is allowed."""
     changed = uniform(known, 1.0, 0.0)
     changed["claims"][1]["ranges"][0] |= {
@@ -175,7 +175,7 @@ def test_a_step_of_the_rate_is_not_followed(known: dict[str, Any], reseal: Any) 
         "estimate_rate": [0.1, 0.1, 1.0, 1.0],
     }
 
-    assert verdict_on_rates(changed, reseal) == UNDECIDED
+    assert verdict_on_rates(changed) == UNDECIDED
 
 
 ONE_SIDED = {
@@ -202,22 +202,20 @@ ONE_SIDED = {
 
 
 @pytest.mark.parametrize("way", ONE_SIDED)
-def test_what_fails_one_way_or_between_nodes_is_refused(
-    known: dict[str, Any], reseal: Any, way: str
-) -> None:
+def test_what_fails_one_way_or_between_nodes_is_refused(known: dict[str, Any], way: str) -> None:
     """Each fails in one place alone; without the bump it holds."""
     wind, phi, rate = ONE_SIDED[way]
     changed = uniform(known, 1.0, 0.0)
     stated = changed["claims"][1]["ranges"][0]
     stated |= {"wind": wind, "schedule_rate": phi, "estimate_rate": rate}
 
-    assert verdict_on_rates(changed, reseal) == UNDECIDED
+    assert verdict_on_rates(changed) == UNDECIDED
     if "bump" in way:
         stated["estimate_rate"] = phi
-        assert verdict_on_rates(changed, reseal) == PROVED
+        assert verdict_on_rates(changed) == PROVED
 
 
-def test_the_words_state_the_numbers(known: dict[str, Any], reseal: Any) -> None:
+def test_the_words_state_the_numbers(known: dict[str, Any]) -> None:
     """Overspeed, filter, range, error, and the winds from which each rate is allowed."""
     changed = uniform(known, 1.0, 0.0)
     changed["claims"][1]["ranges"][0] |= {
@@ -229,7 +227,7 @@ def test_the_words_state_the_numbers(known: dict[str, Any], reseal: Any) -> None
     gains, loop = changed["gains"], changed["claims"][0]
     fastest = max(gains["rotor_speed"]) + loop["peaks"]["speed_error"]
     over = 100 * (fastest / changed["model"]["rated_rotor_speed"] - 1)
-    text = check_document(reseal(changed)).claims[1].text
+    text = check_document(resealed(changed)).claims[1].text
 
     assert "wind filter of 0.05 s" in text
     assert f"overspeed at most {math.ceil(over * 100) / 100:g} %" in text
@@ -240,45 +238,43 @@ def test_the_words_state_the_numbers(known: dict[str, Any], reseal: Any) -> None
         assert f"{rate} m/s^2 from {start} m/s on" in text
     assert "0.05 m/s^2 from" not in text
     assert "1 m/s^2 from" not in text.replace("0.1 m/s^2 from", "")
-    exact = check_document(reseal(uniform(known, 1.0, 0.0))).claims[1].text
+    exact = check_document(resealed(uniform(known, 1.0, 0.0))).claims[1].text
     assert "known exactly: at least 1 m/s^2 everywhere" in exact
 
 
-def test_more_filter_than_was_claimed_for_is_refused(known: dict[str, Any], reseal: Any) -> None:
+def test_more_filter_than_was_claimed_for_is_refused(known: dict[str, Any]) -> None:
     """tau_f is the law's own: 5 s in place of 0.05 s."""
     changed = deepcopy(known)
     changed["gains"]["wind_filter"] = 5.0
 
-    assert verdict_on_rates(changed, reseal) == UNDECIDED
+    assert verdict_on_rates(changed) == UNDECIDED
 
 
-def test_what_rests_on_an_open_claim_is_open(known: dict[str, Any], reseal: Any) -> None:
+def test_what_rests_on_an_open_claim_is_open(known: dict[str, Any]) -> None:
     """A loop that is not proved carries nothing."""
     changed = deepcopy(known)
     changed["claims"][0]["cells"][2]["decay_rate"] = 5.0
 
-    assert verdict_on_rates(changed, reseal) == UNDECIDED
-    assert "not proved" in check_document(reseal(changed)).claims[1].text
+    assert verdict_on_rates(changed) == UNDECIDED
+    assert "not proved" in check_document(resealed(changed)).claims[1].text
 
 
 @pytest.mark.parametrize("place", [1, 2, -1, 0.5])
-def test_only_an_earlier_loop_is_rested_on(
-    known: dict[str, Any], reseal: Any, place: float
-) -> None:
+def test_only_an_earlier_loop_is_rested_on(known: dict[str, Any], place: float) -> None:
     """Not itself, nothing that is not there, and no claim of another kind."""
     changed = deepcopy(known)
     changed["claims"][1]["loop"] = place
     with pytest.raises(CertificateError):
-        check_document(reseal(changed))
+        check_document(resealed(changed))
 
 
-def test_a_loop_that_comes_later_is_refused(known: dict[str, Any], reseal: Any) -> None:
+def test_a_loop_that_comes_later_is_refused(known: dict[str, Any]) -> None:
     """The verdict it would rest on has not been found yet."""
     changed = deepcopy(known)
     loop, claim = changed["claims"]
     changed["claims"] = [claim | {"loop": 1}, loop]
     with pytest.raises(CertificateError, match="earlier"):
-        check_document(reseal(changed))
+        check_document(resealed(changed))
 
 
 DAMAGES = {
@@ -291,20 +287,20 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-def test_what_is_no_claim_is_refused(known: dict[str, Any], reseal: Any, damage: str) -> None:
+def test_what_is_no_claim_is_refused(known: dict[str, Any], damage: str) -> None:
     """With words."""
     changed = deepcopy(known)
     DAMAGES[damage](changed["claims"][1])
     with pytest.raises(CertificateError):
-        check_document(reseal(changed))
+        check_document(resealed(changed))
 
 
-def test_winds_beyond_the_law_are_not_claimed(known: dict[str, Any], reseal: Any) -> None:
+def test_winds_beyond_the_law_are_not_claimed(known: dict[str, Any]) -> None:
     """The law has no tables there."""
     changed = uniform(known, 1.0, 0.0)
     changed["claims"][1]["ranges"][0]["wind"][1] += 0.5
 
-    assert verdict_on_rates(changed, reseal) == UNDECIDED
+    assert verdict_on_rates(changed) == UNDECIDED
 
 
 def test_a_class_without_room_gives_no_claim(known: dict[str, Any]) -> None:

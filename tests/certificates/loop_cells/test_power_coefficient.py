@@ -13,7 +13,7 @@ from takagi.certificates.checker import check_document
 from takagi.models import Turbine
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw, LoopCell
 from takagi.models.turbine.data import rotor_torque
-from tests.certificates.conftest import resealed
+from tests.certificates.kinds.claims import resealed
 from tests.certificates.loop_cells.loop_points import (
     BOX,
     ROUNDING,

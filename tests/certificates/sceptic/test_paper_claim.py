@@ -19,7 +19,8 @@ from takagi.certificates.checker.turbine.published.inputs import Overlaps, Publi
 from takagi.certificates.checker.turbine.published.loop import Ends
 from takagi.certificates.checker.words import published as words
 from takagi.certificates.checker.words.saying import in_words
-from tests.certificates.recorded.inputs import as_read, document, read_law
+from tests.certificates.kinds.claims import as_read
+from tests.certificates.recorded.inputs import document, read_law
 
 Data = dict[str, Any]
 

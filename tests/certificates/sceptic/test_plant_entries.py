@@ -21,12 +21,12 @@ from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import sector_model
 from tests.certificates.embedding.plants import (
-    as_read,
     changed,
     embedding_outcome,
     one_state,
     said_of,
 )
+from tests.certificates.kinds.claims import as_read
 
 
 def with_quotient(equation: str, entry: str, q: str) -> dict[str, Any]:

@@ -29,8 +29,7 @@ from takagi.cli.main import main
 from takagi.lmi import EigenvalueRegion
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.conftest import resealed
-from tests.certificates.kinds.claims import model_data, said_of, verdicts
+from tests.certificates.kinds.claims import model_data, resealed, said_of, verdicts
 
 Data = dict[str, Any]
 LINEAR = """format = 1

@@ -23,8 +23,7 @@ from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
 from takagi.certificates.requests.request import Request
 from takagi.models import Plant, TSModel, load_model, sector_model
-from tests.certificates.embedding.plants import as_read
-from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
+from tests.certificates.kinds.claims import as_read, law_data, model_data, said_of, verdict_of
 
 Data = dict[str, Any]
 REST_U = "here u is u - u*, with * for the point of rest"

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check_document
-from tests.certificates.kinds.claims import verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 
 Document = dict[str, Any]
 RECORDED = Path(__file__).parents[1] / "recorded" / "damaged"

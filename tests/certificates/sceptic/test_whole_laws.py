@@ -23,8 +23,7 @@ from takagi.certificates.document.plant_embedding import (
 from takagi.certificates.requests import SampledLoop
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Interval, Output, Plant, TSModel, Variable, sector_model
-from tests.certificates.kinds.claims import verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 from tests.certificates.kinds.tracking_documents import arm
 
 Data = dict[str, Any]

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import Any
 
-from takagi.certificates.checker import read_text
-from takagi.certificates.checker.kernel.reader import digest
-from tests.certificates.kinds.claims import verdicts
+from tests.certificates.kinds.claims import resealed, verdicts
 
 Change = Callable[[Any], None]
 
@@ -26,10 +23,8 @@ def entry(*path: Any, factor: float = 1.0, value: Any = None) -> Change:
 
 
 def sealed(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with the hashes of what it now says."""
-    read = read_text(json.dumps(document), "document")
-    parts = ("model", "gains", "claims", "controller")
-    return document | {"provenance": {"sha256": {part: digest(read.get(part)) for part in parts}}}
+    """Return the document with the hashes of what it and its controller now say."""
+    return resealed(document, "controller")
 
 
 def verdict(document: dict[str, Any]) -> str:

@@ -23,6 +23,7 @@ from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
 from takagi.certificates.checker.turbine.published.interval_matrices import contraction
+from tests.certificates.kinds.claims import resealed
 
 # A cell without a residual whose one free coefficient is the lag's rate T.  P was searched for:
 # it decreases along the loop for T from 0.5 to 1 1/s, and not for T = 1.5 1/s.
@@ -160,7 +161,7 @@ def test_a_command_alone_beyond_the_limit_is_refused(short: Any) -> None:
 
 @pytest.mark.parametrize("rate", [50.0, 5.0, None])
 def test_a_function_that_is_not_positive_definite_shows_no_rate(
-    short: Any, reseal: Any, rate: float | None
+    short: Any, rate: float | None
 ) -> None:
     """With R = -P the inequality -(A'R + RA + 2 r R) > 0 holds for every large r, and says nothing.
 
@@ -174,7 +175,7 @@ def test_a_function_that_is_not_positive_definite_shows_no_rate(
         settling["P"] = [[-entry for entry in row] for row in settling["P"]]
         settling["decay_rate"] = rate
 
-    claim = check_document(reseal(short)).claims[0]
+    claim = check_document(resealed(short)).claims[0]
 
     assert claim.verdict is Verdict.UNDECIDED
     assert "common decay rate is not positive definite" in claim.text

@@ -24,8 +24,7 @@ from takagi.certificates.checker.turbine.running_loop.quadratic_forms import rou
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.checker.words.running_loop import measured
 from takagi.certificates.checker.words.saying import in_words
-from tests.certificates.kinds.claims import verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import Change, entry, verdict
 

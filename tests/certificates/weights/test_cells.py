@@ -21,7 +21,7 @@ from takagi.certificates.requests.request import Request
 from takagi.models import Interval, ModelError, Output, Plant, TSModel, Variable, sector_model
 from takagi.models.blending.substitution import blended_model
 from takagi.models.laws.pdc import PdcLaw
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed
 from tests.certificates.weights.cells import (
     EVIDENCE,
     LAWLESS,
