@@ -1,4 +1,4 @@
-"""`takagi certify --sample-time`: proved, too slow, misuse."""
+"""`takagi certify` with --noise or --sample-time: proved, too much of it, misuse."""
 
 from __future__ import annotations
 
@@ -13,6 +13,94 @@ from takagi.cli.main import main
 from tests.undrawn import undrawn
 
 Capture = pytest.CaptureFixture[str]
+NOISY_ROD = """
+format = 1
+kind = "plant"
+
+[states]
+x = { unit = "m", range = [-1, 1] }
+
+[inputs]
+u = { unit = "m/s" }
+
+[disturbances]
+gust = { unit = "cm/s" }
+flow = { unit = "m/s", range = [-0.05, 0.05] }
+
+[parameters]
+a = { value = 1.0, unit = "1/s", source = "chosen" }
+b = { value = 1.0, unit = "1/(m^2 s)", source = "chosen" }
+
+[equations]
+x = "a*x - b*x^3 + u + gust + flow"
+"""
+
+
+@pytest.fixture
+def noisy_rod(tmp_path: Path) -> Path:
+    path = tmp_path / "rod.toml"
+    path.write_text(NOISY_ROD, encoding="utf-8")
+    return path
+
+
+def noisy(out: Path) -> list[dict[str, Any]]:
+    claims = json.loads(out.read_text(encoding="utf-8"))["claims"]
+    return [claim for claim in claims if claim["kind"] == "exit-probability"]
+
+
+def test_noise_by_option_and_by_file(noisy_rod: Path, tmp_path: Path, capsys: Capture) -> None:
+    """20 cm/s sqrt(s) is 0.2 m/s sqrt(s); flow counts with its whole range; both checkers agree."""
+    out = tmp_path / "c.json"
+    asked = ["--noise", "gust=20", "--horizon", "1min"]
+
+    assert main(["certify", str(noisy_rod), "--out", str(out), *asked]) == 0
+    (claim,) = noisy(out)
+    assert claim["noise"] == [0.2, 0.0] and claim["disturbance_bounds"] == [0.0, 0.05]
+    assert claim["horizon"] == 60 and claim["probability"] < 0.1
+    assert "reaches 1 within 60 s is at most" in capsys.readouterr().out
+    assert main(["check", str(out), "--model", str(noisy_rod), "--cross"]) == 0
+    assert "they agree" in capsys.readouterr().out
+
+    wanted = "\n[design]\nnoise = { gust = 20 }\nhorizon = 60\n"
+    noisy_rod.write_text(NOISY_ROD + wanted, encoding="utf-8")
+    build = tmp_path / "build"
+    with undrawn():
+        assert main(["design", str(noisy_rod), "--out", str(build)]) == 0
+    assert noisy(build / "certificate.json")[0]["noise"] == [0.2, 0.0]
+
+
+def test_noise_that_is_too_much(noisy_rod: Path, tmp_path: Path, capsys: Capture) -> None:
+    out = tmp_path / "c.json"
+
+    asked = ["--noise", "gust=5m/s", "--horizon", "600"]
+    assert main(["certify", str(noisy_rod), "--out", str(out), *asked]) == 1
+
+    assert "UNDECIDED" in capsys.readouterr().out
+    assert [c.verdict.name for c in check(out).claims][-1] != "DISPROVED"
+    (claim,) = noisy(out)
+    assert "disturbance_bounds" not in claim
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--noise", "gust=1"], "horizon is missing"),
+        (["--horizon", "10s"], "noise is missing"),
+        (["--noise", "dust=1", "--horizon", "10s"], "there is no dust"),
+        (["--noise", "gust=-1", "--horizon", "10s"], "positive"),
+        (["--noise", "gust=1", "--horizon", "10m"], "no unit of time"),
+        (["--noise", "flow=1", "--horizon", "10s"], "has a range"),
+    ],
+)
+def test_misuse_of_noise(
+    noisy_rod: Path, tmp_path: Path, capsys: Capture, options: list[str], words: str
+) -> None:
+    out = tmp_path / "c.json"
+    assert main(["certify", str(noisy_rod), "--out", str(out), *options]) == 2
+    assert words in capsys.readouterr().err
+    assert not out.exists()
+
+
 ROD = """
 format = 1
 kind = "plant"
@@ -83,7 +171,7 @@ def test_a_sample_time_that_is_too_large(rod: Path, tmp_path: Path, capsys: Capt
         (["--sample-time", "-1ms"], "a positive number is needed"),
     ],
 )
-def test_misuse(
+def test_misuse_of_a_sample_time(
     rod: Path, tmp_path: Path, capsys: Capture, arguments: list[str], told: str
 ) -> None:
     out = tmp_path / "c.json"
