@@ -141,6 +141,11 @@ class Margins:
     disk: DiskMargin
 
     @property
+    def gain(self) -> float:
+        """The factor by which the gain may both grow and fall [-]; 1 for an unstable loop."""
+        return min(self.gain_increase, 1 / self.gain_decrease if self.gain_decrease > 0 else INF)
+
+    @property
     def crossover(self) -> float:
         """The highest frequency with |L| = 1 [rad/s]; nan where there is none."""
         return self.crossovers[-1] if self.crossovers else float("nan")

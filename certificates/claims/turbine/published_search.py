@@ -20,8 +20,7 @@ from takagi.certificates.claims.turbine.published_cells import (
 from takagi.lmi.analysis.invariant_ellipsoid import contraction, lyapunov_candidates
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
-from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.law import Equilibrium, PublishedLaw, equilibrium
 
 Span = tuple[float, float]
 
