@@ -28,8 +28,12 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.models import nrel5mw
 from takagi.models.laws.protocol import Measurement
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.law import (
+    PublishedLaw,
+    PublishedLawName,
+    equilibrium,
+    published_law,
+)
 from takagi.models.laws.published.regional_schedule import (
     RegionalSchedule,
     coupling_filter,

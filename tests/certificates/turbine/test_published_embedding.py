@@ -14,8 +14,12 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.claims.turbine.published_search import PublishedCell, PublishedSearch
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Measurement
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.law import (
+    PublishedLaw,
+    PublishedLawName,
+    equilibrium,
+    published_law,
+)
 from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 from takagi.models.turbine.data import rotor_torque
 from tests.paper_models import regional_models
