@@ -251,15 +251,24 @@ def _diagonal(pieces: list[Piece]) -> Iterator[tuple[Piece, bool]]:
             else:
                 half = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
                 yield replace(half, left=half.left + turned(half.left)), False
-        elif _alike(piece, piece.T):
+        elif (twin := _twin(piece, remaining)) is not None:
+            remaining.remove(twin)
+            yield piece.T if piece.transposed else piece, True
+        elif _symmetric(piece) or _alike(piece, piece.T):
             yield piece, False
         else:
-            twin = _twin(piece, remaining)
-            if twin is not None:
-                remaining.remove(twin)
-            else:
-                piece = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
-            yield piece.T if piece.transposed else piece, True
+            half = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
+            yield half.T if half.transposed else half, True
+
+
+def _symmetric(piece: Piece) -> bool:
+    """Return whether it is a number times a symmetric unknown, in each item."""
+    assert piece.unknown is not None
+    sides = (piece.left, np.eye(1) if piece.right is None else piece.right)
+    return piece.unknown.symmetric and all(
+        np.array_equal(side, side[..., :1, :1] * np.eye(side.shape[-1], dtype=np.intp))
+        for side in sides
+    )
 
 
 def _exact(piece: Piece) -> bool:
@@ -277,6 +286,8 @@ def _twin(piece: Piece, candidates: list[Piece]) -> Piece | None:
 
 
 def _alike(first: Piece, second: Piece) -> bool:
+    if (first.unknown is None) != (second.unknown is None):
+        return False
     same = ("unknown", "transposed", "factor", "parameter", "item_count")
     if any(getattr(first, key) != getattr(second, key) for key in same):
         return False
