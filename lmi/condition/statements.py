@@ -203,13 +203,12 @@ def symmetric_summands(expression: Expression) -> Iterator[tuple[Piece, bool]]:
     A transposed unknown above the diagonal is written as its mirror image below it, and so is what
     ``block`` was given below it.
     """
-    size = len(expression.rows)
-    for i in range(size):
-        yield from _diagonal(list(pieces_at(expression, (i, i))))
-        for j in range(i + 1, size):
+    for j in range(len(expression.rows)):
+        for i in range(j):
             for piece in pieces_at(expression, (i, j)):
                 turns = piece.mirror and (piece.unknown is None or not piece.T.transposed)
                 yield piece.T if turns or piece.transposed else piece, False
+        yield from _diagonal(list(pieces_at(expression, (j, j))))
     yield from _diagonal(list(pieces_at(expression, None)))
 
 
