@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -30,7 +31,7 @@ from takagi.lmi.decision.outcome import (
     promised,
 )
 from takagi.lmi.decision.rounds import CHUNK, first_vertices
-from takagi.lmi.expressions.expression import He, matrix
+from takagi.lmi.expressions.expression import Expression, He, Parameter, matrix
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
@@ -71,8 +72,7 @@ def common_lyapunov_condition(
     rate = decay_parameter(number("decay_rate", decay_rate), step)
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    A_i = matrix(A, "A_{i}")
-    decay = He(P @ A_i) + 2 * rate * P << 0 if step is None else A_i.T @ P @ A_i - rate * P << 0
+    decay = change_of(P, matrix(A, "A_{i}"), rate, step) << 0
     weight = vertex_weight(A, step=step) if weight is None else weight
     return pose(
         positive_definite(P),
@@ -85,17 +85,36 @@ def common_lyapunov_condition(
     )
 
 
+def change_of(
+    P: Unknown, A: Expression, rate: Parameter | Expression, step: float | None
+) -> Expression:
+    """Return He(P A) + 2 alpha P, or A' P A - rho^2 P in discrete time."""
+    return He(P @ A) + 2 * rate * P if step is None else A.T @ P @ A - rate * P
+
+
 def answer_in_states(
-    condition: Condition, outcome: Outcome, A: Floats, s: Floats, *, step: float | None = None
+    condition: Condition,
+    outcome: Outcome,
+    A: Floats,
+    s: Floats,
+    *,
+    step: float | None = None,
+    diagnose: Callable[[Condition, Outcome], str] | None = None,
 ) -> Answer:
-    """Return the outcome with P in the model's own states, its smallest eigenvalue made 1."""
+    """Return the outcome with P in the model's own states, its smallest eigenvalue made 1.
+
+    Parameters
+    ----------
+    A : vertices in these states; the condition is posed in x / s.
+    diagnose : why there is no P; None for the words of one quadratic function.
+    """
     P, rate = None, None
     if outcome.status == "candidate":
         scaled = outcome.values["P"][0]
         scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
         P = scaled / s / s[:, None]
         rate = rate_of(A * s / s[:, None], scaled, step=step)
-    diagnosis = "" if P is not None else _diagnosis(condition, outcome)
+    diagnosis = "" if P is not None else (diagnose or _diagnosis)(condition, outcome)
     return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
 
 

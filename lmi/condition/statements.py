@@ -253,20 +253,21 @@ def _diagonal(pieces: list[Piece]) -> Iterator[tuple[Piece, bool]]:
         elif (twin := _twin(piece, remaining)) is not None:
             remaining.remove(twin)
             yield piece.T if piece.transposed else piece, True
-        elif _symmetric(piece) or _alike(piece, piece.T):
+        elif _is_multiple(piece) or _alike(piece, piece.T):
             yield piece, False
         else:
             half = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
             yield half.T if half.transposed else half, True
 
 
-def _symmetric(piece: Piece) -> bool:
-    """Return whether it is a number times a symmetric unknown, in each item."""
+def _is_multiple(piece: Piece) -> bool:
+    """Return whether it is a number times a symmetric unknown, or one of 1 x 1."""
     assert piece.unknown is not None
-    sides = (piece.left, np.eye(1) if piece.right is None else piece.right)
-    return piece.unknown.symmetric and all(
-        np.array_equal(side, side[..., :1, :1] * np.eye(side.shape[-1], dtype=np.intp))
-        for side in sides
+    return (piece.unknown.symmetric or piece.unknown.scalar) and all(
+        array.shape[-1] == array.shape[-2]
+        and np.array_equal(array, array[..., :1, :1] * np.eye(array.shape[-1], dtype=np.intp))
+        for array in (piece.left, piece.right)
+        if array is not None
     )
 
 
@@ -285,10 +286,10 @@ def _twin(piece: Piece, candidates: list[Piece]) -> Piece | None:
 
 
 def _alike(first: Piece, second: Piece) -> bool:
-    if (first.unknown is None) != (second.unknown is None):
-        return False
     same = ("unknown", "transposed", "factor", "parameter", "item_count")
-    if any(getattr(first, key) != getattr(second, key) for key in same):
+    if (first.unknown is None) != (second.unknown is None) or any(
+        getattr(first, key) != getattr(second, key) for key in same
+    ):
         return False
     pairs = (
         (first.items, second.items),

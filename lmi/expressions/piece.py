@@ -30,6 +30,8 @@ class Letter:
     def text(self) -> str:
         if not self.transposed:
             return self.symbol
+        if self.symbol.endswith(r"^\top"):
+            return self.symbol.removesuffix(r"^\top")
         # TeX refuses a second superscript without braces.
         return (f"{{{self.symbol}}}" if "^" in self.symbol else self.symbol) + r"^\top"
 
