@@ -21,7 +21,7 @@ from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Command, Law, Measurement, ProgramState, SampledLaw
 from takagi.models.plant.plant import Output, Plant
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, dynamics
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, plant_rate
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 
@@ -41,12 +41,12 @@ def turbine_system(plant: SimulatedTurbine) -> control.NonlinearIOSystem:
     """
     import control
 
-    run = dynamics(plant)
+    rate = plant_rate(plant)
     names = signal_names(plant.state_names)
 
     def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
         torque, reference, wind = map(float, u)
-        return run.derivative(np.asarray(x, dtype=np.float64), torque, reference, wind)
+        return rate(np.asarray(x, dtype=np.float64), torque, reference, wind)
 
     return control.nlsys(
         update, None, name="turbine", states=names, inputs=INPUTS, outputs=names, dt=0
@@ -71,7 +71,7 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
             f"at: wind = {wind!r} was given; {turbine.cut_in:g} to {turbine.cut_out:g} m/s is "
             "needed"
         )
-    run = dynamics(plant)
+    derivative = plant_rate(plant)
     state, point = plant.initial_state(wind)
     names = signal_names(plant.state_names)
     n = len(names)
@@ -79,7 +79,7 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
 
     def rate(state_and_inputs: Floats) -> Floats:
         torque, reference, v = map(float, state_and_inputs[n:])
-        return run.derivative(state_and_inputs[:n], torque, reference, v)
+        return derivative(state_and_inputs[:n], torque, reference, v)
 
     J = np.zeros((n, n + 3))
     for k, name in enumerate([*names, *INPUTS]):
@@ -226,8 +226,7 @@ def _numeric(plant: Plant, rows: Sequence[Any]) -> Callable[[Floats, Floats], Fl
     """Return (x, (u, w)) -> the values of expressions, parameters put in."""
     import sympy as sp
 
-    values = {s: sp.Rational(v.numerator, v.denominator) for s, v in plant.values.items()}
-    expressions = [sp.sympify(row).subs(values) for row in rows]
+    expressions = [sp.sympify(row).subs(plant.rationals) for row in rows]
     compute = sp.lambdify(_symbols(plant), expressions, modules=["scipy", "numpy"])
 
     def value(x: Floats, u: Floats) -> Floats:

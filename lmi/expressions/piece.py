@@ -20,18 +20,24 @@ PRINTED = 9
 
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """A symbol in a product; a symmetric one is its own transpose."""
+    """A symbol in a product, or its transpose; a symmetric one is its own transpose."""
 
-    text: str
+    symbol: str
     symmetric: bool = False
+    transposed: bool = False
+
+    @property
+    def text(self) -> str:
+        if not self.transposed:
+            return self.symbol
+        if self.symbol.endswith(r"^\top"):
+            return self.symbol.removesuffix(r"^\top")
+        # TeX refuses a second superscript without braces.
+        return (f"{{{self.symbol}}}" if "^" in self.symbol else self.symbol) + r"^\top"
 
     @property
     def T(self) -> Letter:
-        if self.symmetric:
-            return self
-        if self.text.endswith(r"^\top"):
-            return Letter(self.text.removesuffix(r"^\top"))
-        return Letter(self.text + r"^\top")
+        return self if self.symmetric else replace(self, transposed=not self.transposed)
 
 
 def turned(array: Data) -> Data:
@@ -199,7 +205,7 @@ class Piece:
             left=turned(self.right),
             right=turned(self.left),
             at=at,
-            transposed=not self.transposed and not self.unknown.symmetric,
+            transposed=not (self.transposed or self.unknown.symmetric or self.unknown.scalar),
             before=transposed(self.behind),
             behind=transposed(self.before),
         )

@@ -15,7 +15,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval
+from takagi.models.intervals.interval import Interval, rational
 from takagi.models.ramps import effort_ramp, ramp, ramp_slope, share_range
 
 if TYPE_CHECKING:
@@ -143,8 +143,7 @@ class Blending:
         """Return b with the values of the parameters, exactly."""
         import sympy as sp
 
-        values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in self.plant.values.items()}
-        return sp.sympify(actuator.effectiveness).subs(values)
+        return sp.sympify(actuator.effectiveness).subs(self.plant.rationals)
 
     def at_rest(self, actuator: Actuator) -> Fraction:
         """Return the actuator's command where the plant rests, exactly.
@@ -156,7 +155,7 @@ class Blending:
         delivered = self.delivered(actuator, self.effort.rest)
         if delivered == 0:
             return actuator.variable.rest
-        b = self.effectiveness(actuator).subs(_rests(self.plant))
+        b = self.effectiveness(actuator).subs(self.plant.at_rest)
         if not b.is_Rational or b == 0:
             raise ModelError(
                 f"blending: at rest the effectiveness of {actuator.name} is {b}, no number other "
@@ -177,12 +176,6 @@ def blending_of(plant: Plant) -> Blending | None:
 def unit_text(unit: str) -> str:
     """Return a unit as text to be written behind a number."""
     return "" if unit == "-" else f" {unit}"
-
-
-def _rests(plant: Plant) -> Mapping[sp.Symbol, sp.Rational]:
-    import sympy as sp
-
-    return {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
 
 
 def _check(blending: Blending) -> None:
@@ -361,12 +354,8 @@ class RunTimeBlending:
         return slope
 
     def _values(self) -> dict[sp.Symbol, sp.Expr]:
-        import sympy as sp
-
         plant = self.blending.plant
-        values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-        rests = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.disturbances}
-        return values | rests
+        return plant.rationals | {v.symbol: rational(v.rest) for v in plant.disturbances}
 
     @cached_property
     def _effectiveness(self) -> tuple[Callable[..., float], ...]:

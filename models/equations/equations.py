@@ -12,26 +12,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.models.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.dimensions import NUMBERS, dimension_of
 from takagi.models.plant.plant import Plant
 from takagi.models.ranges.domain import Domain
+from takagi.models.ranges.expression_range import expression_range
 
 if TYPE_CHECKING:
     import sympy as sp
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    r"""One line of reasoning: ``title`` in plain words, ``latex`` in display mathematics.
-
-    ``latex`` has neither dollar signs nor an environment around it; it fits inside ``\[ ... \]``.
-    """
-
-    title: str
-    latex: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -260,8 +251,6 @@ def _blocks(mass: sp.Matrix) -> list[list[int]]:
 def _bounded_away(det: sp.Expr, plant: Plant, labels: str, domain: Domain) -> Interval | None:
     """Return proved bounds of det without 0; None for a number."""
     from fractions import Fraction
-
-    from takagi.models.ranges.expression_range import expression_range
 
     advice = "shrink the ranges, or remove the state whose mass vanishes"
     if not det.free_symbols:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
-from takagi.models.intervals.interval import Interval
+from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.dimensions import ADVICE, dimension_of, short, without_matrix_row
 from takagi.models.short_repr import ShortRepr
 
@@ -223,6 +223,16 @@ class Plant(ShortRepr):
     def values(self) -> dict[sp.Symbol, Fraction]:
         """Return symbol -> value of the parameters, or the nearest decimal to it."""
         return {parameter.symbol: parameter.value for parameter in self.parameters}
+
+    @property
+    def rationals(self) -> dict[sp.Symbol, sp.Rational]:
+        """Return ``values`` as numbers of sympy, to put into expressions."""
+        return {symbol: rational(value) for symbol, value in self.values.items()}
+
+    @property
+    def at_rest(self) -> dict[sp.Symbol, sp.Rational]:
+        """Return symbol -> rest of the variables, as numbers of sympy."""
+        return {v.symbol: rational(v.rest) for v in self.variables}
 
     @property
     def expressions(self) -> list[tuple[str, sp.Expr]]:

@@ -9,6 +9,7 @@ from math import prod
 from typing import TYPE_CHECKING
 
 import numpy as np
+import sympy as sp
 
 from takagi.models.arrays import Floats
 from takagi.models.equations.equations import BoundedNumber, Equations, Factored
@@ -17,6 +18,7 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import CHOICES, Choice
 from takagi.models.ranges.domain import moved_into
+from takagi.models.ranges.expression_range import expression_range
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.factored_form import (
     EntryIndex,
@@ -28,8 +30,6 @@ from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms, terms_of
 from takagi.models.ts.premise import round_outward
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.ranges.domain import Domain
 
 
@@ -42,8 +42,6 @@ def with_quotients(
     find this quotient, because sin(x + 2 y) does not vanish for x = 0 alone or y = 0 alone.  Done
     where D is a linear sum of two or more states and N appears in a row.
     """
-    import sympy as sp
-
     used_premises = {}
     written = tuple(rows)
     for symbol, premise in premises.items():
@@ -161,8 +159,6 @@ class HullWidth:
         return self.ranges[expression]
 
     def _sampled(self, expression: sp.Expr) -> tuple[float, float] | None:
-        import sympy as sp
-
         if not expression.free_symbols:
             return (float(expression),) * 2
         value = sp.lambdify(self.symbols, expression, modules=["scipy", "numpy"])
@@ -362,8 +358,6 @@ def _refuse_wanted(problem: Problem, forms: Sequence[FactoredForm]) -> None:
 
 def _in_symbols(form: FactoredForm, problem: Problem) -> Factored:
     """Return the form with a symbol for each premise: the user's, or z1, z2, ..."""
-    import sympy as sp
-
     asked_symbols = {e: s for s, e in problem.premises.items()}
     plant = problem.equations
     names_taken = {
@@ -400,8 +394,6 @@ def numbers_of(form: FactoredForm) -> list[sp.Expr]:
 
 
 def _bounded(number: sp.Expr, problem: Problem) -> BoundedNumber:
-    from takagi.models.ranges.expression_range import expression_range
-
     sides = {s: side for s, side in problem.sides.items() if s in number.free_symbols}
     bounds = round_outward(expression_range(number, sides).outer, digits=DIGITS)
     return BoundedNumber(number, bounds.lower, bounds.upper)

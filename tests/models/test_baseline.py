@@ -10,9 +10,10 @@ from takagi.models.laws.protocol import Law, Measurement
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import simulate
 from takagi.models.simulation.turbine_plant import validation_plant
-from takagi.models.simulation.wind import constant_wind, step_wind
+from takagi.models.simulation.wind import step_wind
 from takagi.models.turbine.loader import nrel5mw
 from takagi.models.turbine.trim import trim
+from tests.winds import constant_wind
 
 
 def law() -> Law:

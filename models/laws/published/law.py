@@ -21,6 +21,7 @@ Control Regions"; readings in docs/laws.md.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
@@ -34,8 +35,11 @@ from takagi.models.laws.published.regional_schedule import (
     CouplingFilter,
     RegionalGainValues,
     RegionalSchedule,
+    premise_band,
+    premise_evaluators,
 )
 from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.operating_band import OperatingBand
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
 PublishedLawName: TypeAlias = Literal["paper", "paper-two-integrators"]
@@ -198,3 +202,30 @@ def published_law(
     setpoint = turbine.rated_rotor_speed if speed_setpoint is None else speed_setpoint
     tracking = None if name == "paper" else tracking_time
     return PublishedLaw(name, turbine, coupling, partial, full, tracking, setpoint)
+
+
+# Largest accepted difference between a premise by the table here and as the law computes it.
+SAME = 1e-9
+
+
+def schedule_band(law: PublishedLaw, schedule: RegionalSchedule) -> OperatingBand:
+    """Return the trim table that a schedule's premises refer to.
+
+    Raises
+    ------
+    ModelError : the schedule was made with another table.
+    """
+    rated = law.speed_setpoint == law.turbine.rated_rotor_speed
+    band = premise_band(law.turbine, schedule.model, None if rated else law.speed_setpoint)
+    low, high = float(band.wind[0]), float(band.wind[-1])
+    names = [p.name for p in schedule.model.premises]
+    mine = premise_evaluators(band, with_pitch="b" in names)
+    for first, last in pairwise(np.linspace(low, high, 9)):
+        at = (law.reference_speed(first) + 0.01, 0.1, (first + last) / 2)
+        for name, theirs in zip(names, schedule.evaluators, strict=True):
+            if abs(mine[name](*at) - theirs(*at)) > SAME:
+                raise ModelError(
+                    f"{schedule.model.name}: premise {name} of the schedule refers to another "
+                    "trim table; make the schedule by regional_schedule"
+                )
+    return band
