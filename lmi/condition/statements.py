@@ -203,13 +203,12 @@ def symmetric_summands(expression: Expression) -> Iterator[tuple[Piece, bool]]:
     A transposed unknown above the diagonal is written as its mirror image below it, and so is what
     ``block`` was given below it.
     """
-    size = len(expression.rows)
-    for i in range(size):
-        yield from _diagonal(list(pieces_at(expression, (i, i))))
-        for j in range(i + 1, size):
+    for j in range(len(expression.rows)):
+        for i in range(j):
             for piece in pieces_at(expression, (i, j)):
                 turns = piece.mirror and (piece.unknown is None or not piece.T.transposed)
                 yield piece.T if turns or piece.transposed else piece, False
+        yield from _diagonal(list(pieces_at(expression, (j, j))))
     yield from _diagonal(list(pieces_at(expression, None)))
 
 
@@ -251,15 +250,14 @@ def _diagonal(pieces: list[Piece]) -> Iterator[tuple[Piece, bool]]:
             else:
                 half = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
                 yield replace(half, left=half.left + turned(half.left)), False
-        elif _alike(piece, piece.T) or _is_multiple(piece):
+        elif (twin := _twin(piece, remaining)) is not None:
+            remaining.remove(twin)
+            yield piece.T if piece.transposed else piece, True
+        elif _is_multiple(piece) or _alike(piece, piece.T):
             yield piece, False
         else:
-            twin = _twin(piece, remaining)
-            if twin is not None:
-                remaining.remove(twin)
-            else:
-                piece = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
-            yield piece.T if piece.transposed else piece, True
+            half = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
+            yield half.T if half.transposed else half, True
 
 
 def _is_multiple(piece: Piece) -> bool:

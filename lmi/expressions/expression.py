@@ -379,8 +379,14 @@ def _scaling(scalar: Piece, two: Piece) -> Piece:
         parameter=parameter,
         at=two.at,
         before=(),
-        behind=scalar.before + scalar.behind + (two.before or (Letter("I", symmetric=True),)),
+        behind=scalar.before + scalar.behind + (two.before or _identity_letter(two)),
     )
+
+
+def _identity_letter(piece: Piece) -> tuple[Letter, ...]:
+    """Return I for a multiple of the identity; nothing for a ``placement``."""
+    square = piece.shape[0] == piece.shape[1] and len(piece.left) == 1
+    return (Letter("I", symmetric=True),) if square and identity_multiple(piece.left) else ()
 
 
 def _lifted(piece: Piece, rows: tuple[int, ...], columns: tuple[int, ...]) -> Piece:
@@ -393,7 +399,7 @@ def _lifted(piece: Piece, rows: tuple[int, ...], columns: tuple[int, ...]) -> Pi
     right = Piece(
         unknown=None,
         left=turned(F),
-        before=() if len(columns) == 1 else (Letter(rf"E_{{{j + 1}}}^\top"),),
+        before=() if len(columns) == 1 else (Letter(f"E_{{{j + 1}}}", transposed=True),),
     )
     return replace(piece.before_it(left).behind_it(right), at=(0, 0))
 
@@ -441,6 +447,12 @@ def matrix(value: object, latex: str, *, over: str = "") -> Expression:
         array = array.reshape(*pairs[:2], p, q) if pairs else by_rule(array, over)
     piece = Piece(unknown=None, left=array, before=(Letter(latex, symmetric),))
     return Expression((p,), (q,), (piece,))
+
+
+def placement(value: object) -> Expression:
+    """Return a known matrix that formulas leave out: it only puts what it multiplies in places."""
+    known_matrix = matrix(value, "E")
+    return replace(known_matrix, pieces=(replace(known_matrix.pieces[0], before=()),))
 
 
 def identity(size: int) -> Expression:

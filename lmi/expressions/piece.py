@@ -20,18 +20,24 @@ PRINTED = 9
 
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """A symbol in a product; a symmetric one is its own transpose."""
+    """A symbol in a product, or its transpose; a symmetric one is its own transpose."""
 
-    text: str
+    symbol: str
     symmetric: bool = False
+    transposed: bool = False
+
+    @property
+    def text(self) -> str:
+        if not self.transposed:
+            return self.symbol
+        if self.symbol.endswith(r"^\top"):
+            return self.symbol.removesuffix(r"^\top")
+        # TeX refuses a second superscript without braces.
+        return (f"{{{self.symbol}}}" if "^" in self.symbol else self.symbol) + r"^\top"
 
     @property
     def T(self) -> Letter:
-        if self.symmetric:
-            return self
-        if self.text.endswith(r"^\top"):
-            return Letter(self.text.removesuffix(r"^\top"))
-        return Letter((f"{{{self.text}}}" if "^" in self.text else self.text) + r"^\top")
+        return self if self.symmetric else replace(self, transposed=not self.transposed)
 
 
 def turned(array: Data) -> Data:
