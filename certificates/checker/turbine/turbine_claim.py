@@ -9,7 +9,6 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 from takagi.certificates.checker.kernel.claim_kind import ClaimKind
-from takagi.certificates.checker.kernel.figure import WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
@@ -21,6 +20,7 @@ from takagi.certificates.checker.kernel.obligation import (
 from takagi.certificates.checker.kernel.reader import number, numbers
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.members import Members, refuse_unread
+from takagi.certificates.checker.words.figure import WindProfile
 
 MOST_REASONS = 12
 # Effects that the model of the machine omits.

@@ -31,8 +31,8 @@ from typing import Any, TypeAlias
 from flint import fmpq, fmpq_mat
 
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLoop
-from takagi.certificates.checker.replay.model_loop import read_model_loop
 from tests.certificates.oracle.exact import mean, scaled
 from tests.certificates.oracle.reading import Refusal, rational_row
 

@@ -12,9 +12,9 @@ from typing import Any
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker import read_text
+from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.replay.model_loop import read_model_loop
 from tests.certificates.kinds.claims import model_data, said_of
 
 Data = dict[str, Any]

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker import read_text
+from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.rounded import exactly
-from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]
@@ -60,9 +59,9 @@ def test_matrices_alone_are_not_said_to_be_their_plant() -> None:
     family = read_model_loop(model, None)
     claim = read_text('{"name": "a", "kind": "decay", "decay_rate": 0.5, "P": [[1]]}', "claim")
 
-    unknown = in_words(replay(claim, None, family, [], "a"))
+    unknown = replay(claim, None, family, [], "a").in_words()
     assert "for a plant that the model contains" in unknown.text
-    known = in_words(replay(claim, None, replace(family, scheduled_by=("x1 [-]",)), [], "a"))
+    known = replay(claim, None, replace(family, scheduled_by=("x1 [-]",)), [], "a").in_words()
     assert "for its plant while" in known.text
 
 

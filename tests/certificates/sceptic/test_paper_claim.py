@@ -9,7 +9,6 @@ import pytest
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.kernel.result import Claim
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.recorded.inputs import as_read, document
 
 Data = dict[str, Any]
@@ -26,7 +25,7 @@ def recorded(*cells: Data) -> tuple[Data, Data, Data]:
 
 def answer(claim: Data, model: Data, gains: Data) -> Claim:
     data = as_read({"claims": [claim], "model": model, "gains": gains})
-    return in_words(replay(data["claims"][0], data, None, [], "here"))
+    return replay(data["claims"][0], data, None, [], "here").in_words()
 
 
 @pytest.mark.parametrize(("top", "refused"), [(44000, False), (43999.9, True), (44001, False)])

@@ -15,7 +15,6 @@ from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends
 from takagi.certificates.checker.words import published as words
-from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.recorded.inputs import read_law
 
 DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))
@@ -54,7 +53,7 @@ def test_winds_that_are_left_out_are_told() -> None:
 
     def said(unproved: list[dict[str, list[Number]]]) -> str:
         stated = {**claim, "unproved": unproved}
-        return in_words(replay(stated, data, None, [], "here")).text
+        return replay(stated, data, None, [], "here").in_words().text
 
     ends = "not proved: 5 to 6 m/s, where no stated cell holds"
     assert said([]).endswith(ends)

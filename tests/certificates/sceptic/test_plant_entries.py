@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.embedding.plants import as_read, embedding_outcome, one_state, said_of
 
 
@@ -48,6 +47,6 @@ def test_a_quotient_in_an_entry_of_a_secant_model_hides_nothing() -> None:
     data["embedding"]["premises"][1]["lower"] = -1
     data["embedding"]["form"] = "secant"
     claim = {"name": "secants", "kind": "secant-embedding"}
-    found = in_words(embedding_outcome(as_read(data), claim=claim))
+    found = embedding_outcome(as_read(data), claim=claim).in_words()
     assert found.verdict is Verdict.UNDECIDED
     assert "is not the slope" in found.text

@@ -23,7 +23,6 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
 from takagi.certificates.checker.turbine.running_loop.quadratic_forms import rounded_form
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.checker.words.running_loop import measured
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
@@ -171,7 +170,7 @@ def said(document: Data) -> str:
     """Return the verdict of the one cell, or why it is refused, with the claim's words."""
     data = read(document)
     try:
-        found = in_words(replay(data["claims"][0], data, None, [], "claim"))
+        found = replay(data["claims"][0], data, None, [], "claim").in_words()
     except CertificateError as error:
         return str(error)
     return f"{found.verdict.name}: {found.text.rpartition(' m/s: ')[2]}"

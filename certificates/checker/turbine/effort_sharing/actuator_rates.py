@@ -35,7 +35,6 @@ from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
@@ -53,6 +52,7 @@ from takagi.certificates.checker.turbine.effort_sharing.prerequisite import prer
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import read_ranges
 from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.turbine_claim import TurbineClaim, row_bound
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rates import beyond_words, fed_words
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly, range_around
 

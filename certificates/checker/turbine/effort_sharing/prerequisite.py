@@ -8,7 +8,7 @@ from typing import Any
 from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 
 
 def prerequisite_claim(
@@ -35,5 +35,4 @@ def prerequisite_claim(
         raise CertificateError(f"{where}.{member_name}: claims[{place}] is not of kind {kind}")
     if outcome.verdict is Verdict.PROVED:
         return other, ""
-    name = outcome.name if isinstance(outcome, Claim) else outcome.claim.name
-    return other, f"the claim that it rests on is not proved: {name}"
+    return other, f"the claim that it rests on is not proved: {outcome.claim.name}"
