@@ -197,7 +197,7 @@ def test_gains_at_an_actuators_limit_may_not_be_raised(turbine: Turbine) -> None
         {"decay": float("nan")},
         {"kept": 0.0},
         {"kept": 1.5},
-        {"tower": float("inf")},
+        {"overspeed": float("inf")},
     ],
     ids=str,
 )
