@@ -19,6 +19,7 @@ from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.models import WindObserver
 from takagi.models.turbine.loader import load_turbine, nrel5mw
+from takagi.reports.margins.running_loop import RunningLoops
 from takagi.reports.margins.running_over_wind import RunningMargins, running_margins
 from takagi.reports.margins.running_search import searched_margins, winds_between
 
@@ -48,7 +49,8 @@ def test_a_margin_that_is_least_where_pitch_begins_to_act_is_found() -> None:
     observer = wind_observer_design(turbine, settings).observer
     around = replace(turbine, cut_in=10.4, cut_out=12.4)
 
-    found = searched_margins(around, law, observer, speed_filter=speed_filter(settings))
+    loops = RunningLoops.of(around, law, observer, speed_filter=speed_filter(settings))
+    found = searched_margins(loops)
 
     assert math.degrees(least(found.rows)[0]) == pytest.approx(29.9, abs=0.1)
     assert 10.8 in found.least
@@ -66,8 +68,9 @@ def test_no_plant_has_a_smaller_margin_between_the_winds_that_are_searched() -> 
     observer = WindObserver(nrel5mw(), float(stated["l1"]), float(stated["l2"]))
     law = replace(effort_sharing_law_from_data(read_law(LAW)), wind_filter=12.0)
 
-    found = searched_margins(turbine, law, observer, speed_filter=8.0)
-    every = running_margins(turbine, law, observer, winds_between(*cut, 0.2), speed_filter=8.0)
+    loops = RunningLoops.of(turbine, law, observer, speed_filter=8.0)
+    found = searched_margins(loops)
+    every = running_margins(loops, winds_between(*cut, 0.2))
 
     assert least(found.rows) == pytest.approx(least(every), rel=1e-9)
     assert len(found.rows) < len(every)
