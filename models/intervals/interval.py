@@ -1,4 +1,4 @@
-"""Closed intervals of rational numbers with exact arithmetic."""
+"""Intervals with exact ends: closed intervals of rational numbers with exact arithmetic."""
 
 from __future__ import annotations
 

@@ -416,6 +416,8 @@ def constants(plant: SimulatedTurbine) -> Constants:
     turbine = plant.turbine
     flap = turbine.flap or FlapMode(0.0, 0.0, 0.0, 0.0)
     places = {name: plant.index(begin) for name, begin in STATE_NAMES.items()}
+    given: dict[str, Any] = {name: -1 if k is None else k for name, k in places.items()}
+    given |= {name: getattr(turbine, name) for name in OF_TURBINE}
     stiffness, damping = plant.shaft
     filters = plant.filters
     tables: dict[str, Any] = {}
@@ -423,8 +425,7 @@ def constants(plant: SimulatedTurbine) -> Constants:
         x, y, patches = patch_coefficients(getattr(turbine, name))
         tables |= {f"{name}_x": x, f"{name}_y": y, f"{name}_patches": patches}
     return Constants(
-        **{name: -1 if place is None else place for name, place in places.items()},
-        **{name: getattr(turbine, name) for name in OF_TURBINE},
+        **given,
         generator_inertia=turbine.gear_ratio**2 * turbine.generator_inertia,
         shaft_stiffness=stiffness,
         shaft_damping=damping,

@@ -1,4 +1,4 @@
-r"""A bicubic surface in floating point, fast at one point.
+r"""A bicubic surface in floating point, fast, at one point.
 
 Every knot cell of the spline is a polynomial sum_pq c_pq (x - x_i)^p (y - y_j)^q; its sixteen
 coefficients are computed once, then evaluated by Horner's rule on Python floats.  About thirty

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.equations import Equations, Factored, Step
+from takagi.models.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.splines.scalar_surface import scalar_surface
@@ -223,6 +223,8 @@ def _secant_between_winds(turbine: Turbine) -> Callable[..., float]:
 def _error_system() -> RegionalPlant:
     """Return the error system without gains."""
     import sympy as sp
+
+    from takagi.models.equations.equations import Equations, Factored
 
     T = sp.Function("T_r")
     omega, beta, estimate, inertia = sp.symbols(r"\omega \beta \hat{v} J", positive=True)

@@ -1,15 +1,13 @@
-"""The claims about a published law: its data, the cells found, a grid of overlaps.
+"""The claim about a published law, and the cells it is made of.
 
-Nothing is proved here.  The result is candidate claims; ``takagi.certificates.checker`` decides.
+Nothing is proved here.  The result is a candidate; ``takagi.certificates.checker`` decides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
-
-import numpy as np
 
 from takagi.certificates.claims.turbine.published_search import (
     NARROWEST,
@@ -24,11 +22,6 @@ from takagi.models.laws.protocol import law_words
 from takagi.models.laws.published.law import Equilibrium, PublishedLaw
 from takagi.models.laws.published.regional_schedule import CouplingFilter
 from takagi.models.ramps import Ramp
-
-# Multiples of the law's overlaps in the grid of further claims.
-SHARES = (0.5, 1.0, 2.0)
-# The grid examines one window of this width per m/s [m/s].
-WINDOW = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,40 +78,6 @@ def published_candidate(
         tuple(cell for cell in results if isinstance(cell, Unproved)),
         search.points,
     )
-
-
-def overlap_candidates(law: PublishedLaw) -> Iterator[PublishedCandidate]:
-    """Yield candidates for other overlaps, half to twice the law's, at narrow windows of wind.
-
-    One window of ``WINDOW`` m/s per m/s is examined, the first one half a metre per second above
-    cut-in.  Each candidate claims the windows that were found, and lists the others as not proved.
-    """
-    coupling, turbine = law.coupling, law.turbine
-    starts = np.arange(turbine.cut_in + 0.5, turbine.cut_out, 1.0)
-    windows = [(float(v), float(np.round(v + WINDOW, 9))) for v in starts]
-    for speed in SHARES:
-        for torque in SHARES:
-            if speed == torque == 1.0:
-                continue
-            other_law = with_overlaps(
-                law,
-                speed_overlap=_short(coupling.speed_ramp.width * speed),
-                torque_overlap=_short(coupling.torque_overlap * torque),
-            )
-            yield claiming_what_holds(
-                published_candidate(other_law, winds=windows, narrowest=WINDOW / 8)
-            )
-
-
-def claiming_what_holds(candidate: PublishedCandidate) -> PublishedCandidate:
-    """Return the candidate for the fully covered windows; unchanged if there are none."""
-    covered = candidate.covered
-    holding = [
-        (low, high)
-        for low, high in candidate.winds
-        if any(start <= low and high <= stop for start, stop in covered)
-    ]
-    return replace(candidate, winds=tuple(holding)) if holding else candidate
 
 
 def with_overlaps(

@@ -29,8 +29,8 @@ from takagi.certificates.checker.arithmetic.interval import (
     point,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw, Region
+from takagi.certificates.checker.turbine.rotor import Plant
 
 HALF = Interval(ONE // 2, ONE // 2)
 
@@ -108,9 +108,9 @@ class Loop:
 
     def choices(self) -> list[tuple[int, bool]]:
         """Return the (torque_end, free) whose hull holds every Jacobian."""
-        low, high = self._torque_slope
+        low, high = self.torque_slope
         ends = (0,) if low == high else (0, 1)
-        may_be_free, may_be_held = self._pitch_cases
+        may_be_free, may_be_held = self.pitch_cases
         cases = [case for case, there in ((True, may_be_free), (False, may_be_held)) if there]
         return list(product(ends, cases))
 
@@ -118,21 +118,13 @@ class Loop:
     @cached_property
     def rotor(self) -> Dual:
         """T_r / J = c v^2 c_Q(omega R / v, beta)."""
-        c, radius, v = (
-            point(self.plant.torque_per_inertia),
-            point(self.plant.radius),
-            self.wind.value,
-        )
-        ratio, angle = self._ratio(None, True, False), self.pitch.value
-        bounds = self.plant.surface.bounds
-        value, by_ratio = bounds(ratio, angle), bounds(ratio, angle, 1, 0)
-        cv, cvv = c * v, c * v.square()
-        by_wind = cv * (value + value - ratio * by_ratio)
+        plant, v, angle = self.plant, self.wind.value, self.pitch.value
+        ratio = self._ratio(None, True, False)
         return chained(
-            cvv * value,
-            (cv * radius * by_ratio, self.speed),
-            (cvv * bounds(ratio, angle, 0, 1), self.pitch),
-            (by_wind, self.wind),
+            plant.torque(ratio, angle, v),
+            (plant.torque_by_speed(ratio, angle, v), self.speed),
+            (plant.torque_by_pitch(ratio, angle, v), self.pitch),
+            (plant.torque_by_wind(ratio, angle, v), self.wind),
         )
 
     @cached_property
@@ -245,7 +237,7 @@ class Loop:
         return integral * self.state[2] - speed * self.error
 
     def _torque(self, end: int | None) -> tuple[Dual, Dual]:
-        u, slope = self.torque_command, self._torque_slope
+        u, slope = self.torque_command, self.torque_slope
         if end is not None:
             slope = Interval(slope[end], slope[end])
         low, high = (self._passed(x) for x in u.value)
@@ -263,7 +255,7 @@ class Loop:
         return point(limit - (limit + half - u) ** 2 / (4 * half))
 
     @cached_property
-    def _torque_slope(self) -> Interval:
+    def torque_slope(self) -> Interval:
         """Return the range of the slope of max(phi, 0): it falls from 1 to 0 for u > 0."""
         low, high = self.torque_command.value
         limit, whole = self.law.rated_torque, self.overlaps.torque
@@ -301,7 +293,7 @@ class Loop:
         return self.speed.through(value, enclose(least / width, most / width))
 
     @cached_property
-    def _pitch_cases(self) -> tuple[bool, bool]:
+    def pitch_cases(self) -> tuple[bool, bool]:
         """Return whether pitch may be free, and whether it may be held at a limit."""
         low, high = (self.share * self.pitch_command).value
         bottom, top = point(self.law.pitch_min), point(self.law.pitch_max)
@@ -318,7 +310,7 @@ class Loop:
             limits.append(still(bottom, u) - u)
         if blended.value[1] > top[0]:
             limits.append(still(top, u) - u)
-        may_be_free, _ = self._pitch_cases
+        may_be_free, _ = self.pitch_cases
         parts = [rest, *limits] if may_be_free else limits
         gap = hull(*(part.value for part in parts))
         if free is None:
@@ -429,3 +421,39 @@ def interpolated(wind: list[Fraction], column: list[Fraction], at: Fraction) -> 
     v = min(max(at, wind[0]), wind[-1])
     k = min(bisect_right(wind, v), len(wind) - 1) - 1
     return column[k] + (v - wind[k]) / (wind[k + 1] - wind[k]) * (column[k + 1] - column[k])
+
+
+def jacobians(
+    plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends
+) -> list[list[list[Interval]]]:
+    """Return matrices whose hull holds every Jacobian of the loop in units of the box [1/s].
+
+    Raises
+    ------
+    Refused : a range that leaves the torque table, or more than the pitch rate limit demanded.
+    """
+    loop, per_width = (
+        Loop(plant, law, overlaps, ends, "states"),
+        [point(1 / r) for r in ends.widths],
+    )
+    return [
+        [
+            [slope * factor for slope in rate.slopes]
+            for rate, factor in zip(loop.rates(*choice), per_width, strict=True)
+        ]
+        for choice in loop.choices()
+    ]
+
+
+def field_at_centre(plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
+    """Return bounds of |f_i(z_0(v), v)|, over 10^36: at the middle, and slope times half width."""
+    (v1, v2), zero = ends.wind, [Fraction(0)] * law.states
+    middle = [(a + b) / 2 for a, b in zip(*ends.states, strict=True)]
+    halfway = (v1 + v2) / 2
+    at_middle = Loop(plant, law, overlaps, Ends((halfway, halfway), (middle, middle), zero), "none")
+    along = Loop(plant, law, overlaps, Ends((v1, v2), ends.states, zero), "line")
+    half = point((v2 - v1) / 2)
+    return [
+        here.value.magnitude() + (Interval(0, line.slopes[0].magnitude()) * half).high
+        for here, line in zip(at_middle.rates(), along.rates(), strict=True)
+    ]
