@@ -12,8 +12,8 @@ from takagi.models import ModelError
 from takagi.reports.figures.plant.proved_set import ellipse, planes
 from takagi.reports.loops.plant_local import local_loops
 from takagi.reports.loops.plant_loop import largest_commands, plant_loop
-from takagi.reports.loops.plant_motion import plant_rate
 from takagi.reports.sections.plant.gains import gain_columns
+from tests.plant_rates import plant_rate
 from tests.reports.plant_designs import design_of
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole_2rules", "truck_trailer", "dayawansa_martin"

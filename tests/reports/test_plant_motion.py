@@ -13,8 +13,9 @@ import sympy as sp
 from takagi.models import Interval, Parameter, Plant, Variable, load_model, sector_model
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
-from takagi.reports.loops.plant_motion import around, motions, plant_rate, settling_time, starts
+from takagi.reports.loops.plant_motion import around, motions, settling_time, starts
 from takagi.reports.sections.plant.loops import motion_section
+from tests.plant_rates import plant_rate
 from tests.reports.plant_designs import design_of
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole_2rules", "truck_trailer", "dayawansa_martin"
