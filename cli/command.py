@@ -59,7 +59,7 @@ def tell_error(message: str, status: int, *, as_json: bool) -> None:
 def _explain(error: Exception) -> tuple[str, int]:
     # ModelError, CertificateError and similar types are recognised by their module: importing them
     # here would import their packages.
-    if isinstance(error, ValueError | OSError) and _is_ours(error):
+    if isinstance(error, ValueError | OSError) and type(error).__module__.startswith("takagi."):
         return str(error), MISUSE
     if isinstance(error, OSError):
         # Imported here because most runs meet no such error.
@@ -76,10 +76,6 @@ def _explain(error: Exception) -> tuple[str, int]:
         "report it with the command line. TAKAGI_DEBUG=1 shows the traceback.",
         INTERNAL,
     )
-
-
-def _is_ours(error: Exception) -> bool:
-    return type(error).__module__.split(".", 1)[0] == "takagi"
 
 
 def _abandon_output() -> None:

@@ -11,51 +11,36 @@ from takagi.cli.command import MISUSE, guard
 
 
 class Verb(NamedTuple):
-    """A verb of the command line.  Its module has ``run(arguments: Sequence[str]) -> int``."""
+    """A verb of the command line; its module ``verbs.<name>`` has ``run(arguments) -> int``."""
 
     name: str
-    module: str
     help: str  # one line, without a full stop
     example: str = ""  # what `takagi --help` shows under "First steps", without the word takagi
 
 
 VERBS = (
-    Verb("models", "takagi.cli.verbs.models", "List the built-in models", "models"),
+    Verb("models", "List the built-in models", "models"),
     Verb(
         "design",
-        "takagi.cli.verbs.design",
         "Design a controller, prove what is claimed of it, and report",
         "design nrel5mw --out build/nrel5mw",
     ),
     Verb(
         "check",
-        "takagi.cli.verbs.check",
         "Check a certificate in exact arithmetic, trusting nothing else in it",
         "check build/nrel5mw/certificate.json",
     ),
-    Verb(
-        "certify",
-        "takagi.cli.verbs.certify",
-        "Write a certificate for given gains, or for new ones",
-    ),
-    Verb("compare", "takagi.cli.verbs.compare", "Compare two designs of one plant"),
-    Verb(
-        "sweep",
-        "takagi.cli.verbs.sweep",
-        "Map where a turbine's law is proved, over a grid of its parameters",
-    ),
+    Verb("certify", "Write a certificate for given gains, or for new ones"),
+    Verb("compare", "Compare two designs of one plant"),
+    Verb("sweep", "Map where a turbine's law is proved, over a grid of its parameters"),
     Verb(
         "export",
-        "takagi.cli.verbs.export",
         "Write a law as code for other tools, or a certificate's matrices for a proof assistant",
     ),
-    Verb("report", "takagi.cli.verbs.report", "Write the report and its figures alone"),
-    Verb(
-        "appendix", "takagi.cli.verbs.appendix", "Write the design as a LaTeX appendix for a paper"
-    ),
+    Verb("report", "Write the report and its figures alone"),
+    Verb("appendix", "Write the design as a LaTeX appendix for a paper"),
     Verb(
         "simulate",
-        "takagi.cli.verbs.simulate",
         "Simulate laws on the nonlinear plant: a turbine's side by side in winds, another's alone",
         "simulate nrel5mw --out build/simulation",
     ),
@@ -109,7 +94,10 @@ def _dispatch(arguments: list[str]) -> int:
         print(_help(), end="")
         return 0
     if first == "--version":
-        print(f"takagi {_version()}")
+        # Imported here: reading the distribution's metadata takes longer than the whole of --help.
+        from importlib.metadata import version
+
+        print(f"takagi {version('takagi')}")
         return 0
     for verb in VERBS:
         if verb.name == first:
@@ -117,7 +105,7 @@ def _dispatch(arguments: list[str]) -> int:
             if empty:
                 print(empty, file=sys.stderr)
                 return MISUSE
-            status: int = import_module(verb.module).run(rest)
+            status: int = import_module(f"takagi.cli.verbs.{verb.name}").run(rest)
             return status
     print(_unknown(first), file=sys.stderr)
     return MISUSE
@@ -155,10 +143,3 @@ def _empty(given: Sequence[str]) -> str:
             f"folder){', or leave the option out' if before else ''}"
         )
     return ""
-
-
-def _version() -> str:
-    # Imported here: reading the distribution's metadata takes longer than the whole of --help.
-    from importlib.metadata import version
-
-    return version("takagi")

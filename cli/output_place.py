@@ -66,13 +66,9 @@ def _try_to_write(folder: Path) -> None:
         while not place.exists() and place != place.parent:
             place = place.parent
         with tempfile.TemporaryDirectory(prefix=".takagi-", dir=place) as trial:
-            _fill(Path(trial) / "trial")
+            with open(Path(trial) / "trial", "wb") as file:
+                file.write(bytes(_ROOM))
+                file.flush()
+                os.fsync(file.fileno())
     except OSError as error:
         raise OutputError(folder, error) from error
-
-
-def _fill(path: Path) -> None:
-    with open(path, "wb") as file:
-        file.write(bytes(_ROOM))
-        file.flush()
-        os.fsync(file.fileno())

@@ -36,13 +36,7 @@ _OF_EFFORT_SHARING = (
     "one_step",
     "objective",
 )
-_OF_PUBLISHED = (
-    "speed_overlap",
-    "torque_overlap",
-    "ramp_shape",
-    "ramp_placement",
-    "tracking_time",
-)
+_OF_PUBLISHED = ("speed_overlap", "torque_overlap", "ramp_shape", "ramp_placement", "tracking_time")
 # A slower filter suits no turbine, and the design would search for minutes before failing.
 LONGEST_FILTER = 100.0  # s
 # Lower limits in rad/s.  A slower filter would delay the speed at frequencies where the law acts.
@@ -68,7 +62,9 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     given = {**defaults_of(TURBINE_OPTIONS), **options}
     law = EFFORT_SHARING if given["law"] is None else given["law"]
     for name in (*_OVERLAPS, *_OF_GAINS):
-        _check_positive(name, given[name])
+        value = given[name]
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise ModelError(f"option {option_of(name)}: {value:g} was given; it must be positive")
     speed = given["speed_setpoint"]
     setpoint = None if speed is None else _setpoint(speed, turbine)
     overlaps = {name: given[name] for name in _OVERLAPS if given[name] is not None}
@@ -98,11 +94,6 @@ def _check_law(law: str, given: Mapping[str, object]) -> None:
                 f"option {option_of(name)} belongs to {owner}, but --law {typed_name(law)} "
                 "was asked for; leave it out or choose the other law"
             )
-
-
-def _check_positive(name: str, value: float | None) -> None:
-    if value is not None and not (math.isfinite(value) and value > 0):
-        raise ModelError(f"option {option_of(name)}: {value:g} was given; it must be positive")
 
 
 def _law_fields(

@@ -71,11 +71,20 @@ def certify(
     if gains_out is not None:
         _require_gains_out(gains, gains_out, out)
     share = tolerance_of(tolerance)
-    old = None if baseline is None else _read(baseline, out)
+    old = None
+    if baseline is not None:
+        if out.exists() and baseline.exists() and out.samefile(baseline):
+            raise ModelError(
+                f"{out}: --out is the --baseline, which would be gone; give it a new place"
+            )
+        old = read_baseline(baseline)
     maker = maker_of(model, options)
     if gains is not None:
         refuse_designing(maker.asked)
-        _require_readable(gains)
+        # Refused before the work where it is no JSON; imported here, for many have no such file.
+        from takagi.certificates.checker.kernel.reader import read_json
+
+        read_json(gains)
     with progress(f"takagi certify {model}") as tell:
         found = maker.design(tell) if gains is None else maker.certify(gains, tell)
         if isinstance(found, NoDesign):
@@ -88,7 +97,12 @@ def certify(
         write_file(out, dumps(document))
     # A plant whose equations cannot be written has a certificate of its model's vertices alone.
     alone = not found.is_about_plant
-    difference = None if old is None else compared(old, document, checked, share)
+    difference = None
+    if old is not None:
+        from takagi.certificates.checker.kernel.reader import read_text
+
+        written = read_text(dumps(document), "certificate")
+        difference = compared(old, PreviousCertificate(out, written, checked), share)
     warned = ""
     if gains is not None:
         from takagi.certificates.controller.content import differences_in_words
@@ -101,14 +115,6 @@ def certify(
 
 
 run = partial(run_command, "certify", certify, options=DESIGN_OPTIONS)
-
-
-def _require_readable(gains: Path) -> None:
-    """Refuse a file that cannot be read, or is no JSON, before the work."""
-    # Imported here: many certificates are made without a file.
-    from takagi.certificates.checker.kernel.reader import read_json
-
-    read_json(gains)
 
 
 def _require_gains_out(gains: Path | None, gains_out: Path, out: Path) -> None:
@@ -140,14 +146,6 @@ def _bound(
     found, content = refreshed(document, gains, own or {}, statement(checked))
     write_file(gains_out, dump_gains(content))
     return found
-
-
-def _read(baseline: Path, out: Path) -> PreviousCertificate:
-    if out.exists() and baseline.exists() and out.samefile(baseline):
-        raise ModelError(
-            f"{out}: --out is the --baseline, which would be gone; give it a new place"
-        )
-    return read_baseline(baseline)
 
 
 def _print(

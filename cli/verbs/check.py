@@ -83,7 +83,12 @@ def _check(options: argparse.Namespace) -> int:
     from takagi.certificates.checker import CertificateError
 
     # What is asked wrongly is refused before the long work.
-    asked = _asked_margins(options.margins) if options.margins else None
+    asked = None
+    if options.margins:
+        # Imported here, with all that linearises: few users ask for it; it is not trusted code.
+        from takagi.reports.margins.thresholds import asked_margins
+
+        asked = asked_margins(options.margins)
     _require_places(options)
     try:
         if options.certificate.is_dir():
@@ -92,8 +97,10 @@ def _check(options: argparse.Namespace) -> int:
             checked, trusted = _verdict(options)
     except CertificateError as error:
         # Continuous integration shows the refusal where it shows results.
+        from takagi.reports.ci_formats import refusal
+
         needed, is_another = _needed(error, options)
-        _write_reports(options, _refused(str(error), needed))
+        _write_reports(options, refusal(str(error), needed=needed))
         if not is_another:
             raise  # the status is the boundary's, as for any misuse
         # The certificate is valid but about another loop, so nothing is proved for this one.
@@ -178,13 +185,6 @@ def _further(
             missed.append(("the loop that runs has the margins asked", reason))
         lines += measured
     return missed, lines
-
-
-def _asked_margins(written: str) -> AskedMargins:
-    # Imported here, with all that linearises: few users ask for it, and it is not trusted code.
-    from takagi.reports.margins.thresholds import asked_margins
-
-    return asked_margins(written)
 
 
 def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:
@@ -289,12 +289,6 @@ def _plant_file(options: argparse.Namespace) -> Path | None:
     """
     given: Path | None = options.plant_file or options.model
     return given if given is not None and given.suffix and given.is_file() else None
-
-
-def _refused(reason: str, needed: str) -> CheckedFile:
-    from takagi.reports.ci_formats import refusal
-
-    return refusal(reason, needed=needed)
 
 
 def _as_text(options: argparse.Namespace, checked: CheckedFile, trusted: Trusted | None) -> str:

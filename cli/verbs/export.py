@@ -12,6 +12,7 @@ import typer
 
 from takagi.cli.command import PROVED, run_command
 from takagi.cli.options.turbine_options import law_in_files
+from takagi.reports.code.targets import TARGETS
 
 if TYPE_CHECKING:
     from takagi.reports.code.controller_program import ControllerProgram
@@ -102,6 +103,8 @@ def export(
     return _code(program, str(to), out, precision, sample_time, (given, certificate))
 
 
+_LISTED = "\n\n    ".join(f"--to {target.word}: {target.tools}." for target in TARGETS)
+export.__doc__ = (export.__doc__ or "").replace("{targets}", _LISTED)
 run = partial(run_command, "export", export)
 
 
@@ -183,14 +186,3 @@ def _coq(certificate: Path, coq: Path) -> int:
     print(f"{coq}: {exported.count} matrices of {len(exported.matrices)} claims")
     print(f"Check it with: coqc {coq}")
     return PROVED
-
-
-def _with_targets(text: str) -> str:
-    """Return the help with the list of targets, one line each."""
-    from takagi.reports.code.targets import TARGETS
-
-    lines = "\n\n    ".join(f"--to {one.word}: {one.tools}." for one in TARGETS)
-    return text.replace("{targets}", lines)
-
-
-export.__doc__ = _with_targets(export.__doc__ or "")

@@ -40,9 +40,7 @@ CAMPAIGN_OPTIONS: Options = (
         list[str],
     ),
     option(
-        "workers N",
-        "With --certificate: processes; as many as there are cores unless given.",
-        int,
+        "workers N", "With --certificate: processes; as many as there are cores unless given.", int
     ),
 )
 

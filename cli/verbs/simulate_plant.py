@@ -12,11 +12,7 @@ from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import Options, option, refuse_designing
 from takagi.cli.options.plant_options import PLANT_OPTIONS, values_in_si
-from takagi.cli.options.simulation_options import (
-    PLANT_SCENARIO,
-    SHARED_SIMULATION,
-    plant_scenario,
-)
+from takagi.cli.options.simulation_options import PLANT_SCENARIO, SHARED_SIMULATION, plant_scenario
 from takagi.cli.progress import progress
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.terminal.files import tell_none

@@ -45,9 +45,7 @@ SCENARIO_OPTIONS: Options = (
         default="paper",
     ),
     option(
-        "wake NAME",
-        "Turbines: dynamic (a wake with states) or equilibrium.",
-        default="dynamic",
+        "wake NAME", "Turbines: dynamic (a wake with states) or equilibrium.", default="dynamic"
     ),
     option(
         "without PART",

@@ -135,8 +135,14 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
         "overspeed": Tex(
             at_most_to(100 * ((top + peak) / turbine.rated_rotor_speed - 1), 2)
         ),
-        "ranges": [_range_row(k, cell) for k, cell in enumerate(cells, start=1)],
-        "claimed": [_claimed_row(k, cell) for k, cell in enumerate(cells, start=1)],
+        "ranges": [
+            [escape(k), _winds(cell), *(decimal(end) for name in _RANGES for end in cell[name])]
+            for k, cell in enumerate(cells, start=1)
+        ],
+        "claimed": [
+            [escape(k), _winds(cell), *(decimal(cell[name]) for name in (*_SIZES, *_CLAIMED))]
+            for k, cell in enumerate(cells, start=1)
+        ],
     }  # fmt: skip
 
 
@@ -148,16 +154,6 @@ def cell_speed(design: TurbineDesign, k: int) -> float:
     return float(max(law.schedule.rotor_speed[k : k + 2]))
 
 
-def _range_row(k: int, cell: Mapping[str, Any]) -> list[Tex]:
-    """Return number, winds, and both ends of each coefficient."""
-    ends = [decimal(cell[name][end]) for name in _RANGES for end in (0, 1)]
-    return [escape(k), _winds(cell), *ends]
-
-
 def _winds(cell: Mapping[str, Any]) -> Tex:
     low, high = cell["wind"]
     return Tex(f"{decimal(low)} to {decimal(high)}")
-
-
-def _claimed_row(k: int, cell: Mapping[str, Any]) -> list[Tex]:
-    return [escape(k), _winds(cell), *(decimal(cell[name]) for name in (*_SIZES, *_CLAIMED))]

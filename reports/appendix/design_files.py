@@ -36,7 +36,6 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     from takagi.reports.appendix.regional import conditions_context, region_context
     from takagi.reports.appendix.tex import assembled
     from takagi.reports.appendix.turbine import (
-        blending_context,
         drawn_figures,
         law_context,
         margins_context,
@@ -52,7 +51,6 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     say("LaTeX")
     context: dict[str, object] = {
         **plant_context(design),
-        **blending_context(design),
         **law_context(design),
         **conditions_context(design),
         **certificate_context(design),

@@ -13,15 +13,7 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.turbine.regional import RegionGains
 from takagi.models.ts.model import TSModel
 from takagi.reports.appendix.synthesis import posed
-from takagi.reports.appendix.tex import (
-    Tex,
-    decimal,
-    escape,
-    matrix,
-    scientific,
-    unit,
-    with_decimals,
-)
+from takagi.reports.appendix.tex import Tex, decimal, escape, matrix, scientific, unit
 
 # Names of derivatives in the evidence of a premise (escaped for LaTeX) -> their formulas.
 _DERIVATIVES = {
@@ -43,26 +35,20 @@ def region_context(model: TSModel, gains: RegionGains, letter: str) -> dict[str,
     """
     return {
         "letter": letter,
-        "model": model.name,
-        "source": model.source,
-        "steps": _steps(model),
+        "model": model,
+        "result": gains,
+        "steps": [
+            {"title": _title(step.title), "latex": _display(step.latex)}
+            for step in (() if model.derivation is None else model.derivation.steps)
+        ],
         "states": [_with_unit(name) for name in model.states],
-        "box": [_box_row(name, ends) for name, ends in model.box.items()],
-        "rule_count": len(model.rules),
+        "box": [
+            [_with_unit(name), *(scientific(float(end), 6) for end in ends)]
+            for name, ends in model.box.items()
+        ],
         "vertices": list(vertex_lines(model)),
         "gains": _gains(model, gains),
-        "found": gains.found,
-        "diagnosis": gains.diagnosis,
-        "decay_asked": with_decimals(gains.requirement.decay_rate, 3),
-        "decay_found": with_decimals(gains.decay_rate or 0.0, 5),
-        "speed_error": scientific(gains.requirement.speed_error),
-        "pitch_error": scientific(gains.requirement.pitch_error),
         "with_pitch": len(model.states) == 3,
-        "bounds": [
-            [escape(name), scientific(limit, 5), scientific(largest, 5)]
-            for name, (limit, largest) in gains.bounds.items()
-        ],
-        "P": Tex("") if gains.P is None else matrix(gains.P, digits=6),
     }
 
 
@@ -94,16 +80,6 @@ def vertex_lines(model: TSModel, *, measured: bool = False) -> Iterator[Tex]:
         yield Tex(r",\quad ".join(equations))
 
 
-def _steps(model: TSModel) -> list[dict[str, Tex]]:
-    """Return title and displayed formula of each step of the derivation."""
-    if model.derivation is None:
-        return []
-    return [
-        {"title": _title(step.title), "latex": _display(step.latex)}
-        for step in model.derivation.steps
-    ]
-
-
 def _display(formula: str) -> Tex:
     """Return a formula with fractions at full size, also inside vectors, and dots on symbols."""
     dotted = _DOTTED.sub(r"\\dot{\1}_{\2}", formula)
@@ -123,11 +99,6 @@ def _title(words: str) -> Tex:
 def _with_unit(name: str) -> Tex:
     match = _NAMED.match(name)
     return escape(name) if match is None else Tex(f"{escape(match[1])} [{unit(match[2])}]")
-
-
-def _box_row(name: str, ends: tuple[object, object]) -> list[Tex]:
-    low, high = (float(end) for end in ends)  # type: ignore[arg-type]
-    return [_with_unit(name), scientific(low, 6), scientific(high, 6)]
 
 
 def _gains(model: TSModel, gains: RegionGains) -> list[list[Tex]]:

@@ -52,35 +52,29 @@ class Target(NamedTuple):
     """A target; its module has the function ``export(program, settings) -> Exported``."""
 
     word: str
-    module: str
+    module: str  # below ``takagi.reports.code``
     tools: str  # the tools that read its files, for the help
 
 
 TARGETS = (
-    Target(
-        "c", "takagi.reports.code.c.target", "any C99 or C++ compiler: the law, with a self-test"
-    ),
+    Target("c", "c.target", "any C99 or C++ compiler: the law, with a self-test"),
     Target(
         "discon",
-        "takagi.reports.code.discon.library",
+        "discon.library",
         "OpenFAST, Bladed, ROSCO's Python interface: a turbine's law as a Bladed-style library",
     ),
-    Target(
-        "fmu",
-        "takagi.reports.code.fmu.target",
-        "FMI tools (3.0 and 2.0): the law as a unit for co-simulation",
-    ),
+    Target("fmu", "fmu.target", "FMI tools (3.0 and 2.0): the law as a unit for co-simulation"),
     Target(
         "st",
-        "takagi.reports.code.structured_text.block",
+        "structured_text.block",
         "PLCs: a function block in Structured Text (CODESYS, TwinCAT and others)",
     ),
     Target(
         "mat",
-        "takagi.reports.code.matlab.target",
+        "matlab.target",
         "MATLAB, Simulink and Octave: the law as functions, gains and matrices as a struct",
     ),
-    Target("csv", "takagi.reports.code.tables", "spreadsheets: a file for each table, with units"),
+    Target("csv", "tables", "spreadsheets: a file for each table, with units"),
 )
 
 
@@ -107,7 +101,7 @@ def exported(word: str, program: ControllerProgram, settings: ExportSettings) ->
     """
     for target in TARGETS:
         if target.word == word:
-            target_module: Any = import_module(target.module)
+            target_module: Any = import_module(f"takagi.reports.code.{target.module}")
             return cast(Exported, target_module.export(program, settings))
     words = [target.word for target in TARGETS]
     raise ModelError(

@@ -70,7 +70,10 @@ def weights_figure(curves: tuple[PremiseCurve, ...]) -> Figure:
         for axes, curve in zip(panels, curves, strict=False):
             draw = _line if len(curve.variables) == 1 else _surface
             draw(axes, curve)
-            axes.set_title(f"{curve.premise.name} in {_range(curve.premise)}", fontsize=9.5)
+            premise = curve.premise
+            ends = f"[{float(premise.lower):.5g}, {float(premise.upper):.5g}]"
+            unit = behind(powers(premise.unit))
+            axes.set_title(f"{premise.name} in {ends}{unit}", fontsize=9.5)
         for axes in panels[len(curves) :]:
             axes.set_visible(False)
         lines = next((a for a, c in zip(panels, curves, strict=False) if len(c.axes) == 1), None)
@@ -116,11 +119,6 @@ def _dependent(
                 found.append(label)
                 break
     return found
-
-
-def _range(premise: Premise) -> str:
-    unit = behind(powers(premise.unit))
-    return f"[{float(premise.lower):.5g}, {float(premise.upper):.5g}]{unit}"
 
 
 def _line(axes: Axes, curve: PremiseCurve) -> None:
