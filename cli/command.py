@@ -107,10 +107,10 @@ def run_command(
 
     signature = _joined(function, options)
 
-    def command(**given: object) -> None:
+    def command(**values: object) -> None:
         # The error handling is inside typer, which would handle interrupts and pipes in its own
         # way.
-        raise typer.Exit(guard(lambda: function(**given), as_json=bool(given.get("as_json"))))
+        raise typer.Exit(guard(lambda: function(**values), as_json=bool(values.get("as_json"))))
 
     # typer reads the parameters from here.
     described: Any = command
@@ -133,10 +133,10 @@ def run_command(
         return end.code if isinstance(end.code, int) else 0
     except Exception as error:
         # What typer says of an option that it cannot read.
-        said = getattr(error, "format_message", None)
-        if said is None:
+        message = getattr(error, "format_message", None)
+        if message is None:
             raise
-        tell_error(said(), MISUSE, as_json=True)
+        tell_error(message(), MISUSE, as_json=True)
         return MISUSE
     return status if isinstance(status, int) else 0
 

@@ -100,14 +100,14 @@ def own_options(
     ModelError : an option of another kind of model was given.  Ignoring it would let the user
         believe that it had an effect.
     """
-    own = defaults_of(declared[source.kind])
+    allowed = defaults_of(declared[source.kind])
     for kind, others in declared.items():
         for name, default in defaults_of(others).items():
-            if name not in own and options[name] != default and options[name] != []:
+            if name not in allowed and options[name] != default and options[name] != []:
                 instead = f" ({_INSTEAD[name]})" if name in _INSTEAD else ""
                 raise ModelError(
                     f"option {option_of(name)} is about {MAKERS[kind].words}, but model "
                     f"{source.name} is {MAKERS[source.kind].words}{instead}; leave it out, or "
                     "choose another model"
                 )
-    return {name: options[name] for name in own}
+    return {name: options[name] for name in allowed}

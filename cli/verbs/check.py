@@ -137,20 +137,20 @@ def _take_folder(options: argparse.Namespace) -> None:
     from takagi.reports.design_folder import design_folder
 
     options.folder = options.certificate
-    parts = design_folder(options.folder)
-    options.certificate = parts.certificate
-    options.plant_file = options.model or Path(str(parts.record.get("given")))
-    options.gains, options.model = options.gains or parts.gains, options.model or parts.model
+    design = design_folder(options.folder)
+    options.certificate = design.certificate
+    options.plant_file = options.model or Path(str(design.record.get("given")))
+    options.gains, options.model = options.gains or design.gains, options.model or design.model
 
 
 def _require_places(options: argparse.Namespace) -> None:
     """Refuse reports that cannot be written, and a C file that cannot be read."""
-    if reports := [place for place in (options.junit, options.sarif, options.summary) if place]:
+    if reports := [report for report in (options.junit, options.sarif, options.summary) if report]:
         # Imported here: most checks write no report.
         from takagi.cli.output_place import require_file_place
 
-        for place in reports:
-            require_file_place(place)
+        for report in reports:
+            require_file_place(report)
     if options.c_source:
         from takagi.reports.code.c.comparison import require_readable
 
@@ -277,7 +277,7 @@ def _take_summary(options: argparse.Namespace) -> str:
 def _kinds(certificate: Path) -> list[str]:
     """Return the kinds of a certificate's claims; none of a file that is refused."""
     try:
-        return [str(one["kind"]) for one in json.loads(certificate.read_bytes())["claims"]]
+        return [str(claim["kind"]) for claim in json.loads(certificate.read_bytes())["claims"]]
     except (OSError, ValueError, LookupError, TypeError):
         return []
 
@@ -287,8 +287,8 @@ def _plant_file(options: argparse.Namespace) -> Path | None:
 
     A built-in model is no file of the user's.
     """
-    given: Path | None = options.plant_file or options.model
-    return given if given is not None and given.suffix and given.is_file() else None
+    file: Path | None = options.plant_file or options.model
+    return file if file is not None and file.suffix and file.is_file() else None
 
 
 def _as_text(options: argparse.Namespace, checked: CheckedFile, trusted: Trusted | None) -> str:

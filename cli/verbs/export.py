@@ -113,11 +113,11 @@ def _of_folder(folder: Path, coq: Path | None) -> Path:
     from takagi.models.errors import ModelError
     from takagi.reports.design_folder import design_folder
 
-    parts = design_folder(folder)
-    found = parts.certificate if coq is not None else parts.gains
-    if found is None:
+    design = design_folder(folder)
+    file = design.certificate if coq is not None else design.gains
+    if file is None:
         raise ModelError(f"{folder}: is an analysis without gains; there is no law to export")
-    return found
+    return file
 
 
 def _program(given: Path, law: str | None, without: list[str]) -> ControllerProgram:
@@ -155,16 +155,16 @@ def _code(
         model, claims = certified(*places, program)
         settings = replace(settings, model=model, claims=claims)
     require_folder_place(out)
-    found = exported(to, program, settings)
-    write_folder(out, found.files)
-    print(f"{out}: {program.name}, {len(found.files)} files")
+    exports = exported(to, program, settings)
+    write_folder(out, exports.files)
+    print(f"{out}: {program.name}, {len(exports.files)} files")
     # The file's own word: neither the proof nor its numbers are read here.
-    given, beside = places[0], places[1] or places[0].with_name("certificate.json")
+    gains, beside = places[0], places[1] or places[0].with_name("certificate.json")
     for line in proof_lines(program)[:3]:
-        line = line.replace("CERTIFICATE", str(beside)).replace("GAINS", str(given))
+        line = line.replace("CERTIFICATE", str(beside)).replace("GAINS", str(gains))
         print(fill(line, 98, initial_indent="  ", subsequent_indent="    "))
-    width = max(map(len, found.use)) + 2
-    for name, line in found.use.items():
+    width = max(map(len, exports.use)) + 2
+    for name, line in exports.use.items():
         print(f"  {name:<{width}}{line}")
     return PROVED
 

@@ -74,15 +74,15 @@ def simulate(
     if Path(model).is_dir():
         from takagi.reports.design_folder import design_folder
 
-        parts = design_folder(Path(model))
-        source, gains = read_model(parts.model), parts.gains
+        design = design_folder(Path(model))
+        source, gains = read_model(design.model), design.gains
     else:
         source = read_model(model)
     if gains is not None and options["certificate"] is None:
         name = "gains" if source.kind == "plant" else "law_from"
         options[name] = options[name] or gains
-    asked = own_options(source, options, _declared())
+    requested = own_options(source, options, _declared())
     status: int = import_module(MAKERS[source.kind].simulation).simulate(
-        source, out, asked, duration=duration, as_json=as_json
+        source, out, requested, duration=duration, as_json=as_json
     )
     return status

@@ -148,9 +148,9 @@ def validated(document: Mapping[str, Any], body: type[Envelope]) -> dict[str, An
     ------
     pydantic.ValidationError : a law whose members do not fit.
     """
-    found = gain_file_of(document)
-    body.model_validate(found)
-    return found
+    content = gain_file_of(document)
+    body.model_validate(content)
+    return content
 
 
 def file_schema(body: type[Envelope], title: str) -> dict[str, Any]:
