@@ -193,8 +193,8 @@ def values_in_si(
             raise ModelError(f"option {option} {pair}: {error}") from error
         if typed_unit.dimension != file_unit.dimension:
             raise ModelError(
-                f"option {option} {pair}: {name} is in {file_unit.text}, which {unit.strip()!r} does "
-                "not fit"
+                f"option {option} {pair}: {name} is in {file_unit.text}, which {unit.strip()!r} "
+                "does not fit"
             )
         values[name] = float(typed_unit.to_si(Fraction(value)))
     return values
