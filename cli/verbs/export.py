@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -147,10 +147,10 @@ def _code(
 ) -> int:
     from takagi.cli.output_place import require_folder_place
     from takagi.reports.code.proof_words import proof_lines
-    from takagi.reports.code.targets import certified, export_settings, exported
+    from takagi.reports.code.targets import ExportSettings, Precision, certified, exported
     from takagi.reports.output import write_folder
 
-    settings = export_settings(precision, sample_time)
+    settings = ExportSettings(cast(Precision, precision), sample_time)
     if to == "mat":
         model, claims = certified(*places, program)
         settings = replace(settings, model=model, claims=claims)

@@ -52,14 +52,6 @@ def region_context(model: TSModel, gains: RegionGains, letter: str) -> dict[str,
     }
 
 
-def rule_rows(model: TSModel) -> list[list[Tex]]:
-    """Return one row per rule: its number and the corner of each premise."""
-    return [
-        [escape(i), *(decimal(p.corners[c]) for p, c in zip(model.premises, rule, strict=True))]
-        for i, rule in enumerate(model.rules, start=1)
-    ]
-
-
 def vertex_lines(model: TSModel, *, measured: bool = False) -> Iterator[Tex]:
     """Yield the vertices as formulas: what is the same in all rules first, then rule by rule.
 
@@ -104,19 +96,20 @@ def _with_unit(name: str) -> Tex:
 def _gains(model: TSModel, gains: RegionGains) -> list[list[Tex]]:
     if gains.k_x is None or gains.k_I is None:
         return []
-    corners = rule_rows(model)
     return [
-        [*corners[i], *(scientific(float(k), 6) for k in gains.k_x[i]), scientific(float(k_I), 6)]
-        for i, k_I in enumerate(gains.k_I)
+        [
+            escape(i),
+            *(decimal(p.corners[c]) for p, c in zip(model.premises, rule, strict=True)),
+            *(scientific(float(k), 6) for k in (*k_x, k_I)),
+        ]
+        for i, (rule, k_x, k_I) in enumerate(
+            zip(model.rules, gains.k_x, gains.k_I, strict=True), start=1
+        )
     ]
 
 
-def conditions_context(design: TurbineDesign) -> dict[str, object]:
-    """Return every condition as a list of labelled formulas, with a remark on its symbols."""
-    return {"conditions": list(_conditions(design))}
-
-
-def _conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
+def conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
+    """Yield every condition as a list of labelled formulas, with a remark on its symbols."""
     coherent = design.effort_sharing_law is not None
     for region in () if coherent else (design.regional.partial, design.regional.full):
         yield posed(

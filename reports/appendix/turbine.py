@@ -27,12 +27,14 @@ from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
 from takagi.reports.sections.turbine.cells import cells_drawing, filter_of, memberships_drawing
 from takagi.reports.sections.turbine.model import region_starts, trim_curve
-from takagi.reports.sections.turbine.responses import response_drawing, response_words
+from takagi.reports.sections.turbine.responses import response_drawing
 from takagi.reports.sections.turbine.running import margins_drawing
 from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from takagi.reports.simulation.design_runs import DesignRun
 
 DEGREES = 180 / np.pi
 _SYMBOLS = {
@@ -184,10 +186,10 @@ def _four(m: Margins) -> tuple[float, float, float, float]:
 RESPONSES = ("gust", "step-up", "ramp")
 
 
-def responses_context(design: TurbineDesign) -> dict[str, object]:
-    """Return (name, caption) of each simulated response."""
+def shown_runs(design: TurbineDesign) -> dict[str, DesignRun]:
+    """Return the runs by name, as far as the design has them."""
     runs = measured_loop(design).drawn
-    return {"responses": [(name, response_words(runs[name])) for name in RESPONSES if name in runs]}
+    return {name: runs[name] for name in RESPONSES if name in runs}
 
 
 def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
@@ -204,9 +206,8 @@ def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
     summary = claim_summary(design)
     if summary is not None and design.checked.verdict is Verdict.PROVED:
         figures["cells"] = cells_drawing(design, summary)
-    measured = measured_loop(design)
-    runs = measured.drawn
-    if measured.margins.rows:
-        figures["running-margins"] = margins_drawing(measured.margins)
-    names = [name for name in RESPONSES if name in runs]
-    return figures | {f"response-{name}": response_drawing(design, runs[name]) for name in names}
+    margins = measured_loop(design).margins
+    if margins.rows:
+        figures["running-margins"] = margins_drawing(margins)
+    runs = shown_runs(design).items()
+    return figures | {f"response-{name}": response_drawing(design, run) for name, run in runs}

@@ -27,12 +27,23 @@ class ExportSettings:
         own T, or the target's default.
     model : the certificate's model, for targets that write its vertices; None without one.
     claims : the certificate's claims, for targets that write their matrices.
+
+    Raises
+    ------
+    ModelError : a precision that is not double or float, a sample time that is not positive.
     """
 
     precision: Precision = "double"
     sample_time: float | None = None
     model: Mapping[str, Any] | None = None
     claims: tuple[Mapping[str, Any], ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.precision not in get_args(Precision):
+            raise ModelError(f"--precision {self.precision!r} was given; it is double or float")
+        time = self.sample_time
+        if time is not None and not (isfinite(time) and time > 0):
+            raise ModelError(f"--sample-time {time!r} was given; a positive time in s is needed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,20 +87,6 @@ TARGETS = (
     ),
     Target("csv", "tables", "spreadsheets: a file for each table, with units"),
 )
-
-
-def export_settings(precision: str, sample_time: float | None) -> ExportSettings:
-    """Return the settings of the command line's words.
-
-    Raises
-    ------
-    ModelError : a precision that is not double or float, a sample time that is not positive.
-    """
-    if precision not in get_args(Precision):
-        raise ModelError(f"--precision {precision!r} was given; it is double or float")
-    if sample_time is not None and not (isfinite(sample_time) and sample_time > 0):
-        raise ModelError(f"--sample-time {sample_time!r} was given; a positive time in s is needed")
-    return ExportSettings(cast(Precision, precision), sample_time)
 
 
 def exported(word: str, program: ControllerProgram, settings: ExportSettings) -> Exported:
