@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
-from takagi.certificates.checker.kernel.figure import Figure, Figures
 from takagi.certificates.checker.kernel.result import Checked, Claim
+from takagi.certificates.checker.words.figure import Figure, Figures
 
 if TYPE_CHECKING:
     from takagi.reports.sections.plant.summary import SummaryRow
