@@ -39,8 +39,7 @@ ModelOrFolder = Annotated[
     ),
 ]
 Folder = Annotated[
-    Path,
-    typer.Argument(metavar="DIR", help="A folder of `takagi design`.", show_default=False),
+    Path, typer.Argument(metavar="DIR", help="A folder of `takagi design`.", show_default=False)
 ]
 
 
