@@ -191,8 +191,7 @@ def _with_gains(
     """Return the design with its law, in the model's units: x = s xhat, u = tau uhat."""
     s, tau, r = units.states, units.inputs, len(task.A)
     G, M = outcome.values["G"], outcome.values["M"]
-    sought = task.sought(plain.decay_rate)
-    lyapunov_members = outcome.values[sought.P.name][sought.members]
+    lyapunov_members = outcome.values[task.P.name][task.members]
     slacks = np.broadcast_to(G * s[:, None], (r, *G.shape[1:])).copy()
     numerators = np.broadcast_to(M * tau[:, None], (r, *M.shape[1:])).copy()
     gains = None
