@@ -218,16 +218,13 @@ def _plant_outputs(plant: Plant) -> list[str]:
     ]
 
 
-def _symbols(plant: Plant) -> list[sp.Symbol]:
-    return [variable.symbol for variable in (*plant.states, *plant.inputs, *plant.disturbances)]
-
-
 def _numeric(plant: Plant, rows: Sequence[Any]) -> Callable[[Floats, Floats], Floats]:
     """Return (x, (u, w)) -> the values of expressions, parameters put in."""
     import sympy as sp
 
     expressions = [sp.sympify(row).subs(plant.rationals) for row in rows]
-    compute = sp.lambdify(_symbols(plant), expressions, modules=["scipy", "numpy"])
+    symbols = [variable.symbol for variable in plant.variables]
+    compute = sp.lambdify(symbols, expressions, modules=["scipy", "numpy"])
 
     def value(x: Floats, u: Floats) -> Floats:
         return np.array(compute(*map(float, x), *map(float, u)), dtype=np.float64)
@@ -240,10 +237,10 @@ def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, 
 
     rest_values = {quantity.name: float(quantity.rest) for quantity in plant.variables}
     _require_names(at, rest_values)
-    point = np.array([(rest_values | dict(at))[quantity.name] for quantity in _ordered(plant)])
+    point = np.array([(rest_values | dict(at))[quantity.name] for quantity in plant.variables])
     n = len(plant.states)
     x, u = point[:n], point[n:]
-    symbols = _symbols(plant)
+    symbols = [variable.symbol for variable in plant.variables]
     f = sp.Matrix(list(plant.equations))
     outputs = sp.Matrix([quantity.expression for quantity in _own_outputs(plant)])
 
@@ -263,10 +260,6 @@ def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, 
     C = np.vstack([np.eye(n), read[:, :n]])
     D = np.vstack([np.zeros((n, len(u))), read[:, n:]])
     return J[:, :n], J[:, n:], C, D
-
-
-def _ordered(plant: Plant) -> Sequence[Any]:
-    return (*plant.states, *plant.inputs, *plant.disturbances)
 
 
 def _blended(model: TSModel, at: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:

@@ -57,7 +57,7 @@ class Actuator:
         return f"{self.name}_error"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Blending:
     """One effort U for two actuators, psi the ramp of ``ramps.effort_ramp``, e its overlap:
 
@@ -86,15 +86,6 @@ class Blending:
 
     def __post_init__(self) -> None:
         _check(self)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Blending) and self._parts() == other._parts()
-
-    def __hash__(self) -> int:
-        return hash((self.effort, self.overlap))
-
-    def _parts(self) -> tuple[object, ...]:
-        return (self.effort, self.rate, self.overlap, self.low, self.high, self.plant)
 
     @property
     def actuators(self) -> tuple[Actuator, Actuator]:

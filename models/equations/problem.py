@@ -132,7 +132,8 @@ def problem_of_plant(
             residual_rows, [b.symbol for b in balls.values() if b.equals is None]
         )
     if mass is not None:
-        f, steps = explicit(mass, f, plant, over.within(_parameter_sides(plant, balls)))
+        sides = {p.symbol: balls[p.symbol].side for p in plant.parameters if p.symbol in balls}
+        f, steps = explicit(mass, f, plant, over.within(sides))
     if plant.sample_time is not None:
         f = tuple(row - rest[v.symbol] for row, v in zip(f, plant.states, strict=True))
     if how == "solve inputs":
@@ -174,7 +175,7 @@ def problem_of_plant(
             "states": equations.named(equations.states),
             "inputs": equations.named(equations.inputs),
             "outputs": tuple(
-                _output_label(y.name, y.unit, offset)
+                f"{'' if offset == 0 else 'delta_'}{y.name} [{y.unit}]"
                 for y, offset in zip(plant.outputs, offsets, strict=True)
             ),
             "disturbances": equations.named(equations.disturbances),
@@ -206,10 +207,6 @@ def _relations(
             solved = sp.expand(symbol - row / row.coeff(symbol))
             solutions = {s: e.subs(symbol, solved) for s, e in solutions.items()} | {symbol: solved}
     return solutions
-
-
-def _parameter_sides(plant: Plant, balls: Mapping[sp.Symbol, Ball]) -> dict[sp.Symbol, Interval]:
-    return {p.symbol: balls[p.symbol].side for p in plant.parameters if p.symbol in balls}
 
 
 def _with_balls(plant: Plant, rest: Mapping[sp.Symbol, sp.Expr]) -> Plant:
@@ -319,10 +316,6 @@ def _rest_steps(
     if not formulas:
         return ()
     return (Step("Deviations from rest.", r",\quad ".join(formulas)),)
-
-
-def _output_label(name: str, unit: str, offset: sp.Expr) -> str:
-    return f"{name} [{unit}]" if offset == 0 else f"delta_{name} [{unit}]"
 
 
 def box_in_fractions(problem: Problem) -> dict[str, tuple[Fraction, Fraction]]:

@@ -198,7 +198,13 @@ class Plant(ShortRepr):
         object.__setattr__(self, "premises", MappingProxyType(dict(self.premises)))
         if self.mass is not None:
             object.__setattr__(self, "mass", self.mass.as_immutable())
-        self._check_units()
+        if self.units not in ("checked", "unchecked"):
+            raise ModelError(
+                f'plant {self.name!r}: units = {self.units!r} was given; "checked" or '
+                '"unchecked" is needed'
+            )
+        if self.units == "checked":
+            _check_units(self)
 
     def __hash__(self) -> int:
         # Equal plants have equal equations; a mapping has no hash of its own.
@@ -275,15 +281,6 @@ class Plant(ShortRepr):
                     "vertices of the model are made from it, so give one"
                 )
 
-    def _check_units(self) -> None:
-        if self.units not in ("checked", "unchecked"):
-            raise ModelError(
-                f'plant {self.name!r}: units = {self.units!r} was given; "checked" or '
-                '"unchecked" is needed'
-            )
-        if self.units == "checked":
-            _check_units(self)
-
     def _check_names(self) -> None:
         names = [v.name for v in self.variables] + [p.symbol.name for p in self.parameters]
         names += [symbol.name for symbol in self.premises]
@@ -316,8 +313,9 @@ def _check_units(plant: Plant) -> None:
 
     The check reads the expressions as sympy stores them, so terms that cancel are not checked.
     """
-    units = _dimensions(plant)
     values = plant.values
+    units = {v.symbol: _si(v.unit, f"variable {v.name}").dimension for v in plant.variables}
+    units |= {p.symbol: _si(p.unit, f"parameter {p.symbol}").dimension for p in plant.parameters}
     rates = _rate_dimensions(plant, units, values)
     for variable, row, dimension in zip(plant.states, plant.equations, rates, strict=True):
         owner = f"equation of {variable.name}"
@@ -340,14 +338,6 @@ def _check_units(plant: Plant) -> None:
             )
     for symbol, expression in plant.premises.items():
         dimension_of(expression, units, values, owner=f"premise {symbol}")
-
-
-def _dimensions(plant: Plant) -> dict[sp.Symbol, Dimension]:
-    dimensions = {v.symbol: _si(v.unit, f"variable {v.name}").dimension for v in plant.variables}
-    for parameter in plant.parameters:
-        owner = f"parameter {parameter.symbol}"
-        dimensions[parameter.symbol] = _si(parameter.unit, owner).dimension
-    return dimensions
 
 
 def _rate_dimensions(
@@ -426,8 +416,7 @@ def rate_in_file_units(plant: Plant, rate: float) -> tuple[float, str]:
 
 def _times(plant: Plant) -> set[str]:
     """Return s, and the units of time that occur in what the file's figures are written in."""
-    units_written = [v.written for v in (*plant.states, *plant.inputs, *plant.disturbances)]
-    units_written += [parameter.written for parameter in plant.parameters]
+    units_written = [quantity.written for quantity in (*plant.variables, *plant.parameters)]
     names = {name for unit in units_written for name in _NAME.findall(unit)}
     return {"s"} | {name for name in names if _is_time(name)}
 

@@ -61,9 +61,13 @@ def polynomial_box(
     if expression.count_ops() > MOST_OPERATIONS:
         return None
     try:
-        fraction = [
-            sp.Poly(polynomial, *symbols, domain="QQ") for polynomial in _fraction(expression)
-        ]
+        # Without common factor; this also removes removable singularities.
+        pair = (
+            (expression, sp.S.One)
+            if expression.is_polynomial()
+            else sp.fraction(sp.cancel(expression))
+        )
+        fraction = [sp.Poly(polynomial, *symbols, domain="QQ") for polynomial in pair]
     except BasePolynomialError:
         return None  # coefficients such as pi or 1/(2 + sin(1))^9 are not rational
     above, below = (dict(polynomial.terms()) for polynomial in fraction)
@@ -122,14 +126,6 @@ def halved_polynomial(box: PolynomialBox, axis: int) -> tuple[PolynomialBox, Pol
         for half_side, n, d in zip(half_sides, above, below, strict=True)
     )
     return first, second
-
-
-def _fraction(expression: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Return N and D without common factor; this also removes removable singularities."""
-    if expression.is_polynomial():
-        return expression, sp.S.One
-    above, below = sp.fraction(sp.cancel(expression))
-    return above, below
 
 
 def _bernstein(

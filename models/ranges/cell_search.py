@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeVar
 
 import flint
 import sympy as sp
@@ -100,11 +100,10 @@ class CellEnclosures(NamedTuple):
         return ", ".join(f"{s} in {side}" for s, side in zip(named, sides, strict=True))
 
 
-CellBox: TypeAlias = tuple[CellEnclosures, Sides]
-CellPolynomial: TypeAlias = tuple[CellEnclosures, PolynomialBox]
+Part = TypeVar("Part", Sides, PolynomialBox)
 
 
-def _exact_bounds(spot: CellPolynomial) -> Bounded:
+def _exact_bounds(spot: tuple[CellEnclosures, PolynomialBox]) -> Bounded:
     cell, box = spot
     if has_pole(box):
         zero = sp.fraction(sp.cancel(cell.expression))[1]
@@ -115,14 +114,8 @@ def _exact_bounds(spot: CellPolynomial) -> Bounded:
     return look_at_polynomial(box)
 
 
-def _exact_halves(spot: CellPolynomial, axis: int) -> tuple[CellPolynomial, CellPolynomial]:
-    first, second = halved_polynomial(spot[1], axis)
-    return (spot[0], first), (spot[0], second)
-
-
-def _halves(spot: CellBox, axis: int) -> tuple[CellBox, CellBox]:
-    first, second = halved(spot[1], axis)
-    return (spot[0], first), (spot[0], second)
+def _on(cell: CellEnclosures, halves: tuple[Part, Part]) -> tuple[Any, Any]:
+    return (cell, halves[0]), (cell, halves[1])
 
 
 def checked_symbols(
@@ -184,7 +177,7 @@ def _searched(
             if len(polynomials) == len(roots):
                 result = search(
                     _exact_bounds,
-                    _exact_halves,
+                    lambda spot, axis: _on(spot[0], halved_polynomial(spot[1], axis)),
                     list(zip(roots, polynomials, strict=True)),
                     tolerance=tolerance,
                     most_boxes=most_boxes,
@@ -199,7 +192,11 @@ def _searched(
                 bounds = min(bounds, further, key=lambda bounds: bounds.outer.width)
             return bounds
         except ModelError as error:
-            raise _without_combinations(error, roots) from error
+            # Sums are written out where one variable stands for them.
+            text = str(error)
+            for symbol, base in (pair for root in roots for pair in root.meanings.items()):
+                text = text.replace(str(symbol), f"({base})")
+            raise type(error)(text) from error
 
 
 def _in_balls(roots: Sequence[CellEnclosures], tolerance: Fraction, most_boxes: int) -> Range:
@@ -208,7 +205,7 @@ def _in_balls(roots: Sequence[CellEnclosures], tolerance: Fraction, most_boxes: 
         attained = wider(attained, root.attained())
     result = search(
         lambda spot: spot[0].form.look(spot[1]),
-        _halves,
+        lambda spot, axis: _on(spot[0], halved(spot[1], axis)),
         [(root, tuple(map(side_of, root.sides))) for root in roots],
         tolerance=tolerance,
         most_boxes=most_boxes,
@@ -342,12 +339,3 @@ def _covered(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> bool:
                 )
             inside = inside and covers.contains(argument_bounds.outer)
     return inside
-
-
-def _without_combinations(error: ModelError, roots: Sequence[CellEnclosures]) -> ModelError:
-    """Return the error with sums written out where one variable stands for them."""
-    text = str(error)
-    for root in roots:
-        for symbol, base in root.meanings.items():
-            text = text.replace(str(symbol), f"({base})")
-    return type(error)(text)

@@ -77,7 +77,12 @@ class Domain:
             share = sp.Dummy(f"share_{symbol}", real=True)
             sides[share] = Interval.of(0, 1)
             expressions[symbol] = low + share * (high - low)
-            _check_order(symbol, high - low, box)
+            width = searched(high - low, [Cell(box)]).outer
+            if width.lower < 0:
+                raise ModelError(
+                    f"the band of {symbol}: upper minus lower is {high - low} in {width}, which is "
+                    "not provably >= 0; swap the edges where they cross, or cut the box there"
+                )
         return cls((Cell(sides, expressions),))
 
     def __or__(self, other: Domain) -> Domain:
@@ -134,15 +139,6 @@ DomainLike: TypeAlias = "Domain | Mapping[sp.Symbol, Interval]"
 def as_domain(domain: Domain | Mapping[sp.Symbol, Interval]) -> Domain:
     """Return a domain; a mapping is the box that it gives."""
     return domain if isinstance(domain, Domain) else Domain.of_box(domain)
-
-
-def _check_order(symbol: sp.Symbol, width: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> None:
-    width_range = searched(width, [Cell(box)]).outer
-    if width_range.lower < 0:
-        raise ModelError(
-            f"the band of {symbol}: upper minus lower is {width} in {width_range}, which is not "
-            "provably >= 0; swap the edges where they cross, or cut the box there"
-        )
 
 
 def _moved(cell: Cell, shifts: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Cell:

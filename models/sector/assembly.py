@@ -216,7 +216,11 @@ def _agrees(row_name: str, difference: sp.Expr, sides: Mapping[sp.Symbol, Interv
     symbols = sorted(difference.free_symbols, key=str)
     decided = 0
     for _ in range(POINTS):
-        point = {s: _point(sides.get(s, Interval.of(-1, 1)), chance) for s in symbols}
+        point = {}
+        for s in symbols:
+            side = sides.get(s, Interval.of(-1, 1))
+            share = Fraction(chance.randrange(1, DENOMINATOR), DENOMINATOR)
+            point[s] = side.lower + side.width * share
         try:
             ball = expression_range(difference, {s: Interval(v, v) for s, v in point.items()}).outer
         except ModelError:
@@ -230,10 +234,6 @@ def _agrees(row_name: str, difference: sp.Expr, sides: Mapping[sp.Symbol, Interv
             )
         decided += ball.width <= SMALLEST
     return True if decided == POINTS else None
-
-
-def _point(side: Interval, chance: random.Random) -> Fraction:
-    return side.lower + side.width * Fraction(chance.randrange(1, DENOMINATOR), DENOMINATOR)
 
 
 MOST_LISTED = 16  # the most rules whose corners and vertices are written out
@@ -298,17 +298,13 @@ def _listed(varying: Sequence[Premise], corners: Sequence[tuple[int, ...]]) -> S
 
 
 def _vertex(rule: int, stacks: Mapping[str, Floats]) -> Step:
-    matrices = [
-        rf"{letter}_{{{rule + 1}}} = " + _array(stack[rule])
-        for letter, stack in stacks.items()
-        if stack.size
-    ]
+    matrices = []
+    for letter, stack in stacks.items():
+        if stack.size:
+            body = r"\\".join(" & ".join(_decimal(x, 6) for x in row) for row in stack[rule])
+            array = rf"\begin{{pmatrix}}{body}\end{{pmatrix}}"
+            matrices.append(rf"{letter}_{{{rule + 1}}} = " + array)
     return Step(f"Vertex {rule + 1}.", r",\quad ".join(matrices))
-
-
-def _array(rows: Floats) -> str:
-    body = r"\\".join(" & ".join(_decimal(value, 6) for value in row) for row in rows)
-    return rf"\begin{{pmatrix}}{body}\end{{pmatrix}}"
 
 
 MOST_SHOWN = 4
@@ -327,13 +323,12 @@ def domain_steps(domain: Domain | None) -> tuple[Step, ...]:
 
 
 def _cell(cell: Cell) -> str:
-    formulas = [rf"{sp.latex(s)} \in {_ends(side)}" for s, side in cell.box.items()]
+    formulas = [
+        rf"{sp.latex(s)} \in [{float(side.lower):.6g},\ {float(side.upper):.6g}]"
+        for s, side in cell.box.items()
+    ]
     formulas += [f"{sp.latex(s)} = {sp.latex(expression)}" for s, expression in cell.places.items()]
     return r",\ ".join(formulas)
-
-
-def _ends(side: Interval) -> str:
-    return rf"[{float(side.lower):.6g},\ {float(side.upper):.6g}]"
 
 
 LETTERS = ("A", "B", "C", "D", "E")

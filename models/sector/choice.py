@@ -120,7 +120,10 @@ class HullWidth:
         if domain is not None:
             self.points = moved_into(domain, self.symbols, self.points, chance)
         self.ranges: dict[sp.Expr, tuple[float, float] | None] = {}
-        self.scale = {letter: [self._size(row) for row in some] for letter, some in rows.items()}
+        self.scale = {
+            letter: [max(map(abs, self._range(row) or (1.0,))) or 1.0 for row in some]
+            for letter, some in rows.items()
+        }
         self.number = {position: index for index, position in enumerate(shape)}
         normals = chance.normal(size=(DIRECTIONS, len(shape)))
         self.directions = normals / np.linalg.norm(normals, axis=1, keepdims=True)
@@ -148,10 +151,6 @@ class HullWidth:
             total += along.reshape(-1, *(1,) * len(ranges)) * value
         flat = total.reshape(DIRECTIONS, -1)
         return float(np.mean(flat.max(axis=1) - flat.min(axis=1)))
-
-    def _size(self, row: sp.Expr) -> float:
-        row_range = self._range(row)
-        return max(map(abs, row_range)) or 1.0 if row_range is not None else 1.0
 
     def _range(self, expression: sp.Expr) -> tuple[float, float] | None:
         if expression not in self.ranges:
@@ -212,7 +211,11 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     ]
     complete = [f for f in forms if set(asked_premises) <= set(f.premises)]
     if not complete:
-        _refuse_wanted(problem, forms)
+        missing = [str(s) for s, e in problem.premises.items() if e not in forms[0].premises]
+        raise ModelError(
+            f"premise {', '.join(missing)} was not found in the factored entries; leave it out, "
+            "write it as it stands in the equations, or give the matrices factored by hand"
+        )
     if not asked_premises and min(len(form.premises) for form in complete) > MOST_PLAIN:
         complete = [*_with_denominators(problem), *complete]
     variables = {*plant.states, *plant.inputs, *plant.disturbances}
@@ -347,15 +350,6 @@ def _places(plant: Equations) -> list[EntryIndex]:
     ]
 
 
-def _refuse_wanted(problem: Problem, forms: Sequence[FactoredForm]) -> None:
-    usual = forms[0]
-    missing = [str(s) for s, e in problem.premises.items() if e not in usual.premises]
-    raise ModelError(
-        f"premise {', '.join(missing)} was not found in the factored entries; leave it out, write "
-        "it as it stands in the equations, or give the matrices factored by hand"
-    )
-
-
 def _in_symbols(form: FactoredForm, problem: Problem) -> Factored:
     """Return the form with a symbol for each premise: the user's, or z1, z2, ..."""
     asked_symbols = {e: s for s, e in problem.premises.items()}
@@ -377,7 +371,11 @@ def _in_symbols(form: FactoredForm, problem: Problem) -> Factored:
                 for core, share in terms_of(c).items()
             )
         )
-    bounded = {symbol: _bounded(core, problem) for core, symbol in numbers.items()}
+    bounded = {}
+    for core, symbol in numbers.items():
+        sides = {s: side for s, side in problem.sides.items() if s in core.free_symbols}
+        bounds = round_outward(expression_range(core, sides).outer, digits=DIGITS)
+        bounded[symbol] = BoundedNumber(core, bounds.lower, bounds.upper)
     constants = {symbol: number.middle for symbol, number in bounded.items()}
     return Factored(matrices, {s: e for e, s in names.items()}, constants, bounded)
 
@@ -391,9 +389,3 @@ def numbers_of(form: FactoredForm) -> list[sp.Expr]:
     coefficients = [c for polynomial in form.entries.values() for c in polynomial.values()]
     cores = dict.fromkeys(core for c in coefficients for core in terms_of(c))
     return [core for core in cores if not core.is_Rational]
-
-
-def _bounded(number: sp.Expr, problem: Problem) -> BoundedNumber:
-    sides = {s: side for s, side in problem.sides.items() if s in number.free_symbols}
-    bounds = round_outward(expression_range(number, sides).outer, digits=DIGITS)
-    return BoundedNumber(number, bounds.lower, bounds.upper)

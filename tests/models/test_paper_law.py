@@ -14,8 +14,12 @@ from scipy.integrate import solve_ivp
 
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Measurement
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.law import (
+    PublishedLaw,
+    PublishedLawName,
+    equilibrium,
+    published_law,
+)
 from takagi.models.laws.published.regional_schedule import (
     RegionalSchedule,
     Variant,
@@ -23,9 +27,8 @@ from takagi.models.laws.published.regional_schedule import (
     regional_schedule,
 )
 from takagi.models.ramps import Shape
-from takagi.models.turbine.data import rotor_torque
 from takagi.models.turbine.trim import trim
-from tests.paper_models import regional_models
+from tests.paper_models import loop_rate, regional_models
 
 TURBINE = nrel5mw()
 RATED = TURBINE.rated_rotor_speed
@@ -67,16 +70,6 @@ def make_law(
         TURBINE, placement=placement, speed_overlap=speed_overlap, variant=variant, shape=shape
     )
     return published_law(TURBINE, partial=partial, full=full, coupling=coupling, name=name)
-
-
-def loop_rate(law: PublishedLaw, wind: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Nonlinear design model in closed loop: z = (omega, beta, integrals), v_hat = v."""
-    seen = Measurement(float(z[0]), float(z[1]), wind)
-    command = law.command(z[2:], seen)
-    rotor = float(rotor_torque(TURBINE, z[0], z[1], wind, clip=True))
-    acceleration = (rotor - TURBINE.gear_ratio * command.torque) / TURBINE.inertia
-    drive = (command.pitch - z[1]) / TURBINE.pitch_time_constant
-    return np.array([acceleration, drive, *law.state_rate(z[2:], seen)])
 
 
 @given(speeds, pitches, winds, integrals)
@@ -174,7 +167,7 @@ def test_equilibria_are_rest_points(
     for point in (equilibrium(law, wind) for wind in WINDS):
         if point.kind != "none":
             z = np.array([point.rotor_speed, point.pitch, *point.integrals])
-            np.testing.assert_allclose(loop_rate(law, point.wind, z), 0.0, atol=1e-8)
+            np.testing.assert_allclose(loop_rate(law, point.wind, z, clip=True), 0.0, atol=1e-8)
 
 
 def slope_eigenvalues(law: PublishedLaw, wind: float) -> NDArray[np.complex128]:
@@ -184,7 +177,7 @@ def slope_eigenvalues(law: PublishedLaw, wind: float) -> NDArray[np.complex128]:
     # At smallest pitch only more pitch is a direction in which the command can move.
     ways = np.array([1.0, 1.0, *np.full(len(point.integrals), -1.0)]) * 1e-6
     columns = [
-        (loop_rate(law, wind, z + way * unit) - loop_rate(law, wind, z)) / way
+        (loop_rate(law, wind, z + way * unit, clip=True) - loop_rate(law, wind, z, clip=True)) / way
         for way, unit in zip(ways, np.eye(len(z)), strict=True)
     ]
     return np.asarray(np.linalg.eigvals(np.stack(columns, axis=1)), dtype=np.complex128)
@@ -201,7 +194,11 @@ def test_the_loop_settles_where_it_was_computed(name: PublishedLawName, wind: fl
     start = z + np.array([0.01, 0.005, *np.full(len(point.integrals), -0.05)])
     horizon = 6.0 / -slope_eigenvalues(law, wind).real.max()
     run = solve_ivp(
-        lambda _, x: loop_rate(law, wind, x), (0, horizon), start, method="LSODA", rtol=1e-6
+        lambda _, x: loop_rate(law, wind, x, clip=True),
+        (0, horizon),
+        start,
+        method="LSODA",
+        rtol=1e-6,
     )
 
     np.testing.assert_allclose(run.y[:2, -1], z[:2], atol=2e-3)

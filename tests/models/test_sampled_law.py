@@ -232,11 +232,9 @@ def test_the_simulated_loop_is_lost_where_its_sampled_poles_say(
     assert spread[1.1] > 0.9
 
 
-def test_the_delay_is_half_a_sample_and_the_computation() -> None:
-    """T / 2 + T_c."""
+def test_a_program_has_the_name_and_the_states_of_its_law() -> None:
     program = SampledLaw(BaselineLaw(nrel5mw()), 0.02, 0.01)
 
-    assert program.delay == pytest.approx(0.02)
     assert (program.name, len(program.state_names)) == ("baseline", 2)
 
 

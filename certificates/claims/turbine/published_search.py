@@ -25,8 +25,7 @@ from takagi.lmi.analysis.invariant_ellipsoid import contraction, lyapunov_candid
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import exact
-from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
-from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.law import Equilibrium, PublishedLaw, equilibrium
 from takagi.models.turbine.data import Turbine
 
 Span = tuple[float, float]

@@ -25,8 +25,7 @@ from takagi.certificates.document.certificate_file import (
 from takagi.certificates.sweep import points
 from takagi.certificates.sweep.sweep import parse_axes
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLawName
+from takagi.models.laws.published.law import PublishedLawName, equilibrium
 from tests.certificates.test_paper_certificate import LAWS, make_law
 
 TURBINE = nrel5mw()

@@ -31,16 +31,9 @@ from takagi.lmi import (
 from takagi.lmi.gains.requirements.limits import Limits, limits_of
 from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import three_rules
 
 Floats = NDArray[np.float64]
-
-
-def kim_lee_problem(b: float) -> TSModel:
-    """Return the three-rule problem of Kim and Lee (2000) at a = 2."""
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0.0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0.0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
-    )
 
 
 def saddle() -> TSModel:
@@ -72,8 +65,8 @@ def exactly_solvable(condition: Condition) -> bool:
 )
 def test_rich_relaxations_on_both_sides_of_their_largest_b(relaxation: str, b: float) -> None:
     """Exact gains 1e-3 below, exact multipliers 1e-3 above: b is known to three digits."""
-    below = pdc_condition(kim_lee_problem(b - 1e-3), relaxation=relaxation)
-    above = pdc_condition(kim_lee_problem(b + 1e-3), relaxation=relaxation)
+    below = pdc_condition(three_rules(b - 1e-3), relaxation=relaxation)
+    above = pdc_condition(three_rules(b + 1e-3), relaxation=relaxation)
 
     assert exactly_solvable(below)
     assert exact_no(below) is None
@@ -82,7 +75,7 @@ def test_rich_relaxations_on_both_sides_of_their_largest_b(relaxation: str, b: f
 
 def test_what_a_richer_relaxation_cannot_do_a_poorer_one_cannot_either() -> None:
     """Liu and Zhang contain Kim and Lee, who contain all pairs."""
-    model = kim_lee_problem(3.0)
+    model = three_rules(3.0)
 
     for relaxation in ("liu-zhang", "kim-lee", "wang-tanaka-griffin"):
         assert exact_no(pdc_condition(model, relaxation=relaxation)) is not None
@@ -145,7 +138,7 @@ def test_discrete_time() -> None:
 
 def test_a_cost_for_rules_that_no_gains_stabilise() -> None:
     """The unknown W only ever helps: its multipliers are zero, and with them those beside it."""
-    condition = lqr_pdc_condition(kim_lee_problem(0.0), np.eye(2), np.eye(1))
+    condition = lqr_pdc_condition(three_rules(0.0), np.eye(2), np.eye(1))
     alternative = exact_no(condition)
 
     assert alternative is not None

@@ -13,7 +13,7 @@ from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
 
 from takagi.lmi import Design, h2_norm, lqr_pdc, lqr_pdc_condition
 from takagi.models import ModelError, TSModel
-from tests.lmi.known_models import cost_of, three_rules
+from tests.lmi.known_models import cost_of, tanaka_wang_rules, three_rules
 
 Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
@@ -28,11 +28,10 @@ def sampled(A: Floats, B: Floats, step: float) -> tuple[Floats, Floats]:
 
 def two_rules(step: float | None = None) -> TSModel:
     """Tanaka and Wang (2001), page 58, with b = 3; with ``step`` each rule sampled."""
-    A = np.array([[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]])
-    B = np.array([[[1.0], [0.0]], [[3.0], [0.0]]])
+    model = tanaka_wang_rules(b=3.0)
     if step is None:
-        return TSModel(A, B)
-    rules = [sampled(a, b, step) for a, b in zip(A, B, strict=True)]
+        return model
+    rules = [sampled(a, b, step) for a, b in zip(model.A, model.B, strict=True)]
     return TSModel([a for a, _ in rules], [b for _, b in rules], sample_time=step)
 
 
