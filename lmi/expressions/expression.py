@@ -565,7 +565,7 @@ def trace(value: object) -> Expression:
     return Expression((1,), (1,), tuple(pieces))
 
 
-def block(rows: Sequence[Sequence[object]]) -> Expression:
+def block(rows: Sequence[Any]) -> Expression:
     """Return a block matrix; None stands for the transpose of the mirrored block, 0 for zeros.
 
     Parameters
