@@ -37,9 +37,9 @@ from itertools import product
 from math import factorial
 from typing import Any, NamedTuple
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
-from takagi.certificates.checker.kernel.reader import integer, member, numbers
+from takagi.certificates.checker.kernel.reader import integer, member, numbers, read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.decay import decrease_factor, falls_as
 from takagi.certificates.checker.kinds.loop_claim import LoopClaim, number
@@ -54,13 +54,8 @@ from takagi.certificates.checker.kinds.simplex_polynomial import (
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.halvings import leaves
 from takagi.certificates.checker.loop.polytopic_loop import MOST_WORK, PolytopicLoop
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.figure import Figure, WindProfile
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    undisturbed,
-    while_valid,
-)
 from takagi.certificates.checker.words.rounded import at_least
 
 Speeds = tuple[tuple[Fraction, ...], ...]
@@ -84,10 +79,10 @@ class WeightedFunctionClaim(LoopClaim):
         """Return the polynomials that must be positive definite, each with a message."""
 
     def obligations(self) -> Obligations:
-        for condition, words in self.conditions():
+        for condition, failure in self.conditions():
             for leaf in leaves(self.claim, self.loop, self.where, condition, Polynomial.halved):
                 for powers, coefficient in leaf.coefficients():
-                    yield positive(coefficient, f"{words} weights to the powers {powers}")
+                    yield positive(coefficient, f"{failure} weights to the powers {powers}")
 
     def figures(self) -> Iterator[Figure | WindProfile]:
         yield from super().figures()
@@ -143,8 +138,8 @@ class FuzzyDecay(WeightedFunctionClaim):
     def sentence(self) -> str:
         loop = self.loop
         return (
-            f"V = x'P(h)x {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}, "
-            f"{self.motion_of_weights}{while_valid(loop)}{deviations(loop, 'x')}"
+            f"V = x'P(h)x {falls_as(loop, self.decay_rate)} along {words.about(loop)}, "
+            f"{self.motion_of_weights}{words.while_valid(loop)}{words.deviations(loop, 'x')}"
         )
 
 

@@ -38,13 +38,8 @@ from takagi.certificates.checker.kinds.loop_claim import (
     numbers,
 )
 from takagi.certificates.checker.loop.polytopic_loop import bounded
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.figure import Figure, WindProfile
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    undisturbed,
-    while_valid,
-)
 from takagi.certificates.checker.words.rounded import at_least
 
 
@@ -91,9 +86,9 @@ class GainRounding(LoopClaim):
         room = [f"{at_least(100 * self.relative, 6)} % of themselves"] if self.relative else []
         room += ["the stated absolute steps"] if any(map(any, self.absolute.rows)) else []
         return (
-            f"V = x'Px {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}, with "
-            f"all gains off by up to {' and '.join(room) or 'nothing'}{while_valid(loop)}"
-            f"{deviations(loop, 'x')}"
+            f"V = x'Px {falls_as(loop, self.decay_rate)} along {words.about(loop)}, with "
+            f"all gains off by up to {' and '.join(room) or 'nothing'}{words.while_valid(loop)}"
+            f"{words.deviations(loop, 'x')}"
         )
 
 

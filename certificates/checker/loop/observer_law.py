@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from takagi.certificates.checker.kernel import reader
-from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, at
 

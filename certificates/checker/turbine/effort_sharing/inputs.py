@@ -9,13 +9,14 @@ from itertools import pairwise
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.spline import Spline
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import (
     matrix,
     member,
     number,
     numbers,
     positive,
+    read_matrix,
     text,
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
