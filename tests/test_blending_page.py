@@ -14,8 +14,9 @@ from takagi.models import ModelError, Plant, load_model
 from takagi.models.blending.blending import blending_of
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.entries import ActuatorEntry, EffortEntry
+from tests.docs_pages import fenced, text_of
 
-PAGE = (Path(__file__).resolve().parents[1] / "docs" / "blending.md").read_text(encoding="utf-8")
+PAGE = text_of("blending.md")
 
 
 def vessel(folder: Path, text: str) -> Plant:
@@ -26,15 +27,9 @@ def vessel(folder: Path, text: str) -> Plant:
     return plant
 
 
-def example() -> str:
-    found = re.search(r"```toml\n(.*?)```", PAGE, re.DOTALL)
-    assert found is not None
-    return found.group(1)
-
-
 def test_the_vessel_is_proved_under_one_gain(tmp_path: Path) -> None:
     """The gains that `takagi design` gives it, to four digits: everything, both valves 20 % off."""
-    plant = vessel(tmp_path, example())
+    plant = vessel(tmp_path, fenced(PAGE, "toml")[0])
     gains = [[1.059, 0.2606, 4.218]]
 
     found = certify_plant(plant, lambda m: np.array([gains] * len(m.A)), PlantSettings())
@@ -48,7 +43,7 @@ def test_the_opening_that_is_worked_out_on_the_page(tmp_path: Path) -> None:
     """-0.8 bar/s at 3 bar: the vent is open by 0.8; the supply idles."""
     from takagi.models.blending.blending import RunTimeBlending
 
-    plant = vessel(tmp_path, example())
+    plant = vessel(tmp_path, fenced(PAGE, "toml")[0])
     blending = blending_of(plant)
     assert blending is not None
     commands = RunTimeBlending(blending).commands(np.array([3e5, 0.0, -0.8e5]))
@@ -58,7 +53,7 @@ def test_the_opening_that_is_worked_out_on_the_page(tmp_path: Path) -> None:
 
 def test_the_message_is_the_one_that_is_shown(tmp_path: Path) -> None:
     with pytest.raises(ModelError) as refused:
-        vessel(tmp_path, example().replace("range = [3, 5]", "range = [3, 9]"))
+        vessel(tmp_path, fenced(PAGE, "toml")[0].replace("range = [3, 5]", "range = [3, 9]"))
     shown = re.search(r"```text\n(vessel.toml.*?)\n```", PAGE, re.DOTALL)
 
     assert shown is not None

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import read_text
-from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
@@ -25,6 +22,7 @@ from takagi.lmi.turbine.effort import EffortSettings, effort_gains
 from takagi.models import Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from tests.certificates.kinds.claims import resealed
 
 PER_INTERVAL = {"integral_rate", "inertia_feedforward", "feedforward_limit"}
 # Nodes kept in the short certificate: where the effort passes from torque to pitch.
@@ -95,16 +93,3 @@ def short_document(built: Built) -> dict[str, Any]:
 def short(short_document: dict[str, Any]) -> dict[str, Any]:
     """Return a copy of the short certificate, to be damaged."""
     return deepcopy(short_document)
-
-
-def resealed(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with the hashes of what it now says, whatever that is."""
-    read = read_text(json.dumps(document), "document")
-    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
-    return document | {"provenance": {"sha256": hashes}}
-
-
-@pytest.fixture(scope="session")
-def reseal() -> Any:
-    """Return the function that makes a forger's certificate: changed, with matching hashes."""
-    return resealed

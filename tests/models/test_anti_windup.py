@@ -12,9 +12,9 @@ from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.simulation.closed_loop import History, simulate
 from takagi.models.simulation.turbine_plant import design_plant
-from takagi.models.simulation.wind import constant_wind
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
+from tests.winds import constant_wind
 
 Array = NDArray[np.float64]
 FAULT = (5.0, 45.0)

@@ -14,8 +14,8 @@ from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, simulate
 from takagi.models.simulation.scenario import damage_equivalent_load, measure
 from takagi.models.simulation.turbine_plant import validation_plant
-from takagi.models.simulation.wind import constant_wind
 from takagi.models.turbine.loader import nrel5mw
+from tests.winds import constant_wind
 
 
 def astm_example() -> tuple[list[float], float]:
@@ -86,7 +86,7 @@ def test_equivalent_load_scales_and_ignores_the_mean(
 def test_numbers_of_a_record_made_by_hand() -> None:
     """Energy 90 % of rated, travel 4 deg in 100 s, conflict from 50 s until pitch is 0.5 deg."""
     turbine = nrel5mw()
-    found = measure(sawtooth_record(), turbine, skip=0.0)
+    found = measure(sawtooth_record(), turbine)
 
     assert found.duration == pytest.approx(100.0)
     assert found.mean_power == pytest.approx(0.9 * turbine.rated_power / 1e3, rel=1e-3)
@@ -102,22 +102,8 @@ def test_numbers_of_a_record_made_by_hand() -> None:
     assert found.tower_del == pytest.approx(6.0 * 0.5**0.25, rel=1e-2)
 
 
-def test_the_transient_is_dropped() -> None:
-    """After 60 s only the second half of the sawtooth is left."""
-    found = measure(sawtooth_record(), nrel5mw())
-
-    assert found.duration == pytest.approx(40.0)
-    assert found.pitch_travel == pytest.approx(1.6)
-    assert found.torque_rate == 0.0
-
-
 def test_misuse_is_told() -> None:
-    """Nothing left, negative skip, no duration, NaN."""
-    record, turbine = sawtooth_record(), nrel5mw()
-    with pytest.raises(ModelError, match="skipping 100 s leaves nothing"):
-        measure(record, turbine, skip=100.0)
-    with pytest.raises(ModelError, match="skip -1 s"):
-        measure(record, turbine, skip=-1.0)
+    """No duration, NaN."""
     with pytest.raises(ModelError, match="must be above 0"):
         damage_equivalent_load([0.0, 1.0], 0.0)
     with pytest.raises(ModelError, match="finite"):

@@ -14,8 +14,12 @@ from scipy.integrate import solve_ivp
 
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Measurement
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.law import (
+    PublishedLaw,
+    PublishedLawName,
+    equilibrium,
+    published_law,
+)
 from takagi.models.laws.published.regional_schedule import (
     RegionalSchedule,
     Variant,

@@ -7,7 +7,8 @@ import pytest
 
 from takagi.models import WindObserver
 from takagi.models.simulation.baseline import BaselineLaw
-from takagi.models.simulation.scenario import Case, published_winds, run_case
+from takagi.models.simulation.closed_loop import simulate
+from takagi.models.simulation.scenario import measure, published_winds
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.simulation.wind import step_wind
 from takagi.models.turbine.loader import nrel5mw
@@ -29,13 +30,13 @@ def test_a_case_is_measured_from_its_first_wind_on() -> None:
     turbine = nrel5mw()
     plant, observer = validation_plant(turbine), WindObserver(turbine, 2.0, 5.0)
     seen: list[float] = []
-    results = [
-        run_case(Case("baseline", plant, BaselineLaw(turbine), wind, observer), seen.append)
-        for wind in published_winds(turbine, duration=20.0)
-    ]
-    powers = [result.metrics.mean_power for result in results]
+    law, results = BaselineLaw(turbine), []
+    for wind in published_winds(turbine, 20.0):
+        history = simulate(plant, law, wind, observer=observer, progress=seen.append)
+        results.append(measure(history, turbine))
+    powers = [result.mean_power for result in results]
 
-    assert [result.metrics.duration for result in results] == pytest.approx([20.0] * 3)
+    assert [result.duration for result in results] == pytest.approx([20.0] * 3)
     assert powers[0] < powers[1] < powers[2] <= 1.1 * turbine.rated_power / 1e3
     assert seen[-1] == pytest.approx(1.0)
 
@@ -44,12 +45,8 @@ def test_a_case_is_measured_from_its_first_wind_on() -> None:
 def test_the_reference_overspeeds_on_the_step_up_and_not_on_the_step_down() -> None:
     turbine = nrel5mw()
     plant, law, rated = validation_plant(turbine), BaselineLaw(turbine), rated_wind(turbine)
-    up, down = (
-        run_case(
-            Case("baseline", plant, law, step_wind(rated - sign * 1.5, rated + sign * 1.5, 120))
-        )
-        for sign in (1, -1)
-    )
+    winds = [step_wind(rated - sign * 1.5, rated + sign * 1.5, 120) for sign in (1, -1)]
+    up, down = (measure(simulate(plant, law, wind), turbine) for wind in winds)
 
-    assert up.metrics.overspeed > 3.0
-    assert down.metrics.overspeed < 1.0
+    assert up.overspeed > 3.0
+    assert down.overspeed < 1.0

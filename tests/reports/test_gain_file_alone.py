@@ -15,7 +15,6 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.turbine.published_law import designed_law
@@ -23,6 +22,7 @@ from takagi.certificates.document.certificate_file import (
     certificate_document,
     dumps,
     effort_sharing_law_data,
+    published_law_data,
 )
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import law_members, plant_data, unknown_premises

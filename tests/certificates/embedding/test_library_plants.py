@@ -12,7 +12,8 @@ from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.lmi import pdc
 from takagi.models.files.library import built_in_kinds
-from tests.certificates.embedding.plants import as_read, checked, library_model
+from tests.certificates.embedding.plants import checked, library_model
+from tests.certificates.kinds.claims import as_read
 
 PLANTS = [name for name, kind in built_in_kinds().items() if kind == "plant"]
 

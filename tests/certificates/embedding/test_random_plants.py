@@ -19,7 +19,8 @@ from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Interval, Output, Parameter, Plant, Variable, sector_model
 from takagi.models.ranges.expression_range import expression_range, expression_value
 from takagi.models.ts.premise import round_outward
-from tests.certificates.embedding.plants import as_read, said_of
+from tests.certificates.embedding.plants import said_of
+from tests.certificates.kinds.claims import as_read
 
 Data = dict[str, Any]
 

@@ -16,7 +16,8 @@ from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Interval, ModelError, Output, Parameter, Plant, Variable
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.embedding.plants import as_read, changed, embedding_outcome
+from tests.certificates.embedding.plants import changed, embedding_outcome
+from tests.certificates.kinds.claims import as_read
 
 x, v, u, w = sp.symbols("x v u w", real=True)
 CLAIM = {"name": "secants", "kind": "secant-embedding"}

@@ -13,16 +13,14 @@ from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import slope_claim
-from tests.certificates.both_checkers import second, verdicts
-from tests.certificates.kinds.claims import model_data
+from tests.certificates.kinds.claims import model_data, verdict_of
 from tests.certificates.kinds.observed_documents import (
     Data,
-    both,
     cubic,
     hidden,
     line,
     of_cubic,
-    sealed,
+    outcome,
 )
 
 
@@ -34,9 +32,9 @@ def test_slopes_that_are_not_the_plants_prove_nothing(end: str) -> None:
     width = float(premise["upper"]) - float(premise["lower"])
     premise[end] = float(premise[end]) + (0.1 if end == "lower" else -0.1) * width
 
-    one, other, text = both(forged, *others)
+    verdict, text = outcome(forged, *others)
 
-    assert (one, other) == ("UNDECIDED", "UNDECIDED")
+    assert verdict == "UNDECIDED"
     assert "not proved to be the plant's" in text
 
 
@@ -54,9 +52,9 @@ def test_a_premise_that_is_not_measured_cannot_give_the_plants_weights() -> None
     first = {"name": "model", "kind": "sector-embedding"}
     claim = {"name": "h", "kind": "observed-loop", "decay_rate": 0, "level": 1e-6}
 
-    one, other, text = both(model, forged, first, claim | {"P": np.eye(4).tolist()})
+    verdict, text = outcome(model, forged, first, claim | {"P": np.eye(4).tolist()})
 
-    assert (one, other) == ("UNDECIDED", "UNDECIDED")
+    assert verdict == "UNDECIDED"
     assert "not measured" in text
 
 
@@ -105,35 +103,30 @@ def test_outputs_are_needed() -> None:
         check_document(document)
 
 
-def by_both(document: Data) -> tuple[str, str]:
-    """Return the verdicts of both checkers on the last claim; REFUSED where one refuses."""
-    return verdicts(document)[-1], second(document)[-1]
-
-
 def test_one_gain_of_an_observer_at_its_estimate() -> None:
     """The weights at the estimate are not those of the error, so that L cannot go by them."""
     model, gains, *claims = of_cubic()
     two = deepcopy(gains)
     two["observer"]["L"] *= 2
-    assert by_both(sealed(model, gains, *claims)) == ("PROVED", "PROVED")
-    assert by_both(sealed(model, two, *claims)) == ("REFUSED", "REFUSED")
+    assert verdict_of(model, gains, *claims) == "PROVED"
+    assert verdict_of(model, two, *claims) == "REFUSED"
 
 
 @pytest.mark.parametrize("slopes", [None, [], 5, "A"])
 def test_slopes_are_an_object_of_the_model(slopes: Any) -> None:
     model, gains, *claims = of_cubic()
     changed = deepcopy(model) | {"slopes": slopes}
-    assert by_both(sealed(changed, gains, *claims)) == ("REFUSED", "REFUSED")
+    assert verdict_of(changed, gains, *claims) == "REFUSED"
     measured = deepcopy(gains)
     measured["observer"]["weights"] = "measured"
-    assert by_both(sealed(changed, measured, *claims[:2])) == ("REFUSED", "REFUSED")
+    assert verdict_of(changed, measured, *claims[:2]) == "REFUSED"
 
 
 def test_slopes_have_those_of_the_outputs() -> None:
     model, gains, *claims = of_cubic()
     changed = deepcopy(model)
     del changed["slopes"]["C"]
-    assert by_both(sealed(changed, gains, *claims)) == ("REFUSED", "REFUSED")
+    assert verdict_of(changed, gains, *claims) == "REFUSED"
 
 
 def test_slopes_are_a_plants() -> None:
@@ -144,8 +137,8 @@ def test_slopes_are_a_plants() -> None:
     law = {k: v for k, v in gains.items() if k not in ("premises", "rules", "trim")}
     for whole in (plain, {**model, **plain}):
         for claims in ([claim], [slopes, claim]):
-            found = by_both(sealed({**whole, "slopes": model["slopes"]}, law, *claims))
-            assert found == ("REFUSED", "REFUSED")
+            found = verdict_of({**whole, "slopes": model["slopes"]}, law, *claims)
+            assert found == "REFUSED"
 
 
 def test_gains_are_those_of_the_rules() -> None:
@@ -154,16 +147,16 @@ def test_gains_are_those_of_the_rules() -> None:
     own = deepcopy(gains)
     own["premises"][0]["expression"] = "2*x"
     own["K"][0] = [[3.1]]
-    assert "PROVED" not in by_both(sealed(model, own, *claims))
-    assert "PROVED" not in by_both(sealed(model, None, *claims))
+    assert verdict_of(model, own, *claims) != "PROVED"
+    assert verdict_of(model, None, *claims) != "PROVED"
 
 
 def test_a_state_and_an_input_of_one_name() -> None:
     """Their range in the box would be one, and nobody knows of which."""
     model, gains, claim = line()
-    assert by_both(sealed(model, gains, claim)) == ("PROVED", "PROVED")
+    assert verdict_of(model, gains, claim) == "PROVED"
     named = {"input_names": ["x1 [-]"]}
-    assert by_both(sealed(model | named, gains | named, claim)) == ("REFUSED", "REFUSED")
+    assert verdict_of(model | named, gains | named, claim) == "REFUSED"
 
 
 @pytest.mark.parametrize("box", [[-1, 1], [-1, 3], [-3, 1]])
@@ -172,11 +165,11 @@ def test_the_nearer_end_of_a_range_counts(box: list[int]) -> None:
     model, gains, claim = line()
     for level, verdict in ((1, "PROVED"), (1.001, "UNDECIDED")):
         changed = model | {"box": {"x1 [-]": box}}
-        assert by_both(sealed(changed, gains, claim | {"level": level})) == (verdict, verdict)
+        assert verdict_of(changed, gains, claim | {"level": level}) == verdict
     for end, verdict in ((5.75, "PROVED"), (5.74, "UNDECIDED")):
         wide = [end * side if abs(side) == 1 else 9 * side for side in box]
         changed = model | {"box": {"x1 [-]": [-1, 1], "u [-]": wide}}
-        assert by_both(sealed(changed, gains, claim)) == (verdict, verdict)
+        assert verdict_of(changed, gains, claim) == verdict
 
 
 def test_the_estimate_keeps_the_ranges_too() -> None:
@@ -190,8 +183,8 @@ def test_the_estimate_keeps_the_ranges_too() -> None:
         ([[1.2, 1], [1, 100]], 1.19, "PROVED"),
         ([[1.2, 1], [1, 100]], 1.1901, "UNDECIDED"),
     ):
-        found = by_both(sealed(*of_cubic(wide, P=P, level=level)))
-        assert found == (verdict, verdict), (P, level)
+        found = verdict_of(*of_cubic(wide, P=P, level=level))
+        assert found == verdict, (P, level)
 
 
 def test_a_disturbance_at_rest_lies_in_its_range() -> None:
@@ -200,16 +193,15 @@ def test_a_disturbance_at_rest_lies_in_its_range() -> None:
     pushed = model | {"E": [[[1]]], "disturbance_names": ["w [-]"]}
     for box, verdict in (([-0.5, 0.5], "PROVED"), ([-0.5, 0], "PROVED")):
         changed = pushed | {"box": {"x1 [-]": [-1, 1], "w [-]": box}}
-        assert by_both(sealed(changed, gains, claim)) == (verdict, verdict)
+        assert verdict_of(changed, gains, claim) == verdict
     for box in ([0.1, 0.5], [-0.5, -0.1]):
         changed = pushed | {"box": {"x1 [-]": [-1, 1], "w [-]": box}}
-        assert "PROVED" not in by_both(sealed(changed, gains, claim))
+        assert verdict_of(changed, gains, claim) != "PROVED"
 
 
 @pytest.mark.parametrize("changed", [{"level": 0}, {"level": -1}, {"decay_rate": -0.001}])
 def test_numbers_without_a_meaning_are_refused(changed: Data) -> None:
-    assert by_both(sealed(*line(**changed)))[0] == "REFUSED"
-    assert by_both(sealed(*line(**changed)))[1] != "PROVED"
+    assert verdict_of(*line(**changed)) == "REFUSED"
 
 
 def test_products_of_gains_and_slopes_have_their_order() -> None:
@@ -227,6 +219,6 @@ def test_products_of_gains_and_slopes_have_their_order() -> None:
         slope_claim("hidden"),
         claim | {"P": np.round(shape, 6).tolist()},
     ]
-    assert by_both(sealed(model, gains, *claims)) == ("PROVED", "PROVED")
-    text = both(model, gains, *claims)[2]
+    assert verdict_of(model, gains, *claims) == "PROVED"
+    text = outcome(model, gains, *claims)[1]
     assert "where the estimate starts at the measured states and else at rest" in text

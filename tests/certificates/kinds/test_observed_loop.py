@@ -24,9 +24,9 @@ from tests.certificates.kinds.observed_documents import (
     SEEN,
     Data,
     _by_estimate,
-    both,
     line,
     of_cubic,
+    outcome,
     u,
     x,
 )
@@ -48,22 +48,21 @@ from tests.certificates.kinds.observed_documents import (
     ],
 )
 def test_limits_of_a_linear_plant_from_both_sides(changed: Data, proved: bool) -> None:
-    one, other, text = both(*line(**changed))
+    verdict, text = outcome(*line(**changed))
 
-    assert (one == "PROVED") is proved, text
-    assert (other == "PROVED") is proved
+    assert (verdict == "PROVED") is proved, text
 
 
 def test_the_rate_from_both_sides() -> None:
     """P = diag(1, s), s large: the rate tends to the slowest pole, 2 1/s."""
     far = {"P": [[1, 0], [0, 1000000]]}
-    assert both(*line(**far, decay_rate=1.999))[:2] == ("PROVED", "PROVED")
-    assert both(*line(**far, decay_rate=2))[:2] == ("UNDECIDED", "UNDECIDED")
+    assert outcome(*line(**far, decay_rate=1.999))[0] == "PROVED"
+    assert outcome(*line(**far, decay_rate=2))[0] == "UNDECIDED"
 
 
 def test_the_sentence_says_where_it_may_start() -> None:
     """xhat starts at the measured x: e = 0, so that V = x^2 and |x| <= 1 may start."""
-    text = both(*line())[2]
+    text = outcome(*line())[1]
     assert "a state alone may start up to 1 in x1" in text
     assert "exact outputs" in text
 
@@ -78,8 +77,8 @@ def test_discrete_time() -> None:
     )
     gains = law_data([[[1.5]]], sample_time=1, observer=SEEN | {"L": [[[1.5]]]})
     claim = {"name": "d", "kind": "observed-loop", "level": 1, "decay_rate": 0}
-    assert both(model, gains, claim | {"P": [[1, 0], [0, 4.0001]]})[:2] == ("PROVED", "PROVED")
-    assert both(model, gains, claim | {"P": [[1, 0], [0, 4]]})[:2] == ("UNDECIDED", "UNDECIDED")
+    assert outcome(model, gains, claim | {"P": [[1, 0], [0, 4.0001]]})[0] == "PROVED"
+    assert outcome(model, gains, claim | {"P": [[1, 0], [0, 4]]})[0] == "UNDECIDED"
 
 
 @pytest.mark.parametrize(
@@ -93,10 +92,9 @@ def test_discrete_time() -> None:
     ],
 )
 def test_limits_with_weights_at_the_estimate(changed: Data, proved: bool) -> None:
-    one, other, text = both(*of_cubic(**changed))
+    verdict, text = outcome(*of_cubic(**changed))
 
-    assert (one == "PROVED") is proved, text
-    assert (other == "PROVED") is proved
+    assert (verdict == "PROVED") is proved, text
     assert not proved or "weights at the estimate" in text
 
 
@@ -124,7 +122,7 @@ def test_weights_of_a_model_without_a_plant_are_assumed() -> None:
     """Two rules, nothing about what they depend on: the sentence says that they are known."""
     model, gains, claim = line()
     two = {**model, "A": [[[1]], [[0.5]]]}
-    text = both(two, gains, claim)[2]
+    text = outcome(two, gains, claim)[1]
     assert "which it is assumed to know" in text
 
 
@@ -145,9 +143,9 @@ def test_an_observer_at_its_estimate_does_not_know_a_signal_from_outside() -> No
         )
         model, gains = _by_estimate(plant, [[3.0]], [[4.0]])
         parts = of_cubic(P=[[1, 0], [0, 2]], level=0.1)
-        verdicts.append(both(model, gains, *parts[2:]))
-    assert [found[:2] for found in verdicts] == [("PROVED",) * 2, ("UNDECIDED",) * 2]
-    assert "premises depend on w [-], which the observer does not know" in verdicts[1][2]
+        verdicts.append(outcome(model, gains, *parts[2:]))
+    assert [found[0] for found in verdicts] == ["PROVED", "UNDECIDED"]
+    assert "premises depend on w [-], which the observer does not know" in verdicts[1][1]
 
 
 @pytest.mark.parametrize(
@@ -180,9 +178,9 @@ def test_one_state_with_a_range_is_enough_for_a_box() -> None:
     observer = SEEN | {"L": [[[4], [0]]]}
     gains = law_data([[[3, 0]]], input_names=["u [-]"], observer=observer)
     claim = line()[2] | {"P": np.diag([1, 1, 0.375000001, 1]).tolist()}
-    found = both(model, gains, claim)
-    assert found[:2] == ("PROVED", "PROVED")
-    assert "in which x stays in the model's box" in found[2]
+    found = outcome(model, gains, claim)
+    assert found[0] == "PROVED"
+    assert "in which x stays in the model's box" in found[1]
 
 
 def test_the_sentence_keeps_ranges_of_disturbances_apart() -> None:
@@ -190,7 +188,7 @@ def test_the_sentence_keeps_ranges_of_disturbances_apart() -> None:
     model, gains, claim = line()
     box = {"x1 [-]": [-1, 1], "w [-]": [-0.5, 0.5]}
     pushed = model | {"E": [[[1]]], "disturbance_names": ["w [-]"], "box": box}
-    text = both(pushed, gains, claim)[2]
+    text = outcome(pushed, gains, claim)[1]
     assert "without disturbance" in text and "w" not in text.split("box")[1].split(";")[0]
 
 
@@ -203,9 +201,9 @@ def test_no_disturbance_is_in_its_range(side: list[float], verdict: str) -> None
     model, gains, claim = line()
     pushed = model | {"E": [[[1]]], "disturbance_names": ["w [-]"]}
     pushed["box"] = {"x1 [-]": [-1, 1], "w [-]": side}
-    found = both(pushed, gains, claim)
-    assert found[:2] == (verdict, verdict)
-    assert ("w [-] is bounded less tightly" in found[2]) == (verdict == "UNDECIDED")
+    found = outcome(pushed, gains, claim)
+    assert found[0] == verdict
+    assert ("w [-] is bounded less tightly" in found[1]) == (verdict == "UNDECIDED")
 
 
 @pytest.mark.parametrize(("entry", "verdict"), [(0, "PROVED"), (1e-9, "UNDECIDED")])
@@ -214,9 +212,9 @@ def test_a_signal_that_moves_no_state_need_not_be_at_zero(entry: float, verdict:
     model, gains, claim = line()
     pushed = model | {"E": [[[entry]]], "disturbance_names": ["w [-]"]}
     pushed["box"] = {"x1 [-]": [-1, 1], "w [-]": [1, 2]}
-    found = both(pushed, gains, claim)
-    assert found[:2] == (verdict, verdict)
-    assert ("while w [-] stays in the model's box" in found[2]) == (verdict == "PROVED")
+    found = outcome(pushed, gains, claim)
+    assert found[0] == verdict
+    assert ("while w [-] stays in the model's box" in found[1]) == (verdict == "PROVED")
 
 
 @pytest.mark.parametrize(
@@ -242,16 +240,16 @@ def test_an_estimate_starts_at_states_that_are_outputs(C: Any, D: Any, seen: lis
 
 def test_the_sentence_says_what_is_assumed_and_kept() -> None:
     model, gains, claim = line()
-    assert "which its measured outputs tell" in both(model, gains, claim)[2]
-    text = both({k: v for k, v in model.items() if k != "box"}, gains, claim)[2]
+    assert "which its measured outputs tell" in outcome(model, gains, claim)[1]
+    text = outcome({k: v for k, v in model.items() if k != "box"}, gains, claim)[1]
     assert "in the model's box" not in text
-    assert "in which x stays in the model's box" in both(model, gains, claim)[2]
+    assert "in which x stays in the model's box" in outcome(model, gains, claim)[1]
     only = model | {"box": {"u [-]": [-9, 9]}}
-    assert "in the model's box" in both(only, gains, claim)[2]
-    assert "in which x and xhat stay in the model's box" in both(*of_cubic())[2]
+    assert "in the model's box" in outcome(only, gains, claim)[1]
+    assert "in which x and xhat stay in the model's box" in outcome(*of_cubic())[1]
     # An output that is not a state: the estimate starts at rest, e = x, V = x'(1 + s) x.
     twice = model | {"C": [[[2]]], "A": [[[1]]]}
-    text = both(twice, gains, claim | {"P": [[1, 0], [0, 1]], "level": 0.5})[2]
+    text = outcome(twice, gains, claim | {"P": [[1, 0], [0, 1]], "level": 0.5})[1]
     assert "where the estimate starts at rest, a state alone may start up to 0.5 in x1" in text
 
 

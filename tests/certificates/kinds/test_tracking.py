@@ -21,8 +21,7 @@ from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models import ModelError, Plant, load_model
 from takagi.models.plant.design_settings import PlantSettings
-from tests.certificates.both_checkers import second, verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 from tests.certificates.kinds.tracking_documents import (
     ARM,
     GAINS,
@@ -39,11 +38,10 @@ from tests.certificates.kinds.tracking_documents import (
 )
 
 
-def test_both_checkers_prove_that_the_arm_follows() -> None:
+def test_the_arm_is_proved_to_follow() -> None:
     for which in (0, 1):
         document = changed(lambda _: None, which)
         assert verdicts(document) == ["PROVED", "PROVED"]
-        assert second(document) == ["PROVED", "PROVED"]
     words = check_document(document).claims[1].text
     assert "constant m in [0.9, 1.1] kg the loop has one equilibrium with no error" in words
     assert "in a stated set" in words
@@ -112,11 +110,10 @@ def test_simulations_keep_the_bounds() -> None:
     ],
 )  # fmt: skip
 def test_thresholds_on_paper(numbers: Data, proved: bool) -> None:
-    """Both sides of every number, by both checkers; the values are in the comments."""
+    """Both sides of every number; the values are in the comments."""
     document = at(**numbers)
 
     assert (verdicts(document)[-1] == "PROVED") is proved
-    assert (second(document)[-1] == "PROVED") is proved
 
 
 @pytest.mark.parametrize(
@@ -142,7 +139,6 @@ def test_ranges_on_paper(ranges: Data, proved: bool) -> None:
     document = at(pure(drift="(-x)", slope="-1", r=(-1, 0.5), **ranges))
 
     assert (verdicts(document)[-1] == "PROVED") is proved
-    assert (second(document)[-1] == "PROVED") is proved
 
 
 @pytest.mark.parametrize(
@@ -163,7 +159,6 @@ def test_an_observer_beside_the_integral_on_paper(observer: Data, proved: bool) 
     document = of_outputs(**observer)
 
     assert (verdicts(document)[-1] == "PROVED") is proved
-    assert (second(document)[-1] == "PROVED") is proved
 
 
 def test_of_a_law_of_outputs_nothing_is_claimed_that_needs_its_states() -> None:
@@ -172,7 +167,7 @@ def test_of_a_law_of_outputs_nothing_is_claimed_that_needs_its_states() -> None:
     document["claims"] += [decay, {"name": "embedding", "kind": "secant-embedding"}]
     document = resealed(document)
 
-    assert verdicts(document) == second(document) == ["REFUSED"]
+    assert verdicts(document) == ["REFUSED"]
 
 
 @pytest.mark.parametrize(
@@ -199,7 +194,6 @@ def test_a_curved_line_and_weighted_residuals_on_paper(numbers: Data, proved: bo
     document = pushed_by_a_square(**numbers)
 
     assert (verdicts(document)[-1] == "PROVED") is proved
-    assert (second(document)[-1] == "PROVED") is proved
 
 
 def test_a_set_without_room_needs_no_more_than_none() -> None:
@@ -208,7 +202,6 @@ def test_a_set_without_room_needs_no_more_than_none() -> None:
     for end, proved in ((1.000001, True), (1, False), (0.999999, False)):
         document = at(pure(x=(-end, 2)), **still)
         assert (verdicts(document)[-1] == "PROVED") is proved
-        assert (second(document)[-1] == "PROVED") is proved
 
 
 def test_a_shape_that_sees_nothing_proves_nothing() -> None:
@@ -222,7 +215,7 @@ def test_a_shape_that_sees_nothing_proves_nothing() -> None:
     )  # fmt: skip
     document["gains"]["K"] = [[[3, 0]]]
 
-    assert verdicts(resealed(document)) == second(resealed(document)) == ["PROVED", "UNDECIDED"]
+    assert verdicts(resealed(document)) == ["PROVED", "UNDECIDED"]
 
 
 def test_slopes_that_differ_need_one_gain() -> None:
@@ -232,15 +225,14 @@ def test_slopes_that_differ_need_one_gain() -> None:
     """
     numbers = {"decay_rate": 0.7, "residuals": [0.01, 0], "residual_norm": 0.01415}
     whole = at(curved(), **numbers, rates=[0], radius=0.4)
-    assert verdicts(whole) == second(whole) == ["PROVED", "PROVED"]
+    assert verdicts(whole) == ["PROVED", "PROVED"]
     for k in (0, 1):
         other = copy.deepcopy(whole)
         other["gains"]["K"][k] = [[3.01, 2]]
         assert "PROVED" not in verdicts(resealed(other))[-1:]
-        assert "PROVED" not in second(resealed(other))[-1:]
     for name, value in (("residuals", [0.0099, 0]), ("residual_norm", 0.01414)):
         document = at(curved(), **numbers | {name: value}, rates=[0], radius=0.4)
-        assert verdicts(document) == second(document) == ["PROVED", "UNDECIDED"]
+        assert verdicts(document) == ["PROVED", "UNDECIDED"]
 
 
 def test_the_sentence_rounds_to_the_safe_side() -> None:
@@ -255,7 +247,7 @@ def test_the_sentence_rounds_to_the_safe_side() -> None:
     # (0.3 - 0.22361)/1.8555 = 0.04116.
     off: Data = {"slope": [[0.9], [-1.35]], "residuals": [0, 0.1], "residual_norm": 0.22361}
     document = at(**off, slope_norms=[1.8555], rates=[0.03], radius=0.3)
-    assert verdicts(document) == second(document) == ["PROVED", "PROVED"]
+    assert verdicts(document) == ["PROVED", "PROVED"]
     text = check_document(document).claims[-1].text
     assert "settles to at most 0.7245 - for r" in text and "up to 0.04116 - in r" in text
 
@@ -313,14 +305,13 @@ def test_a_wrong_reference_is_refused_at_its_place(
 
 @pytest.mark.slow
 def test_the_servo_of_the_library_is_proved() -> None:
-    """Gains that are found, for every target and constant load torque, by both checkers."""
+    """Gains that are found, for every target and constant load torque."""
     plant = load_model("dc_servo")
     assert isinstance(plant, Plant)
     design = design_plant(plant)
     assert isinstance(design, PlantDesign)
 
     assert design.proved
-    assert {*second(design.document)} == {"PROVED"}
     assert [c["kind"] for c in design.document["claims"]].count("tracking") == 2
 
 
@@ -409,7 +400,7 @@ def test_what_follows_has_to_be_measured(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_an_angle_is_followed_though_the_rate_is_not_measured(tmp_path: Path) -> None:
-    """A stranger's first servo: plant, integral and observer are proved as one by both checkers."""
+    """A stranger's first servo: plant, integral and observer are proved as one."""
     text = SPRING.replace('measured = ["x"]', 'measured = ["x"]\nunits = "unchecked"')
     text = text.replace(', rest = "solve"', "").replace(", rest = 0.7", "")
     text = text.replace(" - 0.4*x^3", "").replace("range = [0, 0.5]", "range = [-0.5, 0.5]")
@@ -417,8 +408,8 @@ def test_an_angle_is_followed_though_the_rate_is_not_measured(tmp_path: Path) ->
     assert isinstance(design, PlantDesign)
     document: dict[str, Any] = dict(design.document)
 
-    assert design.proved and second(document) == ["PROVED"] * len(document["claims"])
+    assert design.proved
     assert "tracking" in {claim["kind"] for claim in document["claims"]}
     document = copy.deepcopy(document)
     document["gains"]["observer"]["L"] = (-np.array(document["gains"]["observer"]["L"])).tolist()
-    assert "PROVED" not in {*verdicts(resealed(document)), *second(resealed(document))}
+    assert "PROVED" not in verdicts(resealed(document))

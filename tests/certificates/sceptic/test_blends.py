@@ -16,7 +16,7 @@ from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.models.plant.design_settings import PlantSettings
 from tests.certificates.blend.test_effort_blend import GAIN, blend, changed, design
-from tests.certificates.both_checkers import verdicts
+from tests.certificates.kinds.claims import verdicts
 from tests.models.blending.plants import ROOM, plant_of
 
 Data = dict[str, Any]

@@ -1,4 +1,4 @@
-"""Claims that were called PROVED or DISPROVED and said more than was shown: by both checkers."""
+"""Claims that were called PROVED or DISPROVED and said more than was shown."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ import pytest
 from takagi.certificates import Claim
 from takagi.certificates.checker import check_document
 from takagi.certificates.document.certificate_file import certificate_document
-from tests.certificates.both_checkers import second
 from tests.certificates.kinds.claims import law_data, model_data
 
 Data = dict[str, Any]
 
 
-def both(model: Data, gains: Data | None, *claims: Data) -> list[tuple[Claim, str]]:
-    """Return what the first checker says of each claim, and the second one's verdict."""
+def outcomes(model: Data, gains: Data | None, *claims: Data) -> tuple[Claim, ...]:
+    """Return what the checker says of each claim."""
     document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
-    return list(zip(check_document(document).claims, second(document), strict=True))
+    return tuple(check_document(document).claims)
 
 
 def halved(depth: int) -> list[list[int]]:
@@ -36,11 +35,11 @@ def test_the_next_sample_s_weights_may_lie_in_any_piece(
     claim = {"name": "r", "kind": "input-limits", "P": [[1]], "level": 1, "multiplier": 0.01}
     claim |= {"input_limits": [1], "rate_limits": [limit], "rate_shares": {"motion": [limit]}}
 
-    found = both(
+    found = outcomes(
         model, law_data([[[1]], [[-1]]], sample_time=1), claim | {"halvings": halved(depth)}
     )
 
-    assert [(one.verdict.name, second) for one, second in found] == [(verdict, verdict)]
+    assert [claim.verdict.name for claim in found] == [verdict]
 
 
 def noisy(premise: str) -> Data:
@@ -62,9 +61,9 @@ H2 = {"name": "h", "kind": "h2-norm", "P": [[1.334]], "norm": 1.156, "disturbanc
 
 def test_a_signal_may_depend_on_the_noise_and_is_named() -> None:
     """p = sign(x w) in its range, w = +-1 at random: E x^2 is 4, where 1.336 is claimed without."""
-    (_, (by_signal, _)), (_, (by_state, _)) = (
-        both(noisy("p"), None, EMBEDDING, H2),
-        both(noisy("x/5"), None, EMBEDDING, H2),
+    (_, by_signal), (_, by_state) = (
+        outcomes(noisy("p"), None, EMBEDDING, H2),
+        outcomes(noisy("x/5"), None, EMBEDDING, H2),
     )
 
     assert (
@@ -86,8 +85,8 @@ def test_what_holds_of_a_model_that_is_not_the_plant_s_is_not_proved(
     kept = {"name": "i", "kind": "invariant-ellipsoid", "P": [[1]], "level": 1, "multiplier": 1}
 
     for order in ((EMBEDDING, decay, kept), (decay, kept, EMBEDDING)):
-        found = both(model, None, *order)
-        assert [(one.verdict.name, second) for one, second in found] == [(verdict, verdict)] * 3
+        found = outcomes(model, None, *order)
+        assert [claim.verdict.name for claim in found] == [verdict] * 3
 
 
 def test_a_function_that_stands_still_at_an_instant_is_not_said_never_to_fall() -> None:
@@ -96,9 +95,9 @@ def test_a_function_that_stands_still_at_an_instant_is_not_said_never_to_fall() 
     factors = [{"blend": k, "factor": [[1 - k], [k]]} for k in (0, 1)]
     claim = {"name": "n", "kind": "no-common-decay", "decay_rate": 0, "multipliers": factors}
 
-    ((found, second),) = both(model_data(pair), None, claim)
+    (found,) = outcomes(model_data(pair), None, claim)
 
-    assert (found.verdict.name, second) == ("DISPROVED", "DISPROVED")
+    assert found.verdict.name == "DISPROVED"
     assert "has V' < 0 wherever x is not 0" in found.text and "falls" not in found.text
 
 
@@ -119,6 +118,6 @@ def test_multipliers_exclude_by_their_sum_alone(
     claim: Data = {"name": "n", "kind": "no-common-decay", "decay_rate": rate}
     claim |= {"multipliers": [{"blend": 0, "factor": factor}]}
 
-    ((found, second),) = both(model_data([[[1, 0], [0, -1]]]), None, claim)
+    (found,) = outcomes(model_data([[[1, 0], [0, -1]]]), None, claim)
 
-    assert (found.verdict.name, second) == (verdict, verdict)
+    assert found.verdict.name == verdict

@@ -8,13 +8,14 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check_document
+from tests.certificates.kinds.claims import resealed
 
 Document = dict[str, Any]
 PER_INTERVAL = ("integral_rate", "inertia_feedforward", "feedforward_limit")
 
 
 @pytest.fixture(scope="session")
-def cell_document(short_document: Document, reseal: Any) -> Document:
+def cell_document(short_document: Document) -> Document:
     """Return the third cell of the short certificate as a certificate of its own."""
     document = deepcopy(short_document)
     gains, claim = document["gains"], document["claims"][0]
@@ -22,7 +23,7 @@ def cell_document(short_document: Document, reseal: Any) -> Document:
         if isinstance(column, list):
             gains[name] = column[2 : 3 if name in PER_INTERVAL else 4]
     claim["cells"] = claim["cells"][2:3]
-    sealed: Document = reseal(document)
+    sealed: Document = resealed(document)
     return sealed
 
 
@@ -32,11 +33,11 @@ def one(cell_document: Document) -> Document:
 
 
 @pytest.fixture
-def said(reseal: Any) -> Any:
+def said() -> Any:
     """Return the function that says the verdict and the text of a forger's certificate."""
 
     def say(document: Document) -> tuple[Verdict, str]:
-        claim = check_document(reseal(document)).claims[0]
+        claim = check_document(resealed(document)).claims[0]
         return claim.verdict, claim.text
 
     return say

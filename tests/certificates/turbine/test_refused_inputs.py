@@ -12,10 +12,10 @@ from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.turbine.effort_sharing.inputs import (
     Box,
     Law,
-    Plant,
     Settling,
     Uncertainty,
 )
+from takagi.certificates.checker.turbine.rotor import Plant
 
 KNOTS = [0, 0, 0, 0, 1, 1, 1, 1]
 MODEL: dict[str, Any] = {

@@ -12,7 +12,6 @@ from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import L2Gain
 from takagi.lmi import FixedOrderDesign, GeneralisedPlant, hinf_fixed_order, hinf_output_feedback
 from takagi.models import ModelError
-from tests.certificates.both_checkers import second
 from tests.lmi.fixed_order.plants import PRINTED, best_of_hifoo, hifoo, names, plant
 from tests.lmi.norms import hamiltonian_norm
 
@@ -22,10 +21,9 @@ REDUCED = [name for name in names()[::5] if name != "IH"]
 
 
 def proved_gain(design: FixedOrderDesign) -> float:
-    """Return the bound that both checkers prove."""
+    """Return the bound that is proved."""
     answer = certify(design.model, design.gains, claims=[L2Gain(output=design.output)])
     assert answer.verdict is Verdict.PROVED
-    assert {*second(answer.document)} == {"PROVED"}
     return float(answer.document["claims"][0]["gain"])
 
 
