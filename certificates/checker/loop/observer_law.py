@@ -50,9 +50,7 @@ def states_at_start(C: Sequence[Matrix], D: Sequence[Matrix], order: int) -> lis
     return is_measured
 
 
-def observed_by(
-    loop: PolytopicLoop, model: Any, gains: Any, where: str = "gains.observer"
-) -> PolytopicLoop:
+def observed_by(loop: PolytopicLoop, model: Any, gains: Any) -> PolytopicLoop:
     """Return the loop with the observer of ``gains.observer``, and with its measured outputs only.
 
     Raises
@@ -60,7 +58,7 @@ def observed_by(
     CertificateError : an output that the model does not have, gains L of another shape, weights at
         the estimate without the slopes of a plant.
     """
-    observer = gains["observer"]
+    observer, where = gains["observer"], "gains.observer"
     weights = reader.text(observer, "weights", where)
     if weights not in (MEASURED, ESTIMATED):
         raise CertificateError(f"{where}.weights: {MEASURED!r} or {ESTIMATED!r} is needed")
