@@ -34,7 +34,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from math import factorial
+from math import factorial, prod
 from typing import Any, NamedTuple
 
 from takagi.certificates.checker.kernel.matrices import Matrix
@@ -256,17 +256,9 @@ def _scheduled(claim: Any, loop: PolytopicLoop, where: str) -> tuple[Polynomial,
         if not exact or a not in needed or a in terms:
             raise CertificateError(f"{at}.powers: every exponent of the degrees once is needed")
         coefficients.append(read_matrix(entry, "matrix", at, (n, n)))
-        terms[a] = _multinomial(a) * coefficients[-1]
+        multinomial = prod(factorial(sum(row)) // prod(map(factorial, row)) for row in a)
+        terms[a] = multinomial * coefficients[-1]
     return Polynomial(sizes, degrees, terms), coefficients
-
-
-def _multinomial(a: Exponent) -> int:
-    coefficient = 1
-    for row in a:
-        coefficient *= factorial(sum(row))
-        for power in row:
-            coefficient //= factorial(power)
-    return coefficient
 
 
 def _rates(claim: Any, P: Polynomial, where: str) -> Rates:
@@ -292,9 +284,7 @@ def _corners(rates: Rates, where: str) -> list[Speeds]:
     simplex_corners = [
         [()] if bounds is None else _simplex_corners(bounds, where) for bounds in rates
     ]
-    count = 1
-    for corners in simplex_corners:
-        count *= len(corners)
+    count = prod(map(len, simplex_corners))
     if count > MOST_CORNERS:
         raise CertificateError(f"{where}.rates: {count} corners; at most {MOST_CORNERS}")
     return list(product(*simplex_corners))
