@@ -94,7 +94,7 @@ def run_command(
     function: Callable[..., int],
     arguments: Sequence[str],
     *,
-    groups: Sequence[Callable[..., None]] = (),
+    options: Sequence[inspect.Parameter] = (),
 ) -> int:
     """Parse ``arguments`` by the signature of ``function``, call it, return its exit status.
 
@@ -103,13 +103,13 @@ def run_command(
 
     Parameters
     ----------
-    groups : signatures that several verbs share; what they declare is taken by the ``**options``
-        of ``function``, and stands in the help before its keyword-only parameters.
+    options : that several verbs share; the ``**options`` of ``function`` take them, and they stand
+        in the help before its keyword-only parameters.
     """
     # Imported here: `takagi --help` and `takagi check` do without typer.
     import typer
 
-    signature = _joined(function, groups)
+    signature = _joined(function, options)
 
     def command(**given: object) -> None:
         # The error handling is inside typer, which would handle interrupts and pipes in its own
@@ -146,13 +146,10 @@ def run_command(
 
 
 def _joined(
-    function: Callable[..., int], groups: Sequence[Callable[..., None]]
+    function: Callable[..., int], options: Sequence[inspect.Parameter]
 ) -> inspect.Signature:
-    """Return the parameters of the function with those of the groups, all by keyword."""
-    own = list(inspect.signature(function, eval_str=True).parameters.values())
-    shared = [
-        p for group in groups for p in inspect.signature(group, eval_str=True).parameters.values()
-    ]
-    first = [p for p in own if p.kind is p.POSITIONAL_OR_KEYWORD]
-    last = [p for p in own if p.kind is p.KEYWORD_ONLY]
-    return inspect.Signature([p.replace(kind=p.KEYWORD_ONLY) for p in (*first, *shared, *last)])
+    """Return the parameters of the function with the options, all by keyword."""
+    parameters = list(inspect.signature(function, eval_str=True).parameters.values())
+    first = [p for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
+    last = [p for p in parameters if p.kind is p.KEYWORD_ONLY]
+    return inspect.Signature([p.replace(kind=p.KEYWORD_ONLY) for p in (*first, *options, *last)])

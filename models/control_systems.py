@@ -21,7 +21,7 @@ from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Command, Law, Measurement, ProgramState, SampledLaw
 from takagi.models.plant.plant import Output, Plant
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, dynamics
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, plant_rate
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 
@@ -41,12 +41,12 @@ def turbine_system(plant: SimulatedTurbine) -> control.NonlinearIOSystem:
     """
     import control
 
-    run = dynamics(plant)
+    rate = plant_rate(plant)
     names = signal_names(plant.state_names)
 
     def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
         torque, reference, wind = map(float, u)
-        return run.derivative(np.asarray(x, dtype=np.float64), torque, reference, wind)
+        return rate(np.asarray(x, dtype=np.float64), torque, reference, wind)
 
     return control.nlsys(
         update, None, name="turbine", states=names, inputs=INPUTS, outputs=names, dt=0
@@ -71,7 +71,7 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
             f"at: wind = {wind!r} was given; {turbine.cut_in:g} to {turbine.cut_out:g} m/s is "
             "needed"
         )
-    run = dynamics(plant)
+    derivative = plant_rate(plant)
     state, point = plant.initial_state(wind)
     names = signal_names(plant.state_names)
     n = len(names)
@@ -79,7 +79,7 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
 
     def rate(state_and_inputs: Floats) -> Floats:
         torque, reference, v = map(float, state_and_inputs[n:])
-        return run.derivative(state_and_inputs[:n], torque, reference, v)
+        return derivative(state_and_inputs[:n], torque, reference, v)
 
     J = np.zeros((n, n + 3))
     for k, name in enumerate([*names, *INPUTS]):
@@ -218,17 +218,13 @@ def _plant_outputs(plant: Plant) -> list[str]:
     ]
 
 
-def _symbols(plant: Plant) -> list[sp.Symbol]:
-    return [variable.symbol for variable in (*plant.states, *plant.inputs, *plant.disturbances)]
-
-
 def _numeric(plant: Plant, rows: Sequence[Any]) -> Callable[[Floats, Floats], Floats]:
     """Return (x, (u, w)) -> the values of expressions, parameters put in."""
     import sympy as sp
 
-    values = {s: sp.Rational(v.numerator, v.denominator) for s, v in plant.values.items()}
-    expressions = [sp.sympify(row).subs(values) for row in rows]
-    compute = sp.lambdify(_symbols(plant), expressions, modules=["scipy", "numpy"])
+    expressions = [sp.sympify(row).subs(plant.rationals) for row in rows]
+    symbols = [variable.symbol for variable in plant.variables]
+    compute = sp.lambdify(symbols, expressions, modules=["scipy", "numpy"])
 
     def value(x: Floats, u: Floats) -> Floats:
         return np.array(compute(*map(float, x), *map(float, u)), dtype=np.float64)
@@ -241,10 +237,10 @@ def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, 
 
     rest_values = {quantity.name: float(quantity.rest) for quantity in plant.variables}
     _require_names(at, rest_values)
-    point = np.array([(rest_values | dict(at))[quantity.name] for quantity in _ordered(plant)])
+    point = np.array([(rest_values | dict(at))[quantity.name] for quantity in plant.variables])
     n = len(plant.states)
     x, u = point[:n], point[n:]
-    symbols = _symbols(plant)
+    symbols = [variable.symbol for variable in plant.variables]
     f = sp.Matrix(list(plant.equations))
     outputs = sp.Matrix([quantity.expression for quantity in _own_outputs(plant)])
 
@@ -264,10 +260,6 @@ def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, 
     C = np.vstack([np.eye(n), read[:, :n]])
     D = np.vstack([np.zeros((n, len(u))), read[:, n:]])
     return J[:, :n], J[:, n:], C, D
-
-
-def _ordered(plant: Plant) -> Sequence[Any]:
-    return (*plant.states, *plant.inputs, *plant.disturbances)
 
 
 def _blended(model: TSModel, at: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:

@@ -21,6 +21,7 @@ from itertools import combinations_with_replacement, product
 import numpy as np
 
 from takagi.models.arrays import Floats
+from takagi.models.intervals.interval import rational
 from takagi.models.plant.plant import Plant
 from takagi.models.tracking import held_rests, signals_of
 
@@ -99,8 +100,7 @@ def rests_exactly(plant: Plant) -> bool:
     """Return whether every equation is 0 at the plant's rest by algebra, not up to rounding."""
     import sympy as sp
 
-    at = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
-    at |= {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    at = plant.at_rest | plant.rationals
     return all(sp.simplify(sp.sympify(row).subs(at)) == 0 for row in plant.equations)
 
 
@@ -151,12 +151,8 @@ def _right_sides(
     import sympy as sp
 
     signals = signals_of(plant)
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    values |= {
-        v.symbol: sp.Rational(*v.rest.as_integer_ratio())
-        for v in plant.disturbances
-        if v.range is None
-    }
+    values = plant.rationals
+    values |= {v.symbol: rational(v.rest) for v in plant.disturbances if v.range is None}
     listed = (*plant.states, *plant.inputs, *signals)
     symbols = [v.symbol for v in listed]
     right_sides = sp.lambdify(
@@ -183,7 +179,7 @@ def _outputs(plant: Plant, observer: ConstantObserver | None) -> Callable[[Float
 
     if observer is None:
         return lambda X: X[:0]
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    values = plant.rationals
     output_expressions = {y.name: y.expression for y in plant.outputs}
     rows = [sp.sympify(output_expressions[name]).subs(values) for name in observer.measured]
     function = sp.lambdify([v.symbol for v in plant.states], rows, ["scipy", "numpy"])

@@ -88,9 +88,6 @@ def share_range(effort: Interval, rest: Fraction, overlap: Fraction) -> Interval
 
 Shape: TypeAlias = Literal["linear", "smooth"]
 
-# max of d/ds over [0, 1]: 1 for s, and 6 s (1 - s) = 3/2 at s = 1/2.
-STEEPEST = {"linear": 1.0, "smooth": 1.5}
-
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
@@ -128,11 +125,6 @@ class Ramp:
         """start + width: from here on w_2 = 1."""
         return self.start + self.width
 
-    @property
-    def slope_range(self) -> tuple[float, float]:
-        """(smallest, largest) dw_2/dx over all x: (0, 1/width) or (0, 3/(2 width))."""
-        return 0.0, STEEPEST[self.shape] / self.width
-
     def at(self, x: float) -> float:
         """Return w_2(x) for one number: what a control loop calls."""
         s = (x - self.start) / self.width
@@ -151,13 +143,6 @@ class Ramp:
         """Return (w_1, w_2) stacked on the first axis; both in [0, 1], sum 1."""
         second = self(x)
         return np.stack((1.0 - second, second))
-
-    def slope(self, x: ArrayLike) -> Floats:
-        """Return dw_2/dx, elementwise; 0 at the two kinks of the linear shape."""
-        s = (np.asarray(x, dtype=np.float64) - self.start) / self.width
-        inside = (s > 0.0) & (s < 1.0)
-        by_s = np.ones_like(s) if self.shape == "linear" else 6.0 * s * (1.0 - s)
-        return np.asarray(np.where(inside, by_s / self.width, 0.0))
 
 
 def rated_speed_ramp(

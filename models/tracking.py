@@ -21,6 +21,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import rational
 from takagi.models.plant.plant import Plant, Reference, Variable
 
 if TYPE_CHECKING:
@@ -84,12 +85,8 @@ def _as_it_rests(plant: Plant, variable: Variable) -> Variable:
 
     if not variable.unknown:
         return variable
-    at_rest = {
-        v.symbol: sp.Rational(*v.rest.as_integer_ratio())
-        for v in plant.variables
-        if v.symbol != variable.symbol
-    }
-    at_rest |= {s: sp.Rational(*value.as_integer_ratio()) for s, value in plant.values.items()}
+    at_rest = plant.at_rest | plant.rationals
+    del at_rest[variable.symbol]
     residuals = [sp.sympify(row).subs(at_rest) for row in plant.equations]
     moves = any(sp.simplify(row.diff(variable.symbol)) != 0 for row in residuals)
     return replace(variable, schedules=not moves)
@@ -175,12 +172,8 @@ class _Search:
         self.wanted: list[Variable] = [*self.own, *plant.inputs]
         self.signals = signals_of(plant)
         self.references = names
-        fixed = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-        fixed |= {
-            v.symbol: sp.Rational(*v.rest.as_integer_ratio())
-            for v in plant.disturbances
-            if v not in self.signals
-        }
+        fixed = plant.rationals
+        fixed |= {v.symbol: rational(v.rest) for v in plant.disturbances if v not in self.signals}
         rows = sp.Matrix([sp.sympify(row).subs(fixed) for row in plant.equations])
         unknowns = [v.symbol for v in self.wanted]
         symbols = [*unknowns, *(v.symbol for v in self.signals)]

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 
 if TYPE_CHECKING:
     from takagi.reports.sections.plant.summary import SummaryRow

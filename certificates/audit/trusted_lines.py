@@ -6,9 +6,9 @@ checker is loaded again, even if the process has loaded it before.  A line is *e
 statement that it belongs to has begun. The ``def`` line of a function is executed when the file is
 loaded, its body when the function is called.
 
-The methods ``sentence`` and ``figures`` of claim kinds, and the files of ``words/``, run after the
-last verdict is fixed.  They are counted separately.  The interpreter and the standard library
-are trusted too.
+The methods ``sentence`` and ``figures`` of claim kinds, ``in_words`` of an outcome, and the files
+of ``words/`` run after the last verdict is fixed.  They are counted separately.  The interpreter
+and the standard library are trusted too.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import Any
 
 CHECKER = "takagi.certificates.checker"
 FOLDER = Path(__file__).parents[1] / "checker"
-WORDS, AFTERWARDS = "words", ("sentence", "figures")
+WORDS, AFTERWARDS = "words", ("sentence", "figures", "in_words")
 Lines = dict[str, set[int]]
 
 

@@ -19,8 +19,13 @@ from takagi.certificates.checker.kernel.reader import Number, digest
 from takagi.certificates.checker.replay.certificate import FORMAT, VERSION
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.published.law import PublishedLaw, schedule_band
+from takagi.models.laws.published.regional_schedule import (
+    RegionalSchedule,
+)
 from takagi.models.splines.spline import Surface
 from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
 
@@ -144,6 +149,56 @@ def effort_sharing_law_data(law: EffortSharingLaw) -> dict[str, Any]:
 
 
 LIBRARIES = ("takagi", "numpy", "scipy", "sympy", "clarabel", "python-flint")
+
+
+def published_law_data(law: PublishedLaw) -> dict[str, Any]:
+    """Return the law as plain data, the same in gain file and certificate.
+
+    ``partial`` and ``full`` hold the trim table that the premises refer to, the premises' bounds,
+    the rules as corners of the premises, and the gains per rule with the published signs.
+    """
+    turbine, coupling = law.turbine, law.coupling
+    data: dict[str, Any] = {
+        "name": law.name,
+        "states": 3 if law.tracking_time is None else 4,
+        "speed_setpoint": law.speed_setpoint,
+        "minimum_rotor_speed": turbine.minimum_rotor_speed,
+        "optimal_tip_speed_ratio": optimal_tip_speed_ratio(turbine),
+        "largest_tip_speed_ratio": TABLE_SHARE * turbine.torque.x_range[1],
+        "cut_in": turbine.cut_in,
+        "cut_out": turbine.cut_out,
+        "rated_torque": coupling.rated_torque,
+        "pitch_min": turbine.pitch_min,
+        "pitch_max": turbine.pitch_max,
+        "coupling": {
+            "variant": coupling.variant,
+            "speed_ramp_start": coupling.speed_ramp.start,
+            "speed_overlap": coupling.speed_ramp.width,
+            "speed_ramp_shape": coupling.speed_ramp.shape,
+            "torque_overlap": coupling.torque_overlap,
+            "minimum_torque": coupling.minimum_torque,
+            "top_torque": coupling.top_torque,
+        },
+        "partial": _region(law, law.partial),
+        "full": _region(law, law.full),
+    }
+    if law.tracking_time is not None:
+        data["tracking_time"] = law.tracking_time
+    return data
+
+
+def _region(law: PublishedLaw, schedule: RegionalSchedule) -> dict[str, Any]:
+    band, model = schedule_band(law, schedule), schedule.model
+    return {
+        "wind": band.wind.tolist(),
+        "rotor_speed": band.rotor_speed.tolist(),
+        "pitch": band.pitch.tolist(),
+        "premises": {p.name: [float(p.lower), float(p.upper)] for p in model.premises},
+        "rules": [list(rule) for rule in model.rules],
+        "k_speed": schedule.k_x[:, 0].tolist(),
+        "k_pitch": schedule.k_x[:, 1].tolist(),
+        "k_integral": schedule.k_I.tolist(),
+    }
 
 
 def provenance(settings: object, solver_words: Mapping[str, str]) -> dict[str, Any]:

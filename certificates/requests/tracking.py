@@ -13,7 +13,6 @@ import numpy as np
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt
@@ -371,7 +370,7 @@ class _Search:
             json.dumps({"model": self.loop.model_data, "gains": self.loop.gains_data}), "claim"
         )
         read = read_text(json.dumps(claim), "claim")
-        return in_words(replay(read, data, self.loop.exact, [], "claim"))
+        return replay(read, data, self.loop.exact, [], "claim").in_words()
 
 
 def _of_the_middle(A: Floats) -> Floats:

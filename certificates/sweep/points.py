@@ -33,7 +33,6 @@ from takagi.certificates.claims.turbine.published import (
     PublishedCandidate,
     published_candidate,
     published_claim,
-    published_law_data,
     with_overlaps,
 )
 from takagi.certificates.design.turbine.published_law import designed_law, regional_design
@@ -41,6 +40,7 @@ from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     effort_sharing_law_data,
+    published_law_data,
     turbine_data,
 )
 from takagi.lmi.turbine.effort import EffortSettings, effort_gains

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from takagi.cli.options.given import Groups, defaults_of, option_of
+from takagi.cli.options.given import Options, defaults_of, option_of
 from takagi.cli.progress import Tell
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.runs.turbine import TurbineMaker
@@ -26,13 +26,13 @@ class Maker(Protocol):
     Attributes
     ----------
     words : the kind of model in words, for messages.
-    groups : functions that declare the options of a design.
+    options : those of a design.
     summary : name of the module that prints a design, with ``as_text`` and ``as_data``.
-    simulation : name of the module that simulates, with ``GROUPS`` of options and ``simulate``.
+    simulation : name of the module that simulates, with ``OPTIONS`` and ``simulate``.
     """
 
     words: ClassVar[str]
-    groups: ClassVar[Groups]
+    options: ClassVar[Options]
     summary: ClassVar[str]
     simulation: ClassVar[str]
 
@@ -60,8 +60,8 @@ class Maker(Protocol):
 
 
 MAKERS: Mapping[str, type[Maker]] = {"turbine": TurbineMaker, "plant": PlantMaker}
-# The groups of options of every verb that designs.
-DESIGN_OPTIONS: Groups = tuple(one for maker in MAKERS.values() for one in maker.groups)
+# The options of every verb that designs.
+DESIGN_OPTIONS: Options = tuple(o for maker in MAKERS.values() for o in maker.options)
 # Option -> what to use instead for the other kind of model, where this is not obvious.
 _INSTEAD = {
     "law": "a plant's law is by rules: --relaxation and [design] of its file say how it is designed"
@@ -82,28 +82,27 @@ def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
     from takagi.models.loading import read_model
 
     source = read_model(model)
-    groups = {kind: maker.groups for kind, maker in MAKERS.items()}
-    return MAKERS[source.kind](source, own_options(source, options, groups))
+    declared = {kind: maker.options for kind, maker in MAKERS.items()}
+    return MAKERS[source.kind](source, own_options(source, options, declared))
 
 
 def own_options(
-    source: ModelFile, options: Mapping[str, Any], groups: Mapping[str, Groups]
+    source: ModelFile, options: Mapping[str, Any], declared: Mapping[str, Options]
 ) -> dict[str, Any]:
     """Return those of the parsed options that concern the model.
 
     Parameters
     ----------
-    groups : kind of model -> the functions that declare its options.
+    declared : kind of model -> its options.
 
     Raises
     ------
     ModelError : an option of another kind of model was given.  Ignoring it would let the user
         believe that it had an effect.
     """
-    others = [kind for kind in groups if kind != source.kind]
-    own = defaults_of(groups[source.kind])
-    for kind in others:
-        for name, default in defaults_of(groups[kind]).items():
+    own = defaults_of(declared[source.kind])
+    for kind, others in declared.items():
+        for name, default in defaults_of(others).items():
             if name not in own and options[name] != default and options[name] != []:
                 instead = f" ({_INSTEAD[name]})" if name in _INSTEAD else ""
                 raise ModelError(

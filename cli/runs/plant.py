@@ -9,15 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
-from takagi.cli.options.given import Groups, as_typed
-from takagi.cli.options.plant_options import (
-    PLANT_OPTIONS,
-    budget_asked,
-    noise_options,
-    plant_settings,
-    sampled_options,
-    time_options,
-)
+from takagi.cli.options.given import Options, as_typed
+from takagi.cli.options.plant_options import PLANT_DESIGN_OPTIONS, budget_asked, plant_settings
 from takagi.cli.progress import Tell
 from takagi.models.errors import ModelError
 
@@ -33,7 +26,7 @@ class PlantMaker:
     """The maker for plants, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a plant"
-    groups: ClassVar[Groups] = (*PLANT_OPTIONS, sampled_options, noise_options, time_options)
+    options: ClassVar[Options] = PLANT_DESIGN_OPTIONS
     summary: ClassVar[str] = "takagi.cli.terminal.plant_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_plant"
     source: PlantFile

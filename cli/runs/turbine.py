@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
-from takagi.cli.options.given import Groups, as_typed
+from takagi.cli.options.given import Options, as_typed
 from takagi.cli.options.turbine_options import TURBINE_OPTIONS
 from takagi.cli.options.turbine_settings import design_settings, uncertainty_asked
 from takagi.cli.progress import Tell
@@ -31,7 +31,7 @@ class TurbineMaker:
     """The maker for turbines, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a wind turbine"
-    groups: ClassVar[Groups] = TURBINE_OPTIONS
+    options: ClassVar[Options] = TURBINE_OPTIONS
     summary: ClassVar[str] = "takagi.cli.terminal.turbine_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_turbine"
     source: TurbineFile

@@ -68,7 +68,7 @@ def claim_lines(checked: CheckedFile) -> list[str]:
 def claims_as_data(checked: CheckedFile) -> dict[str, Any]:
     """Return verdict and claims as plain data, each claim with its assumptions and figures."""
     # Imported here: help is printed without any room of the checker.
-    from takagi.certificates.checker.kernel.figure import Figure
+    from takagi.certificates.checker.words.figure import Figure
 
     claims = [
         {

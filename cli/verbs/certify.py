@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ import typer
 
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import refuse_designing
+from takagi.cli.options.given import AsJson, refuse_designing
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
@@ -32,11 +33,6 @@ if TYPE_CHECKING:
     from takagi.reports.baseline.comparison import CertificateComparison
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Run the verb; return its exit status."""
-    return run_command("certify", certify, arguments, groups=DESIGN_OPTIONS)
-
-
 def certify(
     model: Model,
     out: Annotated[
@@ -55,7 +51,7 @@ def certify(
     ] = None,
     tolerance: Annotated[str, typer.Option(metavar="SHARE", help=TOLERANCE_HELP)] = TOLERANCE,
     *,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    as_json: AsJson = False,
     **options: Any,
 ) -> int:
     """Write a certificate for MODEL with the gains of a file, or with gains designed anew.
@@ -102,6 +98,9 @@ def certify(
     _print(out, checked, gains_out or gains, old, difference, warned, alone=alone, as_json=as_json)
     kept = difference is None or difference.passes
     return PROVED if checked.verdict.name == "PROVED" and not alone and kept else UNPROVED
+
+
+run = partial(run_command, "certify", certify, options=DESIGN_OPTIONS)
 
 
 def _require_readable(gains: Path) -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.given import AsJson
 from takagi.cli.runs.previous_certificate import (
     TOLERANCE,
     TOLERANCE_HELP,
@@ -20,11 +22,6 @@ from takagi.cli.runs.previous_certificate import (
 
 if TYPE_CHECKING:
     from takagi.reports.sections.plant.summary import SummaryRow
-
-
-def run(arguments: Sequence[str]) -> int:
-    """Run the verb; return its exit status."""
-    return run_command("compare", compare, arguments)
 
 
 def compare(
@@ -41,7 +38,7 @@ def compare(
     html: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the comparison as a page.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Compare designs of one plant by their certificates: each NEW with OLD.
 
@@ -91,6 +88,9 @@ def compare(
     else:
         print("\n\n".join(heads[k] + as_text(c, source=source) for k, c in compared.items()))
     return PROVED if all(c.passes for c in compared.values()) else UNPROVED
+
+
+run = partial(run_command, "compare", compare)
 
 
 def _summary_of(path: Path) -> Sequence[SummaryRow]:

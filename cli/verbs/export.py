@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Annotated
@@ -15,11 +15,6 @@ from takagi.cli.options.turbine_options import law_in_files
 
 if TYPE_CHECKING:
     from takagi.reports.code.controller_program import ControllerProgram
-
-
-def run(arguments: Sequence[str]) -> int:
-    """Run the verb; return its exit status."""
-    return run_command("export", export, arguments)
 
 
 def export(
@@ -105,6 +100,9 @@ def export(
         raise ModelError(f"--to {to} needs --out DIR, the folder to write")
     program = _program(given, law, without or [])
     return _code(program, str(to), out, precision, sample_time, (given, certificate))
+
+
+run = partial(run_command, "export", export)
 
 
 def _of_folder(folder: Path, coq: Path | None) -> Path:

@@ -6,18 +6,16 @@ import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED
-from takagi.cli.options.given import Groups, refuse_designing
+from takagi.cli.options.given import Options, option, refuse_designing
 from takagi.cli.options.plant_options import PLANT_OPTIONS, values_in_si
 from takagi.cli.options.simulation_options import (
+    PLANT_SCENARIO,
+    SHARED_SIMULATION,
     plant_scenario,
-    plant_scenario_options,
-    shared_simulation,
 )
 from takagi.cli.progress import progress
 from takagi.cli.runs.plant import PlantMaker
@@ -33,33 +31,25 @@ _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
 _FILES, _FOLDERS = ("responses.csv", "simulation.json", "summary.md"), ("figures",)
 
 
-def plant_simulation(
-    gains: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Plants: a gain file; without it, gains are designed."),
-    ] = None,
-    start: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="STATE=VALUE,...",
-            help="Plants: where a run starts, such as angle=20deg,rate=0.5; other states at rest. "
-            "May be repeated; without it: the corners of the box, drawn in to the proved set, or "
-            "rest with --disturbance or --noise.",
-        ),
-    ] = None,
-    reference: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE,...",
-            help="Plants with references: a jump from rest, such as angle_wanted=20deg. May be "
-            "repeated; without it and --start: the largest jumps that are proved.",
-        ),
-    ] = None,
-) -> None:
-    """Declare what a simulation of a plant may be asked for."""
-
-
-GROUPS: Groups = (plant_simulation, plant_scenario_options, shared_simulation, *PLANT_OPTIONS)
+OPTIONS: Options = (
+    option("gains FILE", "Plants: a gain file; without it, gains are designed.", Path),
+    option(
+        "start STATE=VALUE,...",
+        "Plants: where a run starts, such as angle=20deg,rate=0.5; other states at rest. May be "
+        "repeated; without it: the corners of the box, drawn in to the proved set, or rest with "
+        "--disturbance or --noise.",
+        list[str],
+    ),
+    option(
+        "reference NAME=VALUE,...",
+        "Plants with references: a jump from rest, such as angle_wanted=20deg. May be repeated; "
+        "without it and --start: the largest jumps that are proved.",
+        list[str],
+    ),
+    *PLANT_SCENARIO,
+    *SHARED_SIMULATION,
+    *PLANT_OPTIONS,
+)
 # Options that are not about a design.
 _OWN = ("gains", "start", "reference", "disturbance", "noise", "seed", "sample_time")
 

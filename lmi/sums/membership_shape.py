@@ -40,9 +40,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.condition.term import LMI, Array, Term
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import Expression, matrix
 from takagi.lmi.polynomials import Basis
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, SumPart, double_sum_of
 from takagi.lmi.sums.product_premises import count_of, multisets
 from takagi.lmi.sums.slack_matrices import SLACK_SHARE, slack_unknown
 from takagi.models.arrays import Floats, Indices
@@ -72,10 +73,10 @@ def swapped_rules(corners: Indices, premise: int, corner: int) -> Indices:
     return np.asarray(rule[number(changed)])
 
 
-def rate_parts(
+def rate_of(
     P: Unknown, corners: Indices, velocity: Sequence[Floats], *, members: Indices | None = None
-) -> tuple[SumPart, ...]:
-    """Return dP/dt at one velocity of the memberships, as parts of block (0, 0).
+) -> Expression | int:
+    """Return dP/dt at one velocity of the memberships, by the rule of the vertex.
 
     Parameters
     ----------
@@ -83,9 +84,8 @@ def rate_parts(
     velocity : dw^k/dt, one array for each simplex.
     members : (r,), the member of P for each rule; None for the rules' own order.
     """
-    eye = np.eye(P.rows)[None]
     rule_members = np.arange(len(corners)) if members is None else members
-    rate_terms = []
+    total: Expression | int = 0
     for k, rates in enumerate(velocity):
         for corner in np.flatnonzero(rates):
             rules = rule_members[swapped_rules(corners, k, int(corner))]
@@ -93,30 +93,19 @@ def rate_parts(
             index = f"{k + 1},{corner + 1}" if len(velocity) > 1 else f"{corner + 1}"
             rate = rf"\dot w_{{{index}}}" if len(velocity) > 1 else rf"\dot h_{{{index}}}"
             at = f"{{i}}|{index}" if len(velocity) > 1 else index
-            symbol = f"{P.symbol}_{{{at}}}"
-            rate_terms.append(
-                SumPart(
-                    unknown=P,
-                    left=rates[corner] * eye,
-                    right=eye,
-                    member=rule_table(len(corners), "vertex", rules),
-                    latex=(rate, ""),
-                    symbol=symbol,
-                )
-            )
-    return tuple(rate_terms)
+            P_i = P.members(rule_table(len(corners), "vertex", rules), f"{P.symbol}_{{{at}}}")
+            total = total + matrix([[rates[corner]]], rate) * P_i
+    return total
 
 
 def double_sums(
-    plain: DoubleSum, additions: Sequence[Sequence[SumPart]], name: str = "rates"
+    thetas: Sequence[Expression], name: str, *, rules: int, weight: float, corners: Corners | None
 ) -> tuple[DoubleSum, ...]:
-    """Return for each entry of ``additions`` the double sum with these parts and a new name."""
-    count = len(additions)
+    """Return a double sum Theta < 0 for each, numbered where there are several."""
+    titles = [f"{name} {k + 1}" if len(thetas) > 1 else "" for k in range(len(thetas))]
     return tuple(
-        replace(
-            plain, parts=(*plain.parts, *added), name=f"{name} {k + 1}" if count > 1 else plain.name
-        )
-        for k, added in enumerate(additions)
+        double_sum_of((theta << 0).named(title, weight=weight), rules=rules, corners=corners)
+        for title, theta in zip(titles, thetas, strict=True)
     )
 
 

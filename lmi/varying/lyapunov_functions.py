@@ -22,13 +22,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer
-from takagi.lmi.argument_checks import Vertices, number, rate_parameter
+from takagi.lmi.argument_checks import Vertices, decay_parameter, number
+from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.term import LMI, Condition
-from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import He, Inequality, Parameter, matrix
 from takagi.lmi.polynomials import Basis, Degrees
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
-from takagi.lmi.sums.membership_shape import double_sums, rate_parts, rule_table
+from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_condition import (
     SOURCES,
@@ -156,12 +156,9 @@ def _condition(
     check_form(form)
     no_rates = [np.zeros(size) for size in loop.space.sizes]
     sought = SoughtPolynomial.of(loop, degrees, no_rates, polya=polya)
-    slack, lmis = form_lmis(sought, form)
-    return Condition(
+    return pose(
+        *form_lmis(sought, form, decay_parameter(alpha, loop.sample_time)),
         name=f"polynomial Lyapunov function, degree {degrees}, {form}",
-        unknowns=(sought.P, *slack),
-        lmis=lmis,
-        parameters=rate_parameter(alpha, loop.sample_time),
         source=SOURCES[form],
     )
 
@@ -208,68 +205,46 @@ class Question:
         """Return the condition in the loop's states."""
         self.check(loop)
         sought = SoughtPolynomial.of(loop, self.degrees, self.rates, polya=self.polya or 0)
-        unknowns: tuple[Unknown, ...]
+        rate = decay_parameter(alpha, loop.sample_time)
+        statements: Sequence[Inequality | LMI]
         if self.polya is None and any(self.degrees):
-            unknowns, lmis = _named(sought, loop, self.relaxation)
+            statements = _named(sought, loop, self.relaxation, rate)
         else:
-            unknowns, lmis = form_lmis(sought, self.form)
+            statements = form_lmis(sought, self.form, rate)
         source = SOURCES[self.form]
         if loop.sample_time is None and any(self.degrees):
             source = f"{source}; {RATE_SOURCES}"
-        return Condition(
+        return pose(
+            *statements,
+            parameters=(rate,),
             name=f"fuzzy Lyapunov function, degree {self.degrees}, {self.relaxation}",
-            unknowns=(sought.P, *unknowns),
-            lmis=lmis,
-            parameters=rate_parameter(alpha, loop.sample_time),
             source=source,
         )
 
 
 def _named(
-    sought: SoughtPolynomial, loop: VaryingLoop, relaxation: str
-) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    sought: SoughtPolynomial, loop: VaryingLoop, relaxation: str, rate: Parameter
+) -> tuple[Inequality | LMI, ...]:
     """Pose sum_ij h_i h_j (He(P_j A_i) + 2 alpha P_j + dP/dt) < 0 by a named relaxation."""
     A, corners = loop.A.astype(np.float64), loop.space.corners
     members = sought.basis.corners(corners)
-    eye = np.eye(sought.P.rows)[None]
-    gain = rule_table(len(A), "gain", members)
-    plain = DoubleSum(
+    P_j = sought.P.members(rule_table(len(A), "gain", members), "P_{j}")
+    theta = He(P_j @ matrix(A, "A_{i}", over="i")) + 2 * rate * P_j
+    thetas = [
+        theta + rate_of(sought.P, corners, velocity, members=members)
+        for velocity in sought.motion.velocities
+    ]
+    sums = double_sums(
+        thetas,
+        "rates",
         rules=len(A),
-        blocks=(sought.P.rows,),
-        parts=(
-            SumPart(
-                unknown=sought.P,
-                left=eye,
-                right=A,
-                member=gain,
-                plus_transpose=True,
-                latex=("", "A_{i}"),
-                symbol="P_{j}",
-            ),
-            SumPart(
-                unknown=sought.P,
-                left=2.0 * eye,
-                right=eye,
-                member=gain,
-                parameter="alpha",
-                latex=(r"2\alpha", ""),
-                symbol="P_{j}",
-            ),
-        ),
         weight=sought.weight,
         corners=corners if loop.space.premises else None,
     )
-    rate_terms = [
-        rate_parts(sought.P, corners, velocity, members=members)
-        for velocity in sought.motion.velocities
-    ]
-    unknowns: list[Unknown] = []
-    lmis = list(polynomial_lmis(sought))
-    for loop_at_rate in double_sums(plain, rate_terms):
-        slack, relaxed_lmis = relaxation_named(relaxation)(loop_at_rate)
-        unknowns += slack
-        lmis += relaxed_lmis
-    return tuple(unknowns), tuple(lmis)
+    statements: list[Inequality | LMI] = [*polynomial_lmis(sought)]
+    for loop_at_rate in sums:
+        statements += relaxation_named(relaxation)(loop_at_rate)[1]
+    return tuple(statements)
 
 
 def fuzzy_lyapunov_condition(

@@ -36,24 +36,25 @@ from takagi.lmi.analysis.disturbance.channel import (
 from takagi.lmi.answer import Answer, ObjectiveUnit
 from takagi.lmi.argument_checks import (
     Vertices,
+    decay_parameter,
     input_stack,
-    rate_parameter,
     sample_time_of,
     vertex_stack,
 )
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.condition.term import LMI, Condition, Term
+from takagi.lmi.condition.statements import pose
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, not_least
+from takagi.lmi.expressions.expression import He, Inequality, block
 from takagi.lmi.polynomials import Degrees, Known
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.varying.parameter_condition import (
+    Motion,
     SoughtPolynomial,
-    TermCoefficients,
     direct_lmi,
-    direct_terms,
     polynomial_lmis,
 )
 from takagi.lmi.varying.parameter_motion import kept_degrees
@@ -282,22 +283,22 @@ class _Path:
     def condition(self, degrees: Degrees, polya: int) -> Condition:
         sought = self.sought(degrees, polya)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-        return Condition(
+        return pose(
+            *polynomial_lmis(sought, bounded=False),
+            _bounded_real(sought, gamma, self),
+            minimise=gamma,
             name=f"energy gain, polynomial Lyapunov function of degree {sought.basis.degrees}",
-            unknowns=(sought.P, gamma),
-            lmis=(*polynomial_lmis(sought, bounded=False), _bounded_real(sought, gamma, self)),
-            objective={"gamma": np.ones((1, 1, 1))},
             source=SOURCE,
         )
 
     def stability(self, degrees: Degrees, polya: int, s: Floats) -> Answer:
         """Return whether P(h) of this degree shows stability at all, in states x / s."""
         sought = self.sought(degrees, polya)
-        condition = Condition(
+        rate = decay_parameter(0.0, self.path.sample_time)
+        condition = pose(
+            *polynomial_lmis(sought),
+            direct_lmi(sought, rate),
             name="stability by the same P(h)",
-            unknowns=(sought.P,),
-            lmis=(*polynomial_lmis(sought), direct_lmi(sought)),
-            parameters=rate_parameter(0.0, self.path.sample_time),
             source=SOURCE,
         )
         advice = "raise the degree or polya, lower the rate bounds, or shrink the box"
@@ -307,44 +308,24 @@ class _Path:
         return sought.motion.known(self.space.known(vertices))
 
 
-def _bounded_real(sought: SoughtPolynomial, gamma: Unknown, task: _Path) -> LMI:
-    path = task.path
-    n, q, p = path.A.shape[1], path.B.shape[2], path.C.shape[1]
-    A, B = sought.matrix, task.known(path.B, sought)
-    C = sought.motion.known(task.output)
-    D = task.known(path.D.transpose(0, 2, 1), sought)
+def _bounded_real(sought: SoughtPolynomial, gamma: Unknown, task: _Path) -> Inequality:
+    path, A, B = task.path, sought.matrix, task.known(task.path.B, sought)
     at = sought.coefficients(sought.product(A), sought.product(B))
-    sign = 1 if sought.discrete else -1
-    return LMI(
-        name="bounded real",
-        blocks=(n, q, p, n) if sought.discrete else (n, q, p),
-        terms=(
-            *direct_terms(sought, at, next_block=3, rated=False),
-            _driven(sought, at, B),
-            Term(unknown=gamma, left=sign * np.eye(q)[None], at=(1, 1), latex=("-"[:-sign], "I")),
-            Term(unknown=gamma, left=sign * np.eye(p)[None], at=(2, 2), latex=("-"[:-sign], "I")),
-        ),
-        constants=(at.constant(C, (0, 2), r"C(h)^\top"), at.constant(D, (1, 2), r"D(h)^\top")),
-        sign=sign,
-        count=at.count,
-        labels=at.labels(),
-        index=at.index,
-    )
-
-
-def _driven(sought: SoughtPolynomial, at: TermCoefficients, B: Known) -> Term:
-    """Return P B in the first row, or B' P(h+) in the last column."""
-    if not sought.discrete:
-        return at.term(sought.P, sought.now, B, at=(0, 1), latex=("", "B(h)"), symbol="P(h)")
-    return at.term(
-        sought.P,
-        sought.then,
-        Known(B.basis, B.values.transpose(0, 2, 1)),
-        at=(1, 3),
-        behind=False,
-        latex=(r"B(h)^\top", ""),
-        symbol="P(h^+)",
-    )
+    motion = Motion(sought, at)
+    C = at.known(sought.motion.known(task.output), r"C(h)^\top")
+    D = at.known(task.known(path.D.transpose(0, 2, 1), sought), r"D(h)^\top")
+    signals, outputs = gamma * np.eye(D.shape[0]), gamma * np.eye(D.shape[1])
+    if sought.discrete:
+        rows = [
+            [motion.P, 0, C, motion.into_next(A, "A(h)")],
+            [None, signals, D, motion.into_next(B, "B(h)")],
+            [None, None, outputs, 0],
+            [None, None, None, motion.P_next],
+        ]
+        return at.named(block(rows) >> 0, "bounded real")
+    first = He(motion.into(A, "A(h)")) + motion.P_dot
+    rows = [[first, motion.into(B, "B(h)"), C], [None, -signals, D], [None, None, -outputs]]
+    return at.named(block(rows) << 0, "bounded real")
 
 
 def _shown(condition: Condition, outcome: Outcome) -> float:

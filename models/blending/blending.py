@@ -15,7 +15,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval
+from takagi.models.intervals.interval import Interval, rational
 from takagi.models.ramps import effort_ramp, ramp, ramp_slope, share_range
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Actuator:
         return f"{self.name}_error"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Blending:
     """One effort U for two actuators, psi the ramp of ``ramps.effort_ramp``, e its overlap:
 
@@ -86,15 +86,6 @@ class Blending:
 
     def __post_init__(self) -> None:
         _check(self)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Blending) and self._parts() == other._parts()
-
-    def __hash__(self) -> int:
-        return hash((self.effort, self.overlap))
-
-    def _parts(self) -> tuple[object, ...]:
-        return (self.effort, self.rate, self.overlap, self.low, self.high, self.plant)
 
     @property
     def actuators(self) -> tuple[Actuator, Actuator]:
@@ -143,8 +134,7 @@ class Blending:
         """Return b with the values of the parameters, exactly."""
         import sympy as sp
 
-        values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in self.plant.values.items()}
-        return sp.sympify(actuator.effectiveness).subs(values)
+        return sp.sympify(actuator.effectiveness).subs(self.plant.rationals)
 
     def at_rest(self, actuator: Actuator) -> Fraction:
         """Return the actuator's command where the plant rests, exactly.
@@ -156,7 +146,7 @@ class Blending:
         delivered = self.delivered(actuator, self.effort.rest)
         if delivered == 0:
             return actuator.variable.rest
-        b = self.effectiveness(actuator).subs(_rests(self.plant))
+        b = self.effectiveness(actuator).subs(self.plant.at_rest)
         if not b.is_Rational or b == 0:
             raise ModelError(
                 f"blending: at rest the effectiveness of {actuator.name} is {b}, no number other "
@@ -177,12 +167,6 @@ def blending_of(plant: Plant) -> Blending | None:
 def unit_text(unit: str) -> str:
     """Return a unit as text to be written behind a number."""
     return "" if unit == "-" else f" {unit}"
-
-
-def _rests(plant: Plant) -> Mapping[sp.Symbol, sp.Rational]:
-    import sympy as sp
-
-    return {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
 
 
 def _check(blending: Blending) -> None:
@@ -361,12 +345,8 @@ class RunTimeBlending:
         return slope
 
     def _values(self) -> dict[sp.Symbol, sp.Expr]:
-        import sympy as sp
-
         plant = self.blending.plant
-        values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-        rests = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.disturbances}
-        return values | rests
+        return plant.rationals | {v.symbol: rational(v.rest) for v in plant.disturbances}
 
     @cached_property
     def _effectiveness(self) -> tuple[Callable[..., float], ...]:

@@ -17,18 +17,19 @@ from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING
 
+import sympy as sp
+
 from takagi.models.blending.blending import SHARE, Actuator, Blending, blending_of, unit_text
 from takagi.models.errors import ModelError
+from takagi.models.intervals.box_search import Range
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Parameter, Plant, Variable
 from takagi.models.ramps import ramp
+from takagi.models.ranges.expression_range import expression_range
 from takagi.models.sector.model import sector_model
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.plant.design_settings import Choice, Rest
-    from takagi.models.ranges.expression_range import Range
     from takagi.models.ts.model import TSModel
 
 GRID = 9  # grid points along each side of the box, where a place for the message is sought
@@ -81,8 +82,6 @@ def effectiveness_range(blending: Blending, actuator: Actuator) -> Range:
     ------
     ModelError : a variable in it has no range, or it is not defined on the whole box.
     """
-    from takagi.models.ranges.expression_range import expression_range
-
     b, box = blending.effectiveness(actuator), blending.plant.box
     missing = sorted(str(s) for s in b.free_symbols if s not in box)
     end = "low" if actuator is blending.low else "high"
@@ -146,8 +145,6 @@ def blended_plant(blending: Blending) -> Plant:
         ``check_authority`` finds: an effectiveness that vanishes on the box, a command beyond
         limits.
     """
-    import sympy as sp
-
     plant = blending.plant
     if plant.sample_time is not None:
         raise ModelError("blending: the plant is of discrete time; the effort moves in continuous")
@@ -186,8 +183,6 @@ def _behind(row: sp.Expr, blending: Blending) -> sp.Expr:
     If the row is affine in them, its effectiveness is first divided by that of the law, so that
     common factors cancel.
     """
-    import sympy as sp
-
     symbols = [a.variable.symbol for a in blending.actuators]
     slopes = [sp.diff(row, symbol) for symbol in symbols]
     if any(slope.has(*symbols) for slope in slopes):
@@ -201,8 +196,6 @@ def _behind(row: sp.Expr, blending: Blending) -> sp.Expr:
 
 
 def _ratio(slope: sp.Expr, effectiveness: sp.Expr) -> sp.Expr:
-    import sympy as sp
-
     ratio = slope / effectiveness
     return sp.factor(sp.cancel(ratio)) if ratio.is_rational_function() else ratio
 
@@ -271,8 +264,6 @@ def _signals(blending: Blending) -> tuple[Variable, ...]:
 
 
 def _symbol(name: str) -> sp.Symbol:
-    import sympy as sp
-
     return sp.Symbol(name, real=True)
 
 
@@ -314,8 +305,6 @@ def blended_model(
 
 def _wanted(plant: Plant, *, always: bool) -> dict[sp.Symbol, sp.Expr]:
     """Return premise -> signal, of those that appear in the equations once they are expanded."""
-    import sympy as sp
-
     blending = blending_of(plant)
     if blending is None or not (always or any(a.error for a in blending.actuators)):
         return {}

@@ -8,30 +8,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.models.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.dimensions import NUMBERS, dimension_of
 from takagi.models.plant.plant import Plant
 from takagi.models.ranges.domain import Domain
+from takagi.models.ranges.expression_range import expression_range
 
 if TYPE_CHECKING:
     import sympy as sp
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    r"""One line of reasoning: ``title`` in plain words, ``latex`` in display mathematics.
-
-    ``latex`` has neither dollar signs nor an environment around it; it fits inside ``\[ ... \]``.
-    """
-
-    title: str
-    latex: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -244,7 +236,9 @@ def explicit(
             rows[k] = sp.expand(solved[position]) / det
         if bounds is not None:
             words = f"Determinant of the mass matrix in {labels}: no zero, bounds by "
-            steps.append(Step(words + "ball arithmetic.", _line(det, bounds)))
+            lower, upper = bounds.outward(6).outward_floats()
+            formula = rf"\det M = {sp.latex(det)} \in [{lower:.6g},\ {upper:.6g}]"
+            steps.append(Step(words + "ball arithmetic.", formula))
     return tuple(rows), tuple(steps)
 
 
@@ -259,10 +253,6 @@ def _blocks(mass: sp.Matrix) -> list[list[int]]:
 
 def _bounded_away(det: sp.Expr, plant: Plant, labels: str, domain: Domain) -> Interval | None:
     """Return proved bounds of det without 0; None for a number."""
-    from fractions import Fraction
-
-    from takagi.models.ranges.expression_range import expression_range
-
     advice = "shrink the ranges, or remove the state whose mass vanishes"
     if not det.free_symbols:
         if det == 0:
@@ -289,8 +279,6 @@ def _bounded_away(det: sp.Expr, plant: Plant, labels: str, domain: Domain) -> In
 
 def _zero(det: sp.Expr, plant: Plant) -> str:
     """Return e.g. ``" (smallest near theta = 1.57)"`` from samples; words only, no proof."""
-    import itertools
-
     import sympy as sp
 
     symbols = sorted(det.free_symbols, key=str)
@@ -299,15 +287,6 @@ def _zero(det: sp.Expr, plant: Plant) -> str:
         return ""
     grids = [[plant.box[s].lower + plant.box[s].width * k / 16 for k in shares] for s in symbols]
     value = sp.lambdify(symbols, det)
-    smallest = min(
-        itertools.product(*grids), key=lambda point: abs(float(value(*map(float, point))))
-    )
+    smallest = min(product(*grids), key=lambda point: abs(float(value(*map(float, point)))))
     at = ", ".join(f"{s} = {float(v):.4g}" for s, v in zip(symbols, smallest, strict=True))
     return f", nearest to 0 around {at}"
-
-
-def _line(det: sp.Expr, bounds: Interval) -> str:
-    import sympy as sp
-
-    lower, upper = bounds.outward(6).outward_floats()
-    return rf"\det M = {sp.latex(det)} \in [{lower:.6g},\ {upper:.6g}]"

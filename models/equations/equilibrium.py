@@ -8,17 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
+
+import sympy as sp
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.design_settings import Rest
 from takagi.models.plant.dimensions import short
 from takagi.models.plant.plant import Plant, Variable
-
-if TYPE_CHECKING:
-    import sympy as sp
-
+from takagi.models.ranges.expression_range import expression_range
 
 DIGITS = 13  # of the number that its ball settles
 PRECISION = 60  # decimals worked with
@@ -48,8 +46,6 @@ def decimal_near(value: sp.Expr | Fraction) -> tuple[Fraction, Fraction]:
     ------
     ModelError : no finite real number, or 0.
     """
-    import sympy as sp
-
     if isinstance(value, Fraction):
         nearest = float(value)
     else:
@@ -71,8 +67,6 @@ def balls_of(plant: Plant) -> dict[sp.Symbol, Ball]:
     ------
     ModelError : a name that is taken.
     """
-    import sympy as sp
-
     balls = {
         p.symbol: Ball(p.symbol, p.value, p.within, p.equals)
         for p in plant.parameters
@@ -108,8 +102,6 @@ def inputs_at_equilibrium(
     ------
     ModelError : no inputs hold the states at the equilibrium, or an input enters nonlinearly.
     """
-    import sympy as sp
-
     inputs = [v.symbol for v in plant.inputs]
     fixed = {symbol: value for symbol, value in rest.items() if symbol not in inputs}
     at_rest = [row.subs(fixed) for row in rows]
@@ -143,8 +135,6 @@ def check_equilibrium(
     Of a plant with references it may be off by the rounding of decimals: its law finds the rest.
     The message lists every residual with its equation and unit.
     """
-    import sympy as sp
-
     for variable, row in zip(plant.states, rows, strict=True):
         require_value(plant, row, rest, f"equation of {variable.name}")
     residual_rows = [
@@ -214,8 +204,6 @@ def require_value(
     """Raise ModelError where an expression has no finite real value at rest, with the part."""
     if _is_finite(row.subs(rest)):
         return
-    import sympy as sp
-
     term = next((p for p in sp.postorder_traversal(row) if not _is_finite(p.subs(rest))), row)
     raise ModelError(
         f"plant {plant.name!r}, {where}: at rest ({equilibrium_text(rest)}) {_why(term, rest)}, so "
@@ -224,8 +212,6 @@ def require_value(
 
 
 def _is_finite(value: sp.Expr) -> bool:
-    import sympy as sp
-
     if value.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
         return False
     return not value.is_number or value.is_real is not False
@@ -242,8 +228,6 @@ def _why(term: sp.Expr, rest: Mapping[sp.Symbol, sp.Expr]) -> str:
 
 
 def _short(value: sp.Expr, digits: int) -> str:
-    import sympy as sp
-
     number = sp.N(value, digits)
     return f"{float(number):.{digits}g}" if number.is_real else str(number)
 
@@ -262,8 +246,6 @@ def check_equilibrium_stays(
 
     Every row has to vanish at rest for all values of such parameters, by algebra.
     """
-    import sympy as sp
-
     free = {v.symbol for v in plant.uncertain if v.schedules}
     if not free:
         return
@@ -305,8 +287,6 @@ def residuals(
     ------
     ModelError : a row that has no value there as it is written, such as sin(x)/x at 0.
     """
-    import sympy as sp
-
     next_values = sp.zeros(len(f), 1)
     if plant.sample_time is not None:
         next_values = sp.Matrix([rest[v.symbol] for v in plant.states])
@@ -326,8 +306,6 @@ def require_zero(
     plant: Plant, residuals_of_rows: Sequence[sp.Expr], balls: Mapping[sp.Symbol, Ball]
 ) -> None:
     """Raise ModelError, with every residual, unless each may be 0 in the balls."""
-    from takagi.models.ranges.expression_range import expression_range
-
     box = {ball.symbol: ball.side for ball in balls.values()}
     ranges = [
         expression_range(row, {s: box[s] for s in row.free_symbols}).outer
@@ -348,8 +326,6 @@ def refuse_residuals(
     advice: str,
 ) -> None:
     """Raise ModelError with every residual that is not 0, its equation and its unit."""
-    import sympy as sp
-
     texts = [
         f"{v.name}' has no value"
         if size is None

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
-from takagi.models.equations.equations import Equations, Step, units_of
+import sympy as sp
+
+from takagi.models.derivation_step import Step
+from takagi.models.equations.equations import Equations, explicit, units_of
 from takagi.models.equations.equilibrium import (
     Ball,
     balls_of,
@@ -23,9 +25,6 @@ from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.design_settings import RESTS, Rest
 from takagi.models.plant.plant import Plant, Variable
 from takagi.models.ranges.domain import Domain
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,10 +103,8 @@ def problem_of_plant(
         states and inputs, the mass matrix may be singular on the domain, or the domain speaks of
         symbols that are not variables.
     """
-    import sympy as sp
-
     balls = balls_of(plant)
-    values = {s: rational(value) for s, value in plant.values.items() if s not in balls}
+    values = {s: value for s, value in plant.rationals.items() if s not in balls}
     f = cleaned(plant.equations, values)
     outputs = cleaned((y.expression for y in plant.outputs), values)
     premises_given = plant.premises if premises is None else premises
@@ -135,9 +132,8 @@ def problem_of_plant(
             residual_rows, [b.symbol for b in balls.values() if b.equals is None]
         )
     if mass is not None:
-        from takagi.models.equations.equations import explicit
-
-        f, steps = explicit(mass, f, plant, over.within(_parameter_sides(plant, balls)))
+        sides = {p.symbol: balls[p.symbol].side for p in plant.parameters if p.symbol in balls}
+        f, steps = explicit(mass, f, plant, over.within(sides))
     if plant.sample_time is not None:
         f = tuple(row - rest[v.symbol] for row, v in zip(f, plant.states, strict=True))
     if how == "solve inputs":
@@ -179,7 +175,7 @@ def problem_of_plant(
             "states": equations.named(equations.states),
             "inputs": equations.named(equations.inputs),
             "outputs": tuple(
-                _output_label(y.name, y.unit, offset)
+                f"{'' if offset == 0 else 'delta_'}{y.name} [{y.unit}]"
                 for y, offset in zip(plant.outputs, offsets, strict=True)
             ),
             "disturbances": equations.named(equations.disturbances),
@@ -197,8 +193,6 @@ def _relations(
     residual_rows: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr]:
     """Return the last of the symbols in each row that is linear in them, from row = 0."""
-    import sympy as sp
-
     solutions: dict[sp.Symbol, sp.Expr] = {}
     for value in residual_rows:
         row = sp.expand(value.subs(solutions))
@@ -213,10 +207,6 @@ def _relations(
             solved = sp.expand(symbol - row / row.coeff(symbol))
             solutions = {s: e.subs(symbol, solved) for s, e in solutions.items()} | {symbol: solved}
     return solutions
-
-
-def _parameter_sides(plant: Plant, balls: Mapping[sp.Symbol, Ball]) -> dict[sp.Symbol, Interval]:
-    return {p.symbol: balls[p.symbol].side for p in plant.parameters if p.symbol in balls}
 
 
 def _with_balls(plant: Plant, rest: Mapping[sp.Symbol, sp.Expr]) -> Plant:
@@ -248,8 +238,6 @@ def _settled(over: Domain, balls: Mapping[sp.Symbol, Ball]) -> Domain:
 
 
 def _ball_steps(balls: Mapping[sp.Symbol, Ball]) -> tuple[Step, ...]:
-    import sympy as sp
-
     if not balls:
         return ()
     formulas = [
@@ -263,8 +251,6 @@ def cleaned(
     expressions: Iterable[sp.Expr], values: Mapping[sp.Symbol, sp.Rational]
 ) -> tuple[sp.Expr, ...]:
     """Return the expressions with parameters put in and floats as rationals."""
-    import sympy as sp
-
     exact = []
     for expression in expressions:
         substituted = sp.sympify(expression).subs(values)
@@ -276,8 +262,6 @@ def cleaned(
 def _deviation_symbols(
     plant: Plant, rest: Mapping[sp.Symbol, sp.Expr], wanted: Mapping[sp.Symbol, sp.Expr]
 ) -> dict[sp.Symbol, sp.Symbol]:
-    import sympy as sp
-
     names = {v.name for v in plant.variables} | {str(s) for s in wanted}
 
     def symbol(variable: Variable) -> sp.Symbol:
@@ -322,8 +306,6 @@ def over_box(
 def _rest_steps(
     rest: Mapping[sp.Symbol, sp.Expr], deviation: Mapping[sp.Symbol, sp.Symbol]
 ) -> tuple[Step, ...]:
-    import sympy as sp
-
     formulas = [
         rf"{sp.latex(deviation[s])} = {sp.latex(s)} - {sp.latex(value, fold_short_frac=True)}"
         if not value.is_Add and not value.could_extract_minus_sign()
@@ -334,10 +316,6 @@ def _rest_steps(
     if not formulas:
         return ()
     return (Step("Deviations from rest.", r",\quad ".join(formulas)),)
-
-
-def _output_label(name: str, unit: str, offset: sp.Expr) -> str:
-    return f"{name} [{unit}]" if offset == 0 else f"delta_{name} [{unit}]"
 
 
 def box_in_fractions(problem: Problem) -> dict[str, tuple[Fraction, Fraction]]:

@@ -14,16 +14,16 @@ from itertools import islice, product
 from typing import TYPE_CHECKING
 
 import numpy as np
+import sympy as sp
 
 from takagi.models.equations.equilibrium import decimal_near, refuse_residuals, residuals
 from takagi.models.equations.problem import cleaned
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact, rational
 from takagi.models.plant.plant import Plant, Variable
+from takagi.models.ranges.expression_range import expression_value
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     RestValues = Mapping[sp.Symbol, Fraction]
 
 SHARES = (Fraction(1, 2), Fraction(1, 8), Fraction(7, 8))  # of a range, to start from
@@ -73,8 +73,6 @@ class _Search:
     """The equations at rest, in the values that are to be found."""
 
     def __init__(self, plant: Plant, unknowns: Sequence[Variable]) -> None:
-        import sympy as sp
-
         self.plant, self.wanted = plant, tuple(unknowns)
         values = {
             p.symbol: rational(p.value) if p.equals is None else p.equals for p in plant.parameters
@@ -130,8 +128,6 @@ class _Search:
 
     def fractions(self, rests: RestValues) -> RestValues:
         """Return those of the values that are short fractions, if the equations then hold."""
-        import sympy as sp
-
         simple = {s: v for s, value in rests.items() for v in [_simple(value)] if v is not None}
         written = {s: sp.Rational(v.numerator, v.denominator) for s, v in simple.items()}
         rows = [row.subs(written) for row in self.rows]
@@ -185,8 +181,6 @@ class _Search:
         return point, False
 
     def _values(self, point: RestValues) -> tuple[np.ndarray, np.ndarray] | None:
-        from takagi.models.ranges.expression_range import expression_value
-
         try:
             rows = [expression_value(self.rows[k], _of(self.rows[k], point)) for k in self.left]
             slopes = [[expression_value(s, _of(s, point)) for s in line] for line in self.slopes]
@@ -230,8 +224,6 @@ class _Search:
 
 
 def _number(row: sp.Expr, at: RestValues) -> Fraction | None:
-    from takagi.models.ranges.expression_range import expression_value
-
     try:
         return Fraction(expression_value(row, _of(row, at)))
     except ModelError:

@@ -18,12 +18,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+import sympy as sp
+
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval, rational
+from takagi.models.intervals.interval import Interval
+from takagi.models.ranges.expression_range import expression_range
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.plant.plant import Plant
 
 TOLERANCE = Fraction(1, 10**6)
@@ -67,8 +68,6 @@ def lost_parts(parts: Iterable[LostPart], expression: sp.Expr) -> tuple[LostPart
 
 
 def _survives(part: LostPart, expression: sp.Expr) -> bool:
-    import sympy as sp
-
     powers = expression.atoms(sp.Pow)
     if part.kind == "quotient":
         below = {power.base for power in powers if power.exp.is_negative}
@@ -81,10 +80,7 @@ def _survives(part: LostPart, expression: sp.Expr) -> bool:
 
 def check_lost(part: LostPart, plant: Plant) -> None:
     """Raise ModelError unless a part that was folded away has a value on the whole box."""
-    import sympy as sp
-
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    argument = part.argument.subs(values)
+    argument = part.argument.subs(plant.rationals)
     if _is_defined(part, argument, plant):
         return
     named = {str(symbol) for symbol in argument.free_symbols}
@@ -103,8 +99,6 @@ def check_lost(part: LostPart, plant: Plant) -> None:
 
 
 def _is_defined(part: LostPart, argument: sp.Expr, plant: Plant) -> bool:
-    import sympy as sp
-
     if part.kind == "quotient" and not part.idle:
         factors = [factor.as_base_exp()[0] for factor in sp.Mul.make_args(argument)]
         return all(_vanishes_at_rest(f, plant) or _excludes_zero(f, plant) for f in factors)
@@ -135,12 +129,11 @@ def _is_defined(part: LostPart, argument: sp.Expr, plant: Plant) -> bool:
 def _vanishes_at_rest(factor: sp.Expr, plant: Plant) -> bool:
     """Return whether this is a sum of multiples of deviations from the equilibrium."""
     symbols = sorted(factor.free_symbols, key=str)
-    rest = {v.symbol: v.rest for v in plant.variables}
     slopes = [factor.diff(s) for s in symbols]
     return (
         bool(symbols)
         and all(slope.is_number and slope != 0 for slope in slopes)
-        and factor.subs({s: rational(rest[s]) for s in symbols}) == 0
+        and factor.subs(plant.at_rest) == 0
     )
 
 
@@ -153,8 +146,6 @@ def _excludes_zero(argument: sp.Expr, plant: Plant) -> bool:
 
 def _range(argument: sp.Expr, plant: Plant) -> Interval | None:
     """Return an enclosure of what the argument takes on the box; None where none exists."""
-    from takagi.models.ranges.expression_range import expression_range
-
     try:
         if argument.is_Symbol:
             return plant.box.get(argument)

@@ -21,12 +21,12 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
+import sympy as sp
+
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.expressions.lost_parts import PARTIAL, LostPart, lost_parts
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.splines.table_function import TableFunction
 
 
@@ -252,8 +252,6 @@ class _Parser:
         return first
 
     def prefix(self) -> _Sized:
-        import sympy as sp
-
         token = self.advance()
         if token.kind == "number":
             value = number_of(token, self.text)
@@ -283,8 +281,6 @@ class _Parser:
         self.advance()
 
     def name(self, token: Token) -> _Sized:
-        import sympy as sp
-
         if token.text in self.scope.symbols:
             return _Sized(self.scope.symbols[token.text], 0, 1)
         if token.text == "pi":
@@ -341,8 +337,6 @@ class _Parser:
             self.parts[loss] = replace(self.parts[loss], idle=True)
 
     def function(self, token: Token, arguments: list[sp.Expr]) -> sp.Expr:
-        import sympy as sp
-
         table = self.scope.tables.get(token.text)
         if table is None and token.text not in FUNCTIONS:
             names = [*FUNCTIONS, *self.scope.tables]
@@ -416,8 +410,6 @@ class _Parser:
 
     def checked(self, sized: _Sized, token: Token) -> _Sized:
         """Refuse what is too large, or a number that is not finite and real."""
-        import sympy as sp
-
         self.check_size(sized.bits, sized.degree, token)
         if sized.expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
             bent = sized.expression.has(sp.I)

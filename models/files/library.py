@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
@@ -13,6 +14,7 @@ from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
 from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.files.units import Unit, parse_unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +42,36 @@ class Document:
         line = self._line_of(field) or (self._line_of(beside) if beside else None)
         location = f"{self.path}:{line}" if line else f"{self.path}"
         return ModelError(f"{location}: field {field!r}: {problem}")
+
+    @contextmanager
+    def at(self, field: str | Callable[[str], str]) -> Iterator[None]:
+        """Put the field's place before the message of an error raised inside, if it has none.
+
+        Parameters
+        ----------
+        field : the field, or what tells it from the message.
+        """
+        try:
+            yield
+        except ModelError as error:
+            text = str(error)
+            if text.startswith(str(self.path)):
+                raise  # a table's file, or an inner field: the place is there already
+            raise self.error(field if isinstance(field, str) else field(text), text) from error
+
+    def unit(self, field: str, text: str) -> Unit:
+        """Return the unit of a text; the error names the field."""
+        with self.at(field):
+            return parse_unit(text)
+
+    def si_unit(self, field: str, text: str) -> str:
+        """Return the unit of an expression's value; ModelError if it is not SI."""
+        unit = self.unit(field, text)
+        if not unit.is_si:
+            raise self.error(
+                field, f"{text!r} was given, but expressions have SI values; write {unit.si!r}"
+            )
+        return unit.si
 
     def _line_of(self, field: str) -> int | None:
         """Return the line where ``section.key`` is set, or its section begins."""
@@ -142,13 +174,6 @@ def _tables() -> dict[str, dict[str, Any]]:
     return {path.stem: read_document(path).data for path in sorted(data_folder().glob("*.toml"))}
 
 
-def _descriptions() -> dict[str, str]:
-    return {
-        name: str(data.get("description", data.get("name", name)))
-        for name, data in _tables().items()
-    }
-
-
 def built_in_kinds() -> dict[str, str]:
     """Return name -> ``"turbine"`` or ``"plant"`` of every built-in model."""
     return {name: str(data["kind"]) for name, data in _tables().items()}
@@ -156,7 +181,10 @@ def built_in_kinds() -> dict[str, str]:
 
 def built_in_models() -> list[tuple[str, str]]:
     """Return (name, one-line description) of every built-in model, sorted by name."""
-    return list(_descriptions().items())
+    return [
+        (name, str(data.get("description", data.get("name", name))))
+        for name, data in _tables().items()
+    ]
 
 
 def resolve_model(name_or_path: str | Path) -> Path:
@@ -193,30 +221,10 @@ Kind: TypeAlias = Literal["plant", "turbine"]
 # Sections that files of one kind alone have; a guess is made of them, and never followed.
 _SECTIONS = MappingProxyType(
     {
-        "plant": (
-            "states",
-            "inputs",
-            "disturbances",
-            "scheduling",
-            "parameters",
-            "tables",
-            "equations",
-            "mass",
-            "outputs",
-            "premises",
-            "blending",
-        ),
-        "turbine": (
-            "rotor",
-            "drivetrain",
-            "generator",
-            "pitch",
-            "tower",
-            "operation",
-            "coefficients",
-            "frozen_wake",
-            "baseline",
-        ),
+        "plant": "states inputs disturbances scheduling parameters tables equations mass outputs "
+        "premises blending",
+        "turbine": "rotor drivetrain generator pitch tower operation coefficients frozen_wake "
+        "baseline",
     }
 )
 _NEEDED = 'a model file says kind = "plant" or kind = "turbine" above its first section'
@@ -248,7 +256,7 @@ def kind_of(document: Document) -> Kind:
 def _guess(document: Document) -> str:
     """Return whose sections the file has, and what to write; nothing where it has none."""
     own_sections = {
-        kind: [name for name in document.data if name in sections]
+        kind: [name for name in document.data if name in sections.split()]
         for kind, sections in _SECTIONS.items()
     }
     kind = max(own_sections, key=lambda candidate: len(own_sections[candidate]))

@@ -261,41 +261,22 @@ def _factor(name: str, power: Fraction) -> str:
     return f"{name}^{float(power):g}" if ends else f"{name}^({power})"
 
 
-UNITS: dict[str, tuple[str, float]] = {
-    "-": ("-", 1.0),
-    "m": ("m", 1.0),
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "kg": ("kg", 1.0),
-    "t": ("kg", 1e3),
-    "kg m^2": ("kg m^2", 1.0),
-    "kg/m^3": ("kg/m^3", 1.0),
-    "m/s": ("m/s", 1.0),
-    "rad": ("rad", 1.0),
-    "deg": ("rad", pi / 180),
-    "rad/s": ("rad/s", 1.0),
-    "deg/s": ("rad/s", pi / 180),
-    "rpm": ("rad/s", pi / 30),
-    "Hz": ("rad/s", 2 * pi),
-    "N": ("N", 1.0),
-    "kN": ("N", 1e3),
-    "N m": ("N m", 1.0),
-    "kN m": ("N m", 1e3),
-    "N m/s": ("N m/s", 1.0),
-    "kN m/s": ("N m/s", 1e3),
-    "N/m": ("N/m", 1.0),
-    "m/N": ("m/N", 1.0),
-    "N s/m": ("N s/m", 1.0),
-    "N m/rad": ("N m/rad", 1.0),
-    "N m s/rad": ("N m s/rad", 1.0),
-    "N m s^2/rad^2": ("N m s^2/rad^2", 1.0),
-    "W": ("W", 1.0),
-    "kW": ("W", 1e3),
-    "MW": ("W", 1e6),
-    "W/rad": ("W/rad", 1.0),
-    "MW/rad": ("W/rad", 1e6),
-}
-"""Unit as written -> (SI unit, factor)."""
+_TURBINE_UNITS = (
+    "-", "m", "s", "ms", "kg", "t", "kg m^2", "kg/m^3", "m/s", "rad", "deg", "rad/s", "deg/s",
+    "rpm", "Hz", "N", "kN", "N m", "kN m", "N m/s", "kN m/s", "N/m", "m/N", "N s/m", "N m/rad",
+    "N m s/rad", "N m s^2/rad^2", "W", "kW", "MW", "W/rad", "MW/rad",
+)  # fmt: skip
+
+
+def _si_and_factor(text: str) -> tuple[str, float]:
+    if text == "Hz":  # of a frequency, which the field says
+        return "rad/s", 2 * pi
+    unit = parse_unit(text)
+    return unit.si, unit.factor.numerator * pi**unit.pi_power / unit.factor.denominator
+
+
+UNITS = {text: _si_and_factor(text) for text in _TURBINE_UNITS}
+"""Unit as written in a turbine file -> (SI unit, factor)."""
 
 
 def accepted_units(si_unit: str) -> list[str]:

@@ -1,14 +1,20 @@
-"""Best-first bisection of boxes, whatever a box is and however it is enclosed."""
+"""Best-first bisection of boxes, whatever a box is and however it is enclosed.
+
+Also the range of any function that has an interval enclosure.
+"""
 
 from __future__ import annotations
 
 import heapq
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
 
 Ends: TypeAlias = tuple[Any, Any]  # two exact numbers of one ordered type, smaller first
 Box = TypeVar("Box")
@@ -26,31 +32,19 @@ class Bounded(NamedTuple):
     outer : ends that contain every value of f there; None where it cannot decide.
     attained : ends of values that f takes there, each on the cautious side; None if unknown.
     axis : the side to halve next; None when the box is a point.
-    method : letter of the enclosure that was used.
-    rough : ends by a cheaper enclosure, with its letter; for the evidence.
     """
 
     outer: Ends | None
     attained: Ends | None
     axis: int | None
-    method: str = ""
-    rough: tuple[Ends, str] | None = None
 
 
 class SearchResult(NamedTuple):
-    """Result of a search: ``outer`` and ``attained`` ends, boxes, and one tree for each root.
-
-    A tree is written in preorder: the number of the halved side, then lower and upper half; or
-    the letter of the method that encloses f on the leaf.  Sides are numbered "0123...9AB...Z".
-    """
+    """Result of a search: ``outer`` and ``attained`` ends, and boxes that cover the domain."""
 
     outer: Ends
     attained: Ends
     boxes: int
-    trees: tuple[str, ...]
-
-
-SIDES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 def search(
@@ -84,7 +78,7 @@ def search(
         worst = tree.worst(tolerance)
         if worst is None or not tree.split(worst):
             break
-    return tree.found(len(roots))
+    return tree.result()
 
 
 class _Tree(Generic[Box]):
@@ -101,18 +95,16 @@ class _Tree(Generic[Box]):
         self.refined: set[int] = set()
         self.places: list[Box | None] = []
         self.looks: list[Bounded] = []
-        self.halves: dict[int, tuple[int, int]] = {}
+        self.halved: set[int] = set()
         self.unknown: deque[int] = deque()
         self.by_lower: list[tuple[Any, int]] = []
         self.by_upper: list[tuple[Any, int]] = []
         self.attained: Ends | None = None
 
-    def add(self, box: Box) -> int:
-        index = len(self.looks)
+    def add(self, box: Box) -> None:
         self.places.append(box)
         self.looks.append(self.look(box))
-        self._enter(index)
-        return index
+        self._enter(len(self.looks) - 1)
 
     def _enter(self, index: int) -> None:
         """Queue a box by its evaluated bounds; entries of an earlier look are skipped later."""
@@ -130,7 +122,7 @@ class _Tree(Generic[Box]):
             while heap:
                 key, index = heap[0]
                 outer = self.looks[index].outer
-                if index not in self.halves and outer is not None and key == sign * outer[end]:
+                if index not in self.halved and outer is not None and key == sign * outer[end]:
                     break
                 heapq.heappop(heap)
 
@@ -173,22 +165,20 @@ class _Tree(Generic[Box]):
             return False
         if self.looks[index].outer is None:
             self.unknown.popleft()
-        first, second = self.halve(box, axis)
         self.places[index] = None
-        self.halves[index] = self.add(first), self.add(second)
+        self.halved.add(index)
+        for half in self.halve(box, axis):
+            self.add(half)
         return True
 
-    def found(self, roots: int) -> SearchResult:
+    def result(self) -> SearchResult:
         if self.unknown:
             raise self._no_bound(self.unknown[0])
         self._clean()
         if self.attained is None:
             raise ModelError("the function has no finite value at any sample; bound it by hand")
         outer = self.by_lower[0][0], -self.by_upper[0][0]
-        boxes = len(self.looks) - len(self.halves)
-        return SearchResult(
-            outer, self.attained, boxes, tuple(self._text(i, outer) for i in range(roots))
-        )
+        return SearchResult(outer, self.attained, len(self.looks) - len(self.halved))
 
     def _no_bound(self, index: int) -> NoBound:
         box = self.places[index]
@@ -199,16 +189,96 @@ class _Tree(Generic[Box]):
             "the bounds yourself"
         )
 
-    def _text(self, root: int, outer: Ends) -> str:
-        letters, waiting = [], [root]
-        while waiting:
-            index = waiting.pop()
-            bounds = self.looks[index]
-            if index in self.halves:
-                letters.append(SIDES[bounds.axis or 0])
-                waiting += reversed(self.halves[index])
-            elif bounds.rough and outer[0] <= bounds.rough[0][0] and bounds.rough[0][1] <= outer[1]:
-                letters.append(bounds.rough[1])
-            else:
-                letters.append(bounds.method)
-        return "".join(letters)
+
+IntervalBox: TypeAlias = tuple[Interval, ...]
+Enclose: TypeAlias = Callable[[IntervalBox], Interval | None]
+Changes: TypeAlias = Callable[[IntervalBox], Sequence[float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Outer and inner bounds of the set {f(x) : x in the boxes}.
+
+    Attributes
+    ----------
+    outer : contains every value of f.
+    inner : reaches from one attained value to another; the excess of outer is due to stopping
+        early.
+    boxes : number of boxes whose enclosures prove ``outer``.
+    words : how the bounds were proved, e.g. ``"ball arithmetic, 12 boxes"``.
+    """
+
+    outer: Interval
+    inner: Interval
+    boxes: int
+    words: str = ""
+
+
+def range_over(
+    enclose: Enclose,
+    boxes: Sequence[IntervalBox],
+    *,
+    changes: Changes | None = None,
+    tolerance: Fraction = Fraction(1, 1000),
+    most_boxes: int = 8000,
+) -> Range:
+    """Return an enclosure of the range of f over the union of the boxes.
+
+    Parameters
+    ----------
+    enclose : an interval that contains f over a box, shrinking to f(x) with the box; None where
+        it cannot decide.  A box of zero width is a point.
+    changes : how much f may change along each side of a box, roughly; the side with the largest
+        change is halved.  None takes the sides of the first box as equally important.
+    tolerance : excess allowed at each end, as a share of the width of the range.
+    most_boxes : when it is reached the bounds are valid and less tight.
+
+    Raises
+    ------
+    ModelError : no box, or ``enclose`` cannot decide even on tiny boxes (a pole).
+    """
+    if not boxes:
+        raise ModelError("no box was given; a range needs at least one")
+    corners = [
+        tuple(Interval(getattr(side, end), getattr(side, end)) for side in box)
+        for box in boxes
+        for end in ("lower", "upper")
+    ]
+    result = search(
+        partial(_bounded, enclose, changes or partial(_shares, boxes[0])),
+        _halves,
+        boxes,
+        tolerance=tolerance,
+        most_boxes=most_boxes,
+        tell=lambda box: ", ".join(str(side) for side in box),
+        attained=_attained(enclose, corners),
+    )
+    return Range(Interval(*result.outer), Interval(*result.attained), result.boxes)
+
+
+def _bounded(enclose: Enclose, changes: Changes, box: IntervalBox) -> Bounded:
+    attained = _attained(enclose, [tuple(Interval(side.centre, side.centre) for side in box)])
+    outer = enclose(box)
+    size = changes(box)
+    axis = max(range(len(box)), key=lambda index: (size[index], box[index].width), default=None)
+    if axis is not None and box[axis].width == 0:
+        axis = None
+    return Bounded(None if outer is None else (outer.lower, outer.upper), attained, axis)
+
+
+def _halves(box: IntervalBox, axis: int) -> tuple[IntervalBox, IntervalBox]:
+    middle = box[axis].centre
+    half_sides = Interval(box[axis].lower, middle), Interval(middle, box[axis].upper)
+    first, second = ((*box[:axis], half_side, *box[axis + 1 :]) for half_side in half_sides)
+    return first, second
+
+
+def _attained(enclose: Enclose, points: Sequence[IntervalBox]) -> Ends | None:
+    """Return the ends of values at points, each on the cautious side of its own enclosure."""
+    values = [value for point in points if (value := enclose(point)) is not None]
+    return (min(v.upper for v in values), max(v.lower for v in values)) if values else None
+
+
+def _shares(root: IntervalBox, box: IntervalBox) -> list[float]:
+    """Return each side's width as a share of the whole's."""
+    return [float(b.width / w.width) if w.width else 0.0 for b, w in zip(box, root, strict=True)]

@@ -6,16 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 from takagi.models.errors import ModelError, did_you_mean
 
 Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
 Rest: TypeAlias = Literal["given", "solve inputs"]
-CHOICES = ("fewest-rules", "least-conservative")
-RESTS = ("given", "solve inputs")
 Effort: TypeAlias = Literal["small", "moderate", "large"]
-EFFORTS = ("small", "moderate", "large")
+CHOICES, RESTS, EFFORTS = get_args(Choice), get_args(Rest), get_args(Effort)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
-from takagi.models.intervals.interval import Interval
+from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.dimensions import ADVICE, dimension_of, short, without_matrix_row
 from takagi.models.short_repr import ShortRepr
 
@@ -198,7 +198,13 @@ class Plant(ShortRepr):
         object.__setattr__(self, "premises", MappingProxyType(dict(self.premises)))
         if self.mass is not None:
             object.__setattr__(self, "mass", self.mass.as_immutable())
-        self._check_units()
+        if self.units not in ("checked", "unchecked"):
+            raise ModelError(
+                f'plant {self.name!r}: units = {self.units!r} was given; "checked" or '
+                '"unchecked" is needed'
+            )
+        if self.units == "checked":
+            _check_units(self)
 
     def __hash__(self) -> int:
         # Equal plants have equal equations; a mapping has no hash of its own.
@@ -223,6 +229,16 @@ class Plant(ShortRepr):
     def values(self) -> dict[sp.Symbol, Fraction]:
         """Return symbol -> value of the parameters, or the nearest decimal to it."""
         return {parameter.symbol: parameter.value for parameter in self.parameters}
+
+    @property
+    def rationals(self) -> dict[sp.Symbol, sp.Rational]:
+        """Return ``values`` as numbers of sympy, to put into expressions."""
+        return {symbol: rational(value) for symbol, value in self.values.items()}
+
+    @property
+    def at_rest(self) -> dict[sp.Symbol, sp.Rational]:
+        """Return symbol -> rest of the variables, as numbers of sympy."""
+        return {v.symbol: rational(v.rest) for v in self.variables}
 
     @property
     def expressions(self) -> list[tuple[str, sp.Expr]]:
@@ -265,15 +281,6 @@ class Plant(ShortRepr):
                     "vertices of the model are made from it, so give one"
                 )
 
-    def _check_units(self) -> None:
-        if self.units not in ("checked", "unchecked"):
-            raise ModelError(
-                f'plant {self.name!r}: units = {self.units!r} was given; "checked" or '
-                '"unchecked" is needed'
-            )
-        if self.units == "checked":
-            _check_units(self)
-
     def _check_names(self) -> None:
         names = [v.name for v in self.variables] + [p.symbol.name for p in self.parameters]
         names += [symbol.name for symbol in self.premises]
@@ -306,8 +313,9 @@ def _check_units(plant: Plant) -> None:
 
     The check reads the expressions as sympy stores them, so terms that cancel are not checked.
     """
-    units = _dimensions(plant)
     values = plant.values
+    units = {v.symbol: _si(v.unit, f"variable {v.name}").dimension for v in plant.variables}
+    units |= {p.symbol: _si(p.unit, f"parameter {p.symbol}").dimension for p in plant.parameters}
     rates = _rate_dimensions(plant, units, values)
     for variable, row, dimension in zip(plant.states, plant.equations, rates, strict=True):
         owner = f"equation of {variable.name}"
@@ -330,14 +338,6 @@ def _check_units(plant: Plant) -> None:
             )
     for symbol, expression in plant.premises.items():
         dimension_of(expression, units, values, owner=f"premise {symbol}")
-
-
-def _dimensions(plant: Plant) -> dict[sp.Symbol, Dimension]:
-    dimensions = {v.symbol: _si(v.unit, f"variable {v.name}").dimension for v in plant.variables}
-    for parameter in plant.parameters:
-        owner = f"parameter {parameter.symbol}"
-        dimensions[parameter.symbol] = _si(parameter.unit, owner).dimension
-    return dimensions
 
 
 def _rate_dimensions(
@@ -416,8 +416,7 @@ def rate_in_file_units(plant: Plant, rate: float) -> tuple[float, str]:
 
 def _times(plant: Plant) -> set[str]:
     """Return s, and the units of time that occur in what the file's figures are written in."""
-    units_written = [v.written for v in (*plant.states, *plant.inputs, *plant.disturbances)]
-    units_written += [parameter.written for parameter in plant.parameters]
+    units_written = [quantity.written for quantity in (*plant.variables, *plant.parameters)]
     names = {name for unit in units_written for name in _NAME.findall(unit)}
     return {"s"} | {name for name in names if _is_time(name)}
 

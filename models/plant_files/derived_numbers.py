@@ -13,16 +13,18 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+import sympy as sp
+
 from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError
+from takagi.models.expressions.parser import Scope, tokens_of
 from takagi.models.files.units import PURE, Dimension, Unit, parse_unit
 from takagi.models.intervals.interval import Interval
+from takagi.models.plant.dimensions import dimension_of
 from takagi.models.plant.plant import Parameter, Variable
+from takagi.models.ranges.expression_range import expression_range
 
 if TYPE_CHECKING:
-    import sympy as sp
-
-    from takagi.models.expressions.parser import Scope
     from takagi.models.files.library import Document
     from takagi.models.plant.entries import ParameterEntry, PlantEntry
     from takagi.models.plant.plant import Plant
@@ -34,7 +36,6 @@ class DerivedNumbers:
 
     Attributes
     ----------
-    unit : place in the file and text -> unit.
     read : place in the file, text and scope -> expression.
     uncertain : name -> signal, for the parameters of which only a range is known.
     moving : symbol -> expression, for the parameters that depend on uncertain ones.  They have no
@@ -43,7 +44,6 @@ class DerivedNumbers:
 
     document: Document
     entry: PlantEntry
-    unit: Callable[[str, str], Unit]
     read: Callable[[str, str, Scope], sp.Expr]
     computed: dict[str, Parameter] = field(default_factory=dict)
     closed: dict[str, sp.Expr] = field(default_factory=dict)
@@ -84,8 +84,6 @@ class DerivedNumbers:
         return sorted(s.name for s in renamed.free_symbols if s.name in self.uncertain)
 
     def _parameter(self, name: str, above: tuple[str, ...]) -> None:
-        import sympy as sp
-
         field_path, stated = f"parameters.{name}", self.entry.parameters[name]
         if name in above:
             circle = " -> ".join((*above[above.index(name) :], name))
@@ -96,14 +94,14 @@ class DerivedNumbers:
             return
         symbol = sp.Symbol(name, real=True)
         if stated.range is not None:
-            variable = uncertain_parameter(self.document, symbol, stated, self.unit)
+            variable = uncertain_parameter(self.document, symbol, stated)
             self.uncertain[name] = variable
             self.computed[name] = Parameter(symbol, variable.rest, variable.unit, stated.source)
             return
         if stated.value is None:
             raise self.document.error(f"{field_path}.value", "is missing; add it")
         if not isinstance(stated.value, str):
-            unit = self.unit(f"{field_path}.unit", stated.unit or "-")
+            unit = self.document.unit(f"{field_path}.unit", stated.unit or "-")
             value = unit.to_si(Fraction(stated.value))
             self.computed[name] = Parameter(
                 symbol, value, unit.si, stated.source, written=stated.unit or "-"
@@ -123,12 +121,8 @@ class DerivedNumbers:
 
     def _expression(self, field_path: str, text: str, above: tuple[str, ...]) -> sp.Expr:
         """Return the expression; the parameters in it are read first."""
-        from takagi.models.expressions.parser import Scope, tokens_of
-
-        try:
+        with self.document.at(field_path):
             token_names = {token.text for token in tokens_of(text) if token.kind == "name"}
-        except ModelError as error:
-            raise self.document.error(field_path, str(error)) from error
         for name in sorted(token_names & self.entry.parameters.keys()):
             self._parameter(name, above)
         parameters = {name: self.computed[name] for name in self.computed if name in token_names}
@@ -147,8 +141,6 @@ class DerivedNumbers:
         self, field_path: str, expression: sp.Expr
     ) -> tuple[Fraction, Fraction, sp.Expr | None]:
         """Return value, radius and exact expression; the last two only if it is not a fraction."""
-        import sympy as sp
-
         value = self._closed(expression)
         exact = value if value.is_Rational else sp.nsimplify(value) if value.is_rational else value
         if exact.is_Rational:
@@ -159,17 +151,15 @@ class DerivedNumbers:
                 "has no finite real value: it divides by 0, or takes a root or logarithm of a "
                 "negative number; correct it, or a parameter that it depends on",
             )
-        try:
+        with self.document.at(field_path):
             return (*decimal_near(exact), exact)
-        except ModelError as error:
-            raise self.document.error(field_path, str(error)) from error
 
     def _own_unit(self, field_path: str, stated: ParameterEntry, expression: sp.Expr) -> Unit:
         """Return the stated unit if it fits; without one, the unit that the parameters give."""
         if stated.unit is None:
             dimension = self._dimension(field_path, expression)
             return parse_unit(str(PURE if dimension is None else dimension))
-        unit = self.unit(f"{field_path}.unit", stated.unit)
+        unit = self.document.unit(f"{field_path}.unit", stated.unit)
         if not unit.is_si:
             raise self.document.error(
                 f"{field_path}.unit",
@@ -187,8 +177,6 @@ class DerivedNumbers:
             )
 
     def _dimension(self, field_path: str, expression: sp.Expr) -> Dimension | None:
-        from takagi.models.plant.dimensions import dimension_of
-
         if self.entry.units != "checked":
             return None
         units: Mapping[sp.Symbol, Dimension] = {
@@ -203,12 +191,7 @@ class DerivedNumbers:
             ) from error
 
 
-def uncertain_parameter(
-    document: Document,
-    symbol: sp.Symbol,
-    stated: ParameterEntry,
-    unit_of: Callable[[str, str], Unit],
-) -> Variable:
+def uncertain_parameter(document: Document, symbol: sp.Symbol, stated: ParameterEntry) -> Variable:
     """Return the signal of a parameter with a range; it rests at its value, or in the middle.
 
     Raises
@@ -246,7 +229,7 @@ def uncertain_parameter(
             f"{stated.value}{unit_text} is outside the range [{low}, {high}]{unit_text}; give a "
             "value inside it, or leave the value out",
         )
-    unit = unit_of(f"{field_path}.unit", text)
+    unit = document.unit(f"{field_path}.unit", text)
     return Variable(
         symbol,
         unit.si,
@@ -269,14 +252,9 @@ def check_divisors(document: Document, plant: Plant) -> None:
     ------
     ModelError : with file, line and field of the first parameter in such a divisor.
     """
-    import sympy as sp
-
-    from takagi.models.ranges.expression_range import expression_range
-
     box = {v.symbol: v.range for v in plant.uncertain if v.range is not None}
-    values = {s: sp.Rational(*value.as_integer_ratio()) for s, value in plant.values.items()}
     for variable, row in zip(plant.states, plant.equations, strict=True):
-        for power in sorted(row.subs(values).atoms(sp.Pow), key=str):
+        for power in sorted(row.subs(plant.rationals).atoms(sp.Pow), key=str):
             symbols = power.base.free_symbols
             if not power.exp.is_negative or not symbols or not symbols <= box.keys():
                 continue

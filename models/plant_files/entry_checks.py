@@ -9,11 +9,13 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+import sympy as sp
+
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.intervals.interval import Interval
+from takagi.models.ranges.expression_range import expression_range
 
 if TYPE_CHECKING:
-    import sympy as sp
     from pydantic import BaseModel
 
     from takagi.models.plant.plant import Plant
@@ -85,11 +87,8 @@ def check_coverage(plant: Plant) -> None:
     may be refused, because its enclosure is wider by a millionth of its width.  In f(g(x)) the
     argument of g is examined first, because a range of g(x) is defined only inside g.
     """
-    import sympy as sp
-
     from takagi.models.splines.table_function import TableFunction, table_ranges
 
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     checked_calls: set[Any] = set()
     for owner, expression in plant.expressions:
         calls = expression.atoms(TableFunction)
@@ -99,7 +98,7 @@ def check_coverage(plant: Plant) -> None:
             checked_calls.add(call)
             pairs = zip(call.args, table_ranges(call.table), strict=True)
             for number, (argument, covered) in enumerate(pairs, start=1):
-                _check(plant, f"{owner}: argument {number} of {call}", argument, covered, values)
+                _check(plant, f"{owner}: argument {number} of {call}", argument, covered)
 
 
 def _check(
@@ -107,9 +106,8 @@ def _check(
     owner: str,
     argument: sp.Expr,
     covered: Interval,
-    values: Mapping[sp.Symbol, sp.Rational],
 ) -> None:
-    attained = _range(plant, owner, argument.subs(values))
+    attained = _range(plant, owner, argument.subs(plant.rationals))
     if covered.contains(attained):
         return
     named = sorted(str(symbol) for symbol in argument.free_symbols)
@@ -126,8 +124,6 @@ def _check(
 
 
 def _range(plant: Plant, owner: str, argument: sp.Expr) -> Interval:
-    from takagi.models.ranges.expression_range import expression_range
-
     ranges = {variable.symbol: variable.range for variable in plant.variables}
     missing = sorted(str(s) for s in argument.free_symbols if ranges[s] is None)
     if missing:

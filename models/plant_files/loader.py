@@ -2,31 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
+from typing import ClassVar, Literal
 
+import sympy as sp
+from pydantic import ValidationError
+
+from takagi.models.equations.solved_rest import solve_rest
 from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.expressions.lost_parts import LostPart, check_lost
+from takagi.models.expressions.parser import (
+    RESERVED,
+    Scope,
+    expression_error,
+    parsed_with_losses,
+)
 from takagi.models.files.library import Document, decimal_of, read_document, resolve_model
-from takagi.models.files.units import Unit, parse_unit
 from takagi.models.intervals.interval import Interval
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant.entries import PlantEntry, VariableEntry
 from takagi.models.plant.plant import Output, Parameter, Plant, Variable
 from takagi.models.plant_files.derived_numbers import DerivedNumbers, check_divisors
-from takagi.models.plant_files.sections import seconds
+from takagi.models.plant_files.entry_checks import check_coverage, problem_of
+from takagi.models.plant_files.reference_section import with_references
+from takagi.models.plant_files.sections import (
+    behind_blend,
+    read_table,
+    seconds,
+    settings_of,
+    table_path,
+    with_measured,
+)
 
-if TYPE_CHECKING:
-    import sympy as sp
-
-    from takagi.models.expressions.lost_parts import LostPart
-    from takagi.models.expressions.parser import Scope
-    from takagi.models.plant.design_settings import PlantSettings
-    from takagi.models.plant.entries import PlantEntry, VariableEntry
-
-Result = TypeVar("Result")
 # The sections whose names must differ from each other.
 SECTIONS = (
     "states",
@@ -81,11 +93,6 @@ class PlantFile:
     @cached_property
     def entry(self) -> PlantEntry:
         """The content with its shape checked."""
-        from pydantic import ValidationError
-
-        from takagi.models.plant.entries import PlantEntry
-        from takagi.models.plant_files.entry_checks import problem_of
-
         try:
             return PlantEntry.model_validate(self.document.data)
         except ValidationError as error:
@@ -102,8 +109,6 @@ class PlantFile:
     @property
     def files(self) -> list[Path]:
         """The file, then its tables: all files that ``load_plant`` reads."""
-        from takagi.models.plant_files.sections import table_path
-
         table_entries = self.entry.tables.items()
         tables = [table_path(self.document, name, table.file) for name, table in table_entries]
         return [self.document.path, *dict.fromkeys(tables)]
@@ -111,8 +116,6 @@ class PlantFile:
     @property
     def settings(self) -> PlantSettings:
         """What the section ``[design]`` asks for."""
-        from takagi.models.plant_files.sections import settings_of
-
         return settings_of(self.document, self.entry)
 
 
@@ -123,13 +126,11 @@ class _Reader:
         self.document = document
         self.entry = entry
         self.lost: list[tuple[str, str, LostPart]] = []
-        self.numbers = DerivedNumbers(document, entry, self.unit, self.expression)
+        self.numbers = DerivedNumbers(document, entry, self.expression)
         self.solved: dict[str, Fraction | None] = {}
 
     def plant(self) -> Plant:
-        from takagi.models.plant_files.entry_checks import check_coverage
-
-        entry = self.entry
+        entry, document = self.entry, self.document
         self.check_names()
         parameters = self.numbers.parameters()
         states = self.variables("states", entry.states)
@@ -143,9 +144,8 @@ class _Reader:
         scope = self.scope((*states, *inputs, *disturbances), parameters)
         self.check_rows("equations", entry.equations, needed=True)
         self.check_rows("mass", entry.mass, needed=False)
-        plant = self.at(
-            "",
-            lambda: Plant(
+        with document.at(_field_of):
+            plant = Plant(
                 equations=tuple(
                     self.expression(f"equations.{v.name}", entry.equations[v.name], scope)
                     for v in states
@@ -158,31 +158,40 @@ class _Reader:
                     Output(
                         name,
                         self.expression(f"outputs.{name}.expression", output.expression, scope),
-                        self.si_unit(f"outputs.{name}.unit", output.unit),
+                        document.si_unit(f"outputs.{name}.unit", output.unit),
                     )
                     for name, output in entry.outputs.items()
                 ),
                 parameters=parameters,
-                premises=self.premises(scope),
-                sample_time=self.sample_time(),
+                premises={
+                    _symbol(name): self.expression(f"premises.{name}", text, scope)
+                    for name, text in entry.premises.items()
+                },
+                sample_time=None
+                if entry.sample_time is None
+                else float(seconds(document, "sample_time", entry.sample_time)),
                 units=entry.units,
-                name=entry.name or self.document.path.stem,
+                name=entry.name or document.path.stem,
                 description=entry.description,
                 source=entry.source,
-            ),
-        )
-        check_divisors(self.document, plant)
+            )
+        check_divisors(document, plant)
+        read = partial(self.expression, scope=scope)
         if entry.measured is not None:
-            plant = self.with_measured(plant, scope)
+            with document.at("measured"):
+                plant = with_measured(document, entry, plant, read)
         if self.solved:
-            plant = self.at_rest(plant)
-        self.at("", lambda: check_coverage(plant))
+            starts = {_symbol(field.split(".")[1]): start for field, start in self.solved.items()}
+            with document.at(f"{next(iter(self.solved))}.rest"):
+                plant = solve_rest(plant, starts)
+        with document.at(_field_of):
+            check_coverage(plant)
         self.check_lost(plant)
         if entry.reference:
-            from takagi.models.plant_files.reference_section import with_references
-
-            return with_references(self.document, entry, plant, self.unit)
-        return plant if entry.blending is None else self.behind_blend(plant, scope)
+            return with_references(document, entry, plant)
+        if entry.blending is None:
+            return plant
+        return behind_blend(document, entry, plant, self.variable, read)
 
     def check_uncertain_allowed(self) -> None:
         """Refuse uncertain parameters of a plant behind a blend."""
@@ -194,42 +203,7 @@ class _Reader:
                 "known numbers; give it a value, and put the uncertainty into an actuator's error",
             )
 
-    def at_rest(self, plant: Plant) -> Plant:
-        """Return the plant with the rests that its equations have."""
-        from takagi.models.equations.solved_rest import solve_rest
-
-        field = next(iter(self.solved))
-        starts = {
-            _symbol(field_path.split(".")[1]): start for field_path, start in self.solved.items()
-        }
-        return self.at(f"{field}.rest", lambda: solve_rest(plant, starts))
-
-    def with_measured(self, plant: Plant, scope: Scope) -> Plant:
-        from takagi.models.plant_files.sections import with_measured
-
-        read = partial(self.expression, scope=scope)
-        work = partial(with_measured, self.document, self.entry, plant, read, self.si_unit)
-        return self.at("measured", work)
-
-    def behind_blend(self, plant: Plant, scope: Scope) -> Plant:
-        from takagi.models.plant_files.sections import behind_blend
-
-        read = partial(self.expression, scope=scope)
-        return behind_blend(self.document, self.entry, plant, self.variable, read)
-
-    def at(self, field: str, work: Callable[[], Result]) -> Result:
-        """Return the result of ``work``; its error message gets the place in the file."""
-        try:
-            return work()
-        except ModelError as error:
-            text = str(error)
-            if text.startswith(str(self.document.path)):
-                raise  # a table's file, or an inner field: the place is there already
-            raise self.document.error(field or _field_of(text), text) from error
-
     def check_names(self) -> None:
-        from takagi.models.expressions.parser import RESERVED
-
         entry = self.entry
         section_of: dict[str, str] = {}
         for section in SECTIONS:
@@ -259,7 +233,7 @@ class _Reader:
         return tuple(replace(variable, schedules=True) for variable in variables)
 
     def variable(self, field: str, name: str, entry: VariableEntry) -> Variable:
-        unit = self.unit(f"{field}.unit", entry.unit)
+        unit = self.document.unit(f"{field}.unit", entry.unit)
         side = None
         if entry.range is not None:
             self.check_range(field, name, entry)
@@ -311,21 +285,7 @@ class _Reader:
                 f"{unit}; give rest = ... inside it, or widen the range",
             )
 
-    def unit(self, field: str, text: str) -> Unit:
-        return self.at(field, lambda: parse_unit(text))
-
-    def si_unit(self, field: str, text: str) -> str:
-        unit = self.unit(field, text)
-        if not unit.is_si:
-            raise self.document.error(
-                field, f"{text!r} was given, but expressions have SI values; write {unit.si!r}"
-            )
-        return unit.si
-
     def scope(self, variables: Iterable[Variable], parameters: Iterable[Parameter]) -> Scope:
-        from takagi.models.expressions.parser import Scope
-        from takagi.models.plant_files.sections import read_table
-
         symbols = {v.name: v.symbol for v in variables}
         symbols |= {p.symbol.name: p.symbol for p in parameters}
         symbols |= {symbol.name: symbol for symbol in self.numbers.moving}
@@ -352,9 +312,8 @@ class _Reader:
             )
 
     def expression(self, field: str, text: str, scope: Scope) -> sp.Expr:
-        from takagi.models.expressions.parser import parsed_with_losses
-
-        expression, lost = self.at(field, lambda: parsed_with_losses(text, scope))
+        with self.document.at(field):
+            expression, lost = parsed_with_losses(text, scope)
         moving = self.numbers.moving
         for lost_part in lost:
             renamed = replace(
@@ -367,9 +326,6 @@ class _Reader:
 
     def check_lost(self, plant: Plant) -> None:
         """Refuse terms that sympy removed, unless they have a value on the whole box."""
-        from takagi.models.expressions.lost_parts import check_lost
-        from takagi.models.expressions.parser import expression_error
-
         for field, text, lost_part in self.lost:
             try:
                 check_lost(lost_part, plant)
@@ -378,8 +334,6 @@ class _Reader:
                 raise self.document.error(field, str(message)) from error
 
     def mass(self, scope: Scope) -> sp.Matrix | None:
-        import sympy as sp
-
         if not self.entry.mass:
             return None
         states = list(self.entry.states)
@@ -391,16 +345,6 @@ class _Reader:
                 entry = self.expression(f"mass.{row}.{column}", text, scope)
                 matrix[states.index(row), states.index(column)] = entry
         return matrix
-
-    def premises(self, scope: Scope) -> dict[sp.Symbol, sp.Expr]:
-        return {
-            _symbol(name): self.expression(f"premises.{name}", text, scope)
-            for name, text in self.entry.premises.items()
-        }
-
-    def sample_time(self) -> float | None:
-        stated = self.entry.sample_time
-        return None if stated is None else float(seconds(self.document, "sample_time", stated))
 
 
 def _in_its_range(entry: VariableEntry) -> VariableEntry:
@@ -415,8 +359,6 @@ def _in_its_range(entry: VariableEntry) -> VariableEntry:
 
 
 def _symbol(name: str) -> sp.Symbol:
-    import sympy as sp
-
     return sp.Symbol(name, real=True)
 
 

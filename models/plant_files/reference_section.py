@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
+
+import sympy as sp
 
 from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError, did_you_mean
@@ -13,8 +14,6 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Reference, Variable
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.files.library import Document
     from takagi.models.files.units import Unit
     from takagi.models.plant.entries import PlantEntry, ReferenceEntry
@@ -23,9 +22,7 @@ if TYPE_CHECKING:
 SECTION = "reference"
 
 
-def with_references(
-    document: Document, entry: PlantEntry, plant: Plant, unit_of: Callable[[str, str], Unit]
-) -> Plant:
+def with_references(document: Document, entry: PlantEntry, plant: Plant) -> Plant:
     """Return the plant of a file with an integral state for each reference of the file.
 
     Raises
@@ -57,21 +54,15 @@ def with_references(
     for name, reference in entry.reference.items():
         field = f"{SECTION}.{name}"
         followed, si, written = _followed(document, field, entry, plant, reference)
-        unit = unit_of(f"{field}.unit", reference.unit or written)
-        if unit.dimension != unit_of(field, si).dimension:
+        unit = document.unit(f"{field}.unit", reference.unit or written)
+        if unit.dimension != document.unit(field, si).dimension:
             raise document.error(
                 f"{field}.unit",
                 f"{unit.text} was given, but {reference.follow} is in {written}; "
                 "give a unit that fits",
             )
-        signal = _signal(
-            document,
-            field,
-            name,
-            reference,
-            unit,
-            _rest(document, field, plant, followed),
-        )
+        rest = _rest(document, field, plant, followed)
+        signal = _signal(document, field, name, reference, unit, rest)
         integral = _integral(document, field, name, plant, unit.si)
         rate = None if reference.rate is None else unit.to_si(Fraction(reference.rate))
         if rate is not None and rate <= 0:
@@ -81,10 +72,8 @@ def with_references(
         references.append(
             (Reference(name, integral.name, reference.follow, rate), signal, integral, followed)
         )
-    try:
+    with document.at(SECTION):
         with_integrals = following_plant(plant, references)
-    except ModelError as error:
-        raise document.error(SECTION, str(error)) from error
     try:
         held_rests(with_integrals)
     except ModelError as error:
@@ -115,11 +104,7 @@ def _followed(
 
 def _rest(document: Document, field: str, plant: Plant, followed: sp.Expr) -> Fraction:
     """Return the value of the following expression at the plant's rest."""
-    import sympy as sp
-
-    values = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
-    values |= {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    value = sp.nsimplify(sp.sympify(followed).subs(values))
+    value = sp.nsimplify(sp.sympify(followed).subs(plant.at_rest | plant.rationals))
     if value.is_Rational:
         return Fraction(int(value.p), int(value.q))
     try:
@@ -150,8 +135,6 @@ def _signal(
             f"[{low}, {high}]{unit_text} was given, but at rest {reference.follow} is "
             f"{at:.6g}{unit_text}; give a range that contains it, or move the rest",
         )
-    import sympy as sp
-
     symbol = sp.Symbol(name, real=True)
     return Variable(
         symbol, unit.si, side, rest, f"reference of {reference.follow}", written=unit.text
@@ -159,8 +142,6 @@ def _signal(
 
 
 def _integral(document: Document, field: str, name: str, plant: Plant, unit: str) -> Variable:
-    import sympy as sp
-
     integral_name = f"{name}_integral"
     if integral_name in {v.name for v in plant.variables} | {str(s) for s in plant.values}:
         raise document.error(

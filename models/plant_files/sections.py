@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.csv_table import read_curve, read_surface
 from takagi.models.files.library import Document
-from takagi.models.files.units import Unit, parse_unit
+from takagi.models.files.units import parse_unit
 from takagi.models.plant.design_settings import PlantSettings, settling_rate
+from takagi.models.plant.dimensions import dimension_of
 from takagi.models.plant.entries import TableEntry
 from takagi.models.plant.plant import Output
 from takagi.models.splines.table_function import TableFunction, table_function
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator
     from takagi.models.plant.entries import (
         ActuatorEntry,
-        DesignEntry,
         MeasuredEntry,
         PlantEntry,
         VariableEntry,
@@ -41,9 +41,9 @@ def read_table(document: Document, name: str, table: TableEntry) -> type[TableFu
     ModelError : the path, a unit, or the table itself is wrong.
     """
     path = table_path(document, name, table.file)
-    value = _unit(document, f"tables.{name}.unit", table.unit)
+    value = document.unit(f"tables.{name}.unit", table.unit)
     field = f"tables.{name}.arguments"
-    units = [_unit(document, field, argument.unit) for argument in table.arguments]
+    units = [document.unit(field, argument.unit) for argument in table.arguments]
     names = [f"{a.name} [{unit.si}]" for a, unit in zip(table.arguments, units, strict=True)]
     if len(units) == 1:
         curve = read_curve(path, name=name, units=(units[0], value), x_name=names[0])
@@ -83,13 +83,6 @@ def table_path(document: Document, name: str, file: str) -> Path:
     return document.path.parent / relative_path
 
 
-def _unit(document: Document, field: str, text: str) -> Unit:
-    try:
-        return parse_unit(text)
-    except ModelError as error:
-        raise document.error(field, str(error)) from error
-
-
 TIME = re.compile(r"\s*([0-9]{0,9}\.?[0-9]{1,9}(?:[eE][-+]?[0-9]{1,2})?)\s*(.*?)\s*")
 
 
@@ -108,10 +101,7 @@ def seconds(document: Document, field: str, value: Decimal | str) -> Fraction:
         raise document.error(
             field, f'{value_text} was given; a time above 0 is needed, such as "2 s" or "5 min"'
         )
-    try:
-        unit = parse_unit(match[2] or "s")
-    except ModelError as error:
-        raise document.error(field, str(error)) from error
+    unit = document.unit(field, match[2] or "s")
     if unit.dimension != parse_unit("s").dimension:
         raise document.error(field, f"{match[2]!r} is no unit of time; s, min and h are some")
     return unit.to_si(Fraction(match[1]))
@@ -131,14 +121,22 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
         state, and numbers out of range.
     """
     design = entry.design
-    rate = design.decay_rate if design.settle is None else _settling_rate(document, design)
+    rate: Decimal | float | str | None = design.decay_rate
+    if design.settle is not None:
+        field, written = "design.settle", str(design.settle)
+        if rate is not None:
+            raise document.error(
+                field, "settle and decay_rate both say how fast the loop is; leave one out"
+            )
+        rate = settling_rate(float(seconds(document, field, written)))
     values = {name: _float(getattr(design, name)) for name in _NUMBERS}
     if design.sample_time is not None:
         values["sample_time"] = float(seconds(document, "design.sample_time", design.sample_time))
     limits = _in_si(document, "input_limit", design.input_limit, entry.commanded, "input")
     initial = _in_si(document, "initial", design.initial, entry.all_states, "state")
     noise = _in_si(document, "noise", design.noise, entry.disturbances, "disturbance")
-    try:
+    # Every message begins with the field's name.
+    with document.at(lambda message: f"design.{message.split()[0]}"):
         settings = PlantSettings(
             choice=design.choice,
             rest=design.rest,
@@ -155,10 +153,6 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
             inputs=tuple(entry.commanded),
             disturbances=tuple(entry.disturbances),
         )
-    except ModelError as error:
-        # Every message begins with the field's name.
-        field = str(error).split()[0]
-        raise document.error(f"design.{field}", str(error)) from error
     return settings
 
 
@@ -177,22 +171,9 @@ def _in_si(
                 f"{name} is no {kind}{did_you_mean(name, variables)}; {kind}s are "
                 + (", ".join(variables) or "none"),
             )
-        try:
-            unit = parse_unit(variables[name].unit)
-        except ModelError as error:
-            raise document.error(f"{kind}s.{name}.unit", str(error)) from error
+        unit = document.unit(f"{kind}s.{name}.unit", variables[name].unit)
         values[name] = float(unit.to_si(Fraction(value)))
     return values
-
-
-def _settling_rate(document: Document, design: DesignEntry) -> float:
-    """Return the decay rate [1/s] that ``settle`` means."""
-    field, written = "design.settle", str(design.settle)
-    if design.decay_rate is not None:
-        raise document.error(
-            field, "settle and decay_rate both say how fast the loop is; leave one out"
-        )
-    return settling_rate(float(seconds(document, field, written)))
 
 
 def _float(value: Decimal | None) -> float | None:
@@ -207,7 +188,6 @@ def with_measured(
     entry: PlantEntry,
     plant: Plant,
     read: Callable[[str, str], sp.Expr],
-    si_unit: Callable[[str, str], str],
 ) -> Plant:
     """Return the plant with an output for each measured quantity, and the names of these outputs.
 
@@ -216,7 +196,6 @@ def with_measured(
     Parameters
     ----------
     read : place in the file and text -> expression.
-    si_unit : place in the file and text -> the unit; it raises if the unit is not SI.
 
     Raises
     ------
@@ -245,9 +224,8 @@ def with_measured(
             added = _named(document, plant, outputs, measured)
         else:
             _check_new(document, plant, measured)
-            added = Output(
-                measured.name, read(FIELD, measured.expression), si_unit(FIELD, measured.unit)
-            )
+            expression = read(FIELD, measured.expression)
+            added = Output(measured.name, expression, document.si_unit(FIELD, measured.unit))
         if added is not None:
             outputs.append(added)
     symbols = {v.symbol for v in (*plant.states, *plant.inputs)}
@@ -323,7 +301,6 @@ def behind_blend(
     """
     from takagi.models.blending.blending import Blending
     from takagi.models.blending.substitution import blended_plant
-    from takagi.models.files.units import parse_unit
 
     blending = entry.blending
     assert blending is not None  # checked by the caller
@@ -369,9 +346,6 @@ def _actuator(
 
 def _check_unit(name: str, actuator: Actuator, plant: Plant, effort: Variable) -> None:
     """Refuse an effectiveness that is not effort per unit of its input."""
-    from takagi.models.files.units import parse_unit
-    from takagi.models.plant.dimensions import dimension_of
-
     units = {v.symbol: parse_unit(v.unit).dimension for v in plant.variables}
     units |= {p.symbol: parse_unit(p.unit).dimension for p in plant.parameters}
     owner = f"{name}.effectiveness"

@@ -20,6 +20,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import rational
 from takagi.models.plant_simulation.signals import Signals
 
 if TYPE_CHECKING:
@@ -49,17 +50,15 @@ def right_side(
     told : for a blended plant, whether the last entries of u are the commands of its two
         actuators; if not, the commands follow from the state.
     """
-    import sympy as sp
-
     from takagi.models.blending.blending import RunTimeBlending, blending_of, explicit_rows
 
     blending = blending_of(plant)
     if blending is not None:
         return RunTimeBlending(blending).disturbed_rate(moving, told=told)
     free = [v.symbol for v in moving]
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    values = plant.rationals
     values |= {
-        v.symbol: sp.Rational(*(fixed or {}).get(v.name, v.rest).as_integer_ratio())
+        v.symbol: rational((fixed or {}).get(v.name, v.rest))
         for v in plant.disturbances
         if v.symbol not in free
     }

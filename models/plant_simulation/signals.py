@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import ceil, isfinite, pi, sin
-from typing import Protocol
 
 import numpy as np
 
@@ -36,90 +35,75 @@ Function = Callable[[float], float]
 _BLOCK = 1024
 
 
-class Signal(Protocol):
-    """A deviation from rest over time, in SI units.  It is 0 before its first break."""
+@dataclass(frozen=True)
+class Signal:
+    """A deviation from rest over time, in SI units.  It is 0 before its first break.
+
+    ``size`` : the largest deviation [SI]; of noise its standard deviation.
+    """
+
+    size: float
 
     @property
-    def size(self) -> float:
-        """The largest deviation [SI]; of noise its standard deviation."""
-        ...
+    def edges(self) -> tuple[float, ...]:
+        """The times [s] at which it jumps or has a kink."""
+        raise NotImplementedError
 
     @property
     def last(self) -> float:
         """The time [s] after which it repeats or stays as it is."""
-        ...
+        return self.edges[-1]
 
     def breaks(self, end: float) -> list[float]:
         """Return the times in (0, end) at which it jumps or has a kink."""
-        ...
+        return [time for time in self.edges if 0 < time < end]
 
     def on(self, begin: float, end: float) -> Function:
         """Return the function of time on [begin, end], an interval without a break inside."""
-        ...
+        raise NotImplementedError
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+@dataclass(frozen=True)
+class Step(Signal):
     """``size`` from ``start`` [s] on."""
 
-    size: float
     start: float
 
     @property
-    def last(self) -> float:
-        """The time of the step [s]."""
-        return self.start
-
-    def breaks(self, end: float) -> list[float]:
-        """Return the time of the step."""
-        return _inside([self.start], end)
+    def edges(self) -> tuple[float, ...]:
+        return (self.start,)
 
     def on(self, begin: float, end: float) -> Function:
-        """Return a constant."""
         return _constant(self.size if (begin + end) / 2 > self.start else 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Pulse:
+@dataclass(frozen=True)
+class Pulse(Signal):
     """``size`` from ``start`` to ``stop`` [s], 0 before and after."""
 
-    size: float
     start: float
     stop: float
 
     @property
-    def last(self) -> float:
-        """The time of its end [s]."""
-        return self.stop
-
-    def breaks(self, end: float) -> list[float]:
-        """Return its two edges."""
-        return _inside([self.start, self.stop], end)
+    def edges(self) -> tuple[float, ...]:
+        return self.start, self.stop
 
     def on(self, begin: float, end: float) -> Function:
-        """Return a constant."""
         return _constant(self.size if self.start < (begin + end) / 2 < self.stop else 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Ramp:
+@dataclass(frozen=True)
+class Ramp(Signal):
     """A line from 0 at ``start`` to ``size`` at ``stop`` [s], which it keeps."""
 
-    size: float
     start: float
     stop: float
 
     @property
-    def last(self) -> float:
-        """The time at which it reaches its size [s]."""
-        return self.stop
-
-    def breaks(self, end: float) -> list[float]:
-        """Return the times of its two kinks."""
-        return _inside([self.start, self.stop], end)
+    def edges(self) -> tuple[float, ...]:
+        return self.start, self.stop
 
     def on(self, begin: float, end: float) -> Function:
-        """Return a constant or the line."""
         middle = (begin + end) / 2
         if middle < self.start:
             return _constant(0.0)
@@ -129,54 +113,51 @@ class Ramp:
         return lambda time: slope * (time - self.start)
 
 
-@dataclass(frozen=True, slots=True)
-class Sine:
+@dataclass(frozen=True)
+class Sine(Signal):
     """size sin(2 pi (t - start) / period) from ``start`` [s] on."""
 
-    size: float
     period: float
     start: float = 0.0
+
+    @property
+    def edges(self) -> tuple[float, ...]:
+        return (self.start,)
 
     @property
     def last(self) -> float:
         """The time after a few periods [s]."""
         return self.start + 3 * self.period
 
-    def breaks(self, end: float) -> list[float]:
-        """Return where it starts."""
-        return _inside([self.start], end)
-
     def on(self, begin: float, end: float) -> Function:
-        """Return 0 or the sine."""
         if (begin + end) / 2 < self.start:
             return _constant(0.0)
         rate = 2 * pi / self.period
         return lambda time: self.size * sin(rate * (time - self.start))
 
 
-@dataclass(frozen=True, slots=True)
-class Noise:
+@dataclass(frozen=True)
+class Noise(Signal):
     """Independent Gaussian values of standard deviation ``size``, each held for ``every`` [s].
 
     The spectrum of such held values is flat up to about 1/(2 every) in cycles per second.  The
     same ``seed`` gives the same values, however long the run is.
     """
 
-    size: float
     every: float
     seed: tuple[int, ...] = (0,)
 
     @property
     def last(self) -> float:
-        """Infinite: noise neither repeats nor ends."""
+        """0: noise neither repeats nor ends."""
         return 0.0
 
     def breaks(self, end: float) -> list[float]:
         """Return the times at which a new value is drawn."""
-        return _inside([k * self.every for k in range(1, ceil(end / self.every) + 1)], end)
+        times = [k * self.every for k in range(1, ceil(end / self.every) + 1)]
+        return [time for time in times if 0 < time < end]
 
     def on(self, begin: float, end: float) -> Function:
-        """Return a constant."""
         number = int((begin + end) / 2 / self.every)
         draws = _draws(self.seed, number // _BLOCK + 1)
         return _constant(self.size * float(draws[number]))
@@ -215,10 +196,6 @@ class Signals:
             return values
 
         return vector
-
-
-def _inside(times: list[float], end: float) -> list[float]:
-    return [time for time in times if 0 < time < end]
 
 
 def _constant(value: float) -> Function:

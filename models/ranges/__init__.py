@@ -1,1 +1,1 @@
-"""Rigorous ranges of expressions on boxes, with evidence that can be replayed."""
+"""Rigorous ranges of expressions on boxes."""

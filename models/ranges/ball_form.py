@@ -14,7 +14,7 @@ arithmetic", IEEE Trans. Computers 66; Moore, Kearfott, Cloud (2009), ch. 6.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import sympy as sp
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import Bounded, Ends
@@ -39,9 +39,6 @@ from takagi.models.ranges.symbolic_steps import (
     with_exponentials_as_symbols,
 )
 from takagi.models.ranges.tape import Tape, tables_class, tape_of
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 SHORT = 60  # operations; second derivatives of longer expressions cost more than they gain
 PRECISION = 128  # bits; Taylor forms near a removable singularity cancel leading digits
@@ -86,14 +83,11 @@ class BallForm:
         self._taylor: dict[int, BallForm | None] = {}
         self._has_pole: dict[int, bool] = {}
 
-    # ------------------------------------------------------------------ looks
-
     def look(self, box: Sides) -> Bounded:
         """Return the plain enclosure over the box; see ``search``."""
         value = self.plain(box)
         attained = attained_at(value) if all(side.is_point for side in box) else None
-        axis = worst_axis(box, [None] * len(box), self.sizes)
-        return Bounded(ends_of(value), attained, axis, "q" if self.far else "p")
+        return Bounded(ends_of(value), attained, worst_axis(box, [None] * len(box), self.sizes))
 
     def refined(self, box: Sides) -> Bounded:
         """Return the common part of all forms over the box, and values attained there."""
@@ -105,18 +99,7 @@ class BallForm:
         attained = None
         for point in points:
             attained = wider(attained, attained_at(point))
-        tight, plain = ("t", "q") if self.far else ("s", "p")
-        return Bounded(enclosure, attained, axis, tight, (rough, plain))
-
-    def by_letter(self, letter: str, box: Sides) -> Ends | None:
-        """Return the enclosure that a leaf's letter names: p for plain, s for slopes.
-
-        q and t are the same, with the Taylor form towards each removable pole on every box.
-        """
-        form = self.further() if letter in "qt" else self
-        if letter in "pq":
-            return ends_of(form.plain(box))
-        return form.refined(box).outer
+        return Bounded(enclosure, attained, axis)
 
     def further(self) -> BallForm:
         """Return the form that tries the Taylor form towards removable poles on every box.
@@ -211,8 +194,6 @@ class BallForm:
         below = value - highest(largest_slope, -bend.lower(), radius)
         return common(mean, below.lower().union(above.upper()))
 
-    # ------------------------------------------------------------------ evaluations
-
     def plain(self, box: Sides) -> Ball:
         """Return one evaluation in balls, in Taylor form towards each removable pole."""
         enclosure = None
@@ -294,8 +275,6 @@ class BallForm:
     def poles(self) -> tuple[int, ...]:
         """Return, per symbol, the order of the factor 1/x^k that the expression is written with."""
         if self._poles is None:
-            import sympy as sp
-
             joined = with_exponentials_as_symbols(sp.together, self.expression)
             powers = sp.fraction(joined)[1].as_powers_dict()
             self._poles = tuple(order_of(powers.get(symbol, 0)) for symbol in self.symbols)
@@ -308,8 +287,6 @@ class BallForm:
         None if a table in N has no k-th derivative, because f then has no known bound at 0.
         """
         if index not in self._taylor:
-            import sympy as sp
-
             x = self.symbols[index]
             numerator = with_exponentials_as_symbols(
                 lambda product: sp.expand(sp.together(product).cancel()), self.expression * x**order

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
+
+from flint import arb, fmpq
 
 from takagi.models.intervals.box_search import Ends
 from takagi.models.intervals.interval import Interval
@@ -20,8 +23,6 @@ class BoxSide(NamedTuple):
 
     def interval(self) -> Interval:
         """Return the side with ends as fractions."""
-        from fractions import Fraction
-
         return Interval(*(Fraction(int(e.p), int(e.q)) for e in (self.lower, self.upper)))
 
     def centre(self) -> BoxSide:
@@ -34,14 +35,10 @@ class BoxSide(NamedTuple):
 
     def with_zero(self) -> BoxSide:
         """Return the smallest side that contains this one and 0."""
-        from flint import fmpq
-
         return _side(min(self.lower, fmpq(0)), max(self.upper, fmpq(0)))
 
     def zero(self) -> BoxSide:
         """Return the point 0."""
-        from flint import fmpq
-
         return _side(fmpq(0))
 
     def has_zero(self) -> bool:
@@ -57,21 +54,11 @@ class BoxSide(NamedTuple):
 
 def side_of(interval: Interval) -> BoxSide:
     """Return the interval as a side."""
-    from flint import fmpq
-
     ends = (fmpq(e.numerator, e.denominator) for e in (interval.lower, interval.upper))
     return _side(*ends)
 
 
-def halves_of(side: BoxSide) -> tuple[BoxSide, BoxSide]:
-    """Return the lower and the upper half."""
-    middle = (side.lower + side.upper) / 2
-    return _side(side.lower, middle), _side(middle, side.upper)
-
-
 def _side(lower: Any, upper: Any = None) -> BoxSide:
-    from flint import arb
-
     low = arb(lower)
     if upper is None or lower == upper:
         return BoxSide(lower, lower, low, True)
@@ -87,8 +74,6 @@ def _side(lower: Any, upper: Any = None) -> BoxSide:
 
 def _from_zero(high: Ball) -> Ball:
     """Return a ball that contains [0, high] and begins at 0: moved up by what it began too low."""
-    from flint import arb
-
     ball = arb(0).union(high)
     return ball - ball.lower()
 
@@ -99,7 +84,10 @@ FINEST = 2**60  # a side is not halved if its magnitude is at least this many wi
 
 def halved(box: Sides, axis: int) -> tuple[Sides, Sides]:
     """Return both halves of a box along one side."""
-    first, second = ((*box[:axis], half, *box[axis + 1 :]) for half in halves_of(box[axis]))
+    side = box[axis]
+    middle = (side.lower + side.upper) / 2
+    halves = _side(side.lower, middle), _side(middle, side.upper)
+    first, second = ((*box[:axis], half, *box[axis + 1 :]) for half in halves)
     return first, second
 
 
@@ -112,8 +100,8 @@ def worst_axis(box: Sides, slopes: list[Ball | None], sizes: tuple[float, ...]) 
     best, axis = (False, -1.0), None
     all_known = all(slope is not None for slope in slopes)
     for index, (side, slope) in enumerate(zip(box, slopes, strict=True)):
-        width = width_of(side)
-        if side.is_point or width * FINEST <= _size(side):
+        width = 2 * float(side.ball.rad())
+        if side.is_point or width * FINEST <= float(abs(side.ball).upper()):
             continue
         if not all_known or slope is None:
             rated = (True, width / (sizes[index] or 1.0))
@@ -123,14 +111,6 @@ def worst_axis(box: Sides, slopes: list[Ball | None], sizes: tuple[float, ...]) 
         if rated > best:
             best, axis = rated, index
     return axis
-
-
-def width_of(side: BoxSide) -> float:
-    return 2 * float(side.ball.rad())
-
-
-def _size(side: BoxSide) -> float:
-    return float(abs(side.ball).upper())
 
 
 def finite_or_none(ball: Ball | None) -> Ball | None:

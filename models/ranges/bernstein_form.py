@@ -19,16 +19,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import comb, lcm, prod
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from takagi.models.intervals.box_search import Bounded
 from takagi.models.intervals.interval import Interval
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 Integers: TypeAlias = NDArray[Any]  # of Python integers: dtype object
 MOST_COEFFICIENTS = 400  # with more coefficients ball arithmetic is faster
@@ -56,7 +54,6 @@ def polynomial_box(
     expression: sp.Expr, symbols: Sequence[sp.Symbol], sides: Sequence[Interval]
 ) -> PolynomialBox | None:
     """Return the expression on the box; None when it is not a quotient of polynomials, or large."""
-    import sympy as sp
     from sympy.polys.polyerrors import BasePolynomialError
 
     if not symbols or not expression.is_rational_function(*symbols):
@@ -64,9 +61,13 @@ def polynomial_box(
     if expression.count_ops() > MOST_OPERATIONS:
         return None
     try:
-        fraction = [
-            sp.Poly(polynomial, *symbols, domain="QQ") for polynomial in _fraction(expression)
-        ]
+        # Without common factor; this also removes removable singularities.
+        pair = (
+            (expression, sp.S.One)
+            if expression.is_polynomial()
+            else sp.fraction(sp.cancel(expression))
+        )
+        fraction = [sp.Poly(polynomial, *symbols, domain="QQ") for polynomial in pair]
     except BasePolynomialError:
         return None  # coefficients such as pi or 1/(2 + sin(1))^9 are not rational
     above, below = (dict(polynomial.terms()) for polynomial in fraction)
@@ -85,7 +86,7 @@ def look_at_polynomial(box: PolynomialBox) -> Bounded:
     axis = _axis(box)
     below = [1] * box.above.size if box.below is None else box.below.ravel().tolist()
     if not (min(below) > 0 or max(below) < 0):
-        return Bounded(None, None, axis, "b")
+        return Bounded(None, None, axis)
     above = box.above.ravel().tolist()
     if box.below is None:
         low, high = Fraction(min(above)), Fraction(max(above))
@@ -97,9 +98,7 @@ def look_at_polynomial(box: PolynomialBox) -> Bounded:
     under = [1] * len(corners) if box.below is None else box.below[index].ravel().tolist()
     values = [Fraction(n, d) for n, d in zip(corners, under, strict=True)]
     scale = box.scale
-    return Bounded(
-        (low * scale, high * scale), (min(values) * scale, max(values) * scale), axis, "b"
-    )
+    return Bounded((low * scale, high * scale), (min(values) * scale, max(values) * scale), axis)
 
 
 def has_pole(box: PolynomialBox) -> bool:
@@ -127,16 +126,6 @@ def halved_polynomial(box: PolynomialBox, axis: int) -> tuple[PolynomialBox, Pol
         for half_side, n, d in zip(half_sides, above, below, strict=True)
     )
     return first, second
-
-
-def _fraction(expression: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Return N and D without common factor; this also removes removable singularities."""
-    import sympy as sp
-
-    if expression.is_polynomial():
-        return expression, sp.S.One
-    above, below = sp.fraction(sp.cancel(expression))
-    return above, below
 
 
 def _bernstein(

@@ -7,19 +7,29 @@ searched for the ranges of their arguments first.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeVar
+
+import flint
+import sympy as sp
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.box_search import Bounded, Ends, search
+from takagi.models.intervals.box_search import Bounded, Ends, Range, SearchResult, search
 from takagi.models.intervals.interval import Interval
+from takagi.models.ranges.ball_form import PRECISION, BallForm
+from takagi.models.ranges.ball_operations import Sides, halved, side_of, wider
+from takagi.models.ranges.bernstein_form import (
+    PolynomialBox,
+    halved_polynomial,
+    has_pole,
+    look_at_polynomial,
+    polynomial_box,
+)
 from takagi.models.ranges.symbolic_steps import combined, linear_terms
-
-if TYPE_CHECKING:
-    import sympy as sp
+from takagi.models.ranges.tape import EDGE, fraction_of, tables_class
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,108 +75,47 @@ class CellEnclosures(NamedTuple):
     expression: sp.Expr
     symbols: tuple[sp.Symbol, ...]
     sides: tuple[Interval, ...]
-    form: Any  # BallForm
-    polynomial: Any  # PolynomialBox; None where the expression is no quotient of polynomials
+    form: BallForm
+    polynomial: PolynomialBox | None  # None where the expression is no quotient of polynomials
     meanings: Mapping[sp.Symbol, sp.Expr]  # sums that a symbol stands for
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(symbol.name for symbol in self.symbols)
-
-    def start(self, exact: bool) -> Any:
-        """Return the whole cell as a box of the chosen way.
-
-        Raises
-        ------
-        ModelError : Bernstein form for an expression that has none.
-        """
-        from takagi.models.ranges.ball_operations import side_of
-
-        if not exact:
-            return tuple(map(side_of, self.sides))
-        if self.polynomial is None:
-            raise ModelError("the expression has no Bernstein form")
-        return self.polynomial
 
     def further(self) -> CellEnclosures:
         """Return the same cell with Taylor forms towards removable poles on every box."""
         return self._replace(form=self.form.further())
 
-    def points(self) -> list[CellBox]:
-        """Return corners, and the point nearest to 0, where an extreme often is."""
-        from takagi.models.ranges.ball_operations import side_of
-
+    def attained(self) -> Ends | None:
+        """Return the ends of the values at corners, and nearest to 0, where an extreme often is."""
         nearest = [min(max(Fraction(0), side.lower), side.upper) for side in self.sides]
         ends = [(side.lower, side.upper) for side in self.sides[:MOST_CORNERS]]
         centres = [(side.centre,) for side in self.sides[MOST_CORNERS:]]
-        return [
-            (self, tuple(side_of(Interval(v, v)) for v in point))
-            for point in (nearest, *product(*ends, *centres))
-        ]
+        attained = None
+        for point in (nearest, *product(*ends, *centres)):
+            sides = tuple(side_of(Interval(v, v)) for v in point)
+            attained = wider(attained, self.form.look(sides).attained)
+        return attained
 
-    def told(self, box: Any) -> str:
-        sides = box.sides if hasattr(box, "above") else [side.interval() for side in box]
+    def words(self, sides: Iterable[Interval]) -> str:
+        """Return a box of the cell in words."""
         named = [self.meanings.get(symbol, symbol) for symbol in self.symbols]
         return ", ".join(f"{s} in {side}" for s, side in zip(named, sides, strict=True))
 
 
-CellBox: TypeAlias = tuple[CellEnclosures, Any]  # with a box: Sides, or a PolynomialBox
+Part = TypeVar("Part", Sides, PolynomialBox)
 
 
-def enclose(spot: CellBox) -> Bounded:
-    """Return the cheap enclosure on a place; see ``search``."""
-    from takagi.models.ranges.bernstein_form import has_pole, look_at_polynomial
-
-    root, box = spot
-    if not hasattr(box, "above"):
-        bounds: Bounded = root.form.look(box)
-        return bounds
+def _exact_bounds(spot: tuple[CellEnclosures, PolynomialBox]) -> Bounded:
+    cell, box = spot
     if has_pole(box):
-        import sympy as sp
-
-        zero = sp.fraction(sp.cancel(root.expression))[1]
+        zero = sp.fraction(sp.cancel(cell.expression))[1]
         raise ModelError(
-            f"{root.expression} has a pole at {zero} = 0 inside {root.told(box)}; take it out of "
-            "the box, or choose another premise"
+            f"{cell.expression} has a pole at {zero} = 0 inside {cell.words(box.sides)}; take it "
+            "out of the box, or choose another premise"
         )
     return look_at_polynomial(box)
 
 
-def refined(spot: CellBox) -> Bounded:
-    """Return the tight enclosure on a place of balls."""
-    bounds: Bounded = spot[0].form.refined(spot[1])
-    return bounds
-
-
-def attained_at_points(points: Sequence[CellBox]) -> Ends | None:
-    """Return the ends of the values at points, each on the cautious side of its own enclosure."""
-    attained = [root.form.look(point).attained for root, point in points]
-    ends_known = [ends for ends in attained if ends is not None]
-    return (min(e[0] for e in ends_known), max(e[1] for e in ends_known)) if ends_known else None
-
-
-def halve(spot: CellBox, axis: int) -> tuple[CellBox, CellBox]:
-    """Return both halves of a place along one side."""
-    from takagi.models.ranges.ball_operations import halved
-    from takagi.models.ranges.bernstein_form import halved_polynomial
-
-    root, box = spot
-    first, second = (halved_polynomial if hasattr(box, "above") else halved)(box, axis)
-    return (root, first), (root, second)
-
-
-def enclosed_by_letter(letter: str, spot: CellBox) -> tuple[Any, Any] | None:
-    """Return the enclosure that a leaf's letter names; None where it cannot decide."""
-    from takagi.models.ranges.bernstein_form import look_at_polynomial
-
-    root, box = spot
-    exact = hasattr(box, "above")
-    if letter not in ("b" if exact else "psqt"):
-        raise ModelError(f"a tree of boxes has the letter {letter!r}, which means nothing there")
-    if exact:
-        return look_at_polynomial(box).outer
-    ends: tuple[Any, Any] | None = root.form.by_letter(letter, box)
-    return ends
+def _on(cell: CellEnclosures, halves: tuple[Part, Part]) -> tuple[Any, Any]:
+    return (cell, halves[0]), (cell, halves[1])
 
 
 def checked_symbols(
@@ -186,27 +135,6 @@ def checked_symbols(
 MOST_BOXES = 8000
 TOLERANCE = Fraction(1, 10**6)
 LOOSE = Fraction(5, 4)  # the width of bounds over what is attained, above which they are retried
-MOST_SIDES = 36  # letters of a tree that number the sides
-
-
-class Bounds(NamedTuple):
-    """Bounds of the values, with the trees of boxes that prove ``outer``; see ``Range``.
-
-    ``names`` are those of the sides of each cell, in the order in which the trees number them;
-    with ``by_sign`` of each cell of ``parts_by_sign``.
-    """
-
-    outer: Interval
-    inner: Interval
-    boxes: int
-    names: tuple[tuple[str, ...], ...]
-    trees: tuple[str, ...]
-    by_sign: bool = False
-
-
-def bounds_on(expression: sp.Expr, cell: Cell) -> Bounds:
-    """Return the bounds on one cell, as ``searched`` with what it takes by itself."""
-    return searched(expression, [cell])
 
 
 def searched(
@@ -215,7 +143,7 @@ def searched(
     *,
     tolerance: Fraction = TOLERANCE,
     most_boxes: int = MOST_BOXES,
-) -> Bounds:
+) -> Range:
     """Return bounds of the expression over a union of cells; see ``expression_range``.
 
     Where |x| hides what cancels, the cells are searched again on both sides of x = 0.
@@ -225,59 +153,76 @@ def searched(
     if [written for written, _ in pieces_by_sign] == [written for written, _ in plain]:
         return _searched(plain, tolerance, most_boxes)
     try:
-        bounds: Bounds | None = _searched(plain, tolerance, most_boxes // 16)
+        bounds: Range | None = _searched(plain, tolerance, most_boxes // 16)
     except ModelError:
         # A pole of the whole may be none on either side; what else is wrong is wrong there too.
         bounds = None
     if bounds is not None and _excess(bounds) <= 2 * tolerance * bounds.inner.width:
         return bounds
-    halves = _searched(pieces_by_sign, tolerance, most_boxes)._replace(by_sign=True)
+    halves = _searched(pieces_by_sign, tolerance, most_boxes)
     return halves if bounds is None or _excess(halves) < _excess(bounds) else bounds
 
 
-def _excess(bounds: Bounds) -> Fraction:
+def _excess(bounds: Range) -> Fraction:
     return bounds.outer.width - bounds.inner.width
 
 
 def _searched(
-    pieces_by_sign: Sequence[tuple[sp.Expr, Cell]], tolerance: Fraction, most_boxes: int
-) -> Bounds:
-    import flint
-
-    from takagi.models.ranges.ball_form import PRECISION
-
+    pieces: Sequence[tuple[sp.Expr, Cell]], tolerance: Fraction, most_boxes: int
+) -> Range:
     with flint.ctx.workprec(PRECISION):
-        roots = [cell_root(expression, cell) for expression, cell in pieces_by_sign]
-        exact = all(root.polynomial is not None for root in roots)
-
-        def bounds_of(roots: Sequence[CellEnclosures], most_boxes: int) -> Bounds:
-            points = [] if exact else [point for root in roots for point in root.points()]
-            best_bounds = search(
-                enclose,
-                halve,
-                [(root, root.start(exact)) for root in roots],
-                tolerance=tolerance,
-                most_boxes=most_boxes,
-                tell=lambda spot: spot[0].told(spot[1]),
-                refine=None if exact else refined,
-                attained=None if exact else attained_at_points(points),
-            )
-            outer, inner = (
-                Interval(*map(fraction, ends)) for ends in (best_bounds.outer, best_bounds.attained)
-            )
-            names = tuple(root.names for root in roots)
-            return Bounds(outer, inner, best_bounds.boxes, names, best_bounds.trees)
-
+        roots = [cell_root(expression, cell) for expression, cell in pieces]
+        polynomials = [root.polynomial for root in roots if root.polynomial is not None]
         try:
-            best_bounds = bounds_of(roots, most_boxes)
-            wide = best_bounds.outer.width > LOOSE * best_bounds.inner.width
-            if wide and not exact and any(any(root.form.poles()) for root in roots):
+            if len(polynomials) == len(roots):
+                result = search(
+                    _exact_bounds,
+                    lambda spot, axis: _on(spot[0], halved_polynomial(spot[1], axis)),
+                    list(zip(roots, polynomials, strict=True)),
+                    tolerance=tolerance,
+                    most_boxes=most_boxes,
+                    tell=lambda spot: spot[0].words(spot[1].sides),
+                )
+                return _range_of(result, "Bernstein form")
+            bounds = _in_balls(roots, tolerance, most_boxes)
+            wide = bounds.outer.width > LOOSE * bounds.inner.width
+            if wide and any(any(root.form.poles()) for root in roots):
                 # These forms are several times longer.
-                further = bounds_of([root.further() for root in roots], most_boxes // 4)
-                best_bounds = min(best_bounds, further, key=lambda bounds: bounds.outer.width)
+                further = _in_balls([root.further() for root in roots], tolerance, most_boxes // 4)
+                bounds = min(bounds, further, key=lambda bounds: bounds.outer.width)
+            return bounds
         except ModelError as error:
-            raise _without_combinations(error, roots) from error
-    return best_bounds
+            # Sums are written out where one variable stands for them.
+            text = str(error)
+            for symbol, base in (pair for root in roots for pair in root.meanings.items()):
+                text = text.replace(str(symbol), f"({base})")
+            raise type(error)(text) from error
+
+
+def _in_balls(roots: Sequence[CellEnclosures], tolerance: Fraction, most_boxes: int) -> Range:
+    attained = None
+    for root in roots:
+        attained = wider(attained, root.attained())
+    result = search(
+        lambda spot: spot[0].form.look(spot[1]),
+        lambda spot, axis: _on(spot[0], halved(spot[1], axis)),
+        [(root, tuple(map(side_of, root.sides))) for root in roots],
+        tolerance=tolerance,
+        most_boxes=most_boxes,
+        tell=lambda spot: spot[0].words(side.interval() for side in spot[1]),
+        refine=lambda spot: spot[0].form.refined(spot[1]),
+        attained=attained,
+    )
+    return _range_of(result, "ball arithmetic")
+
+
+def _range_of(result: SearchResult, method: str) -> Range:
+    outer, inner = (
+        Interval(*(e if isinstance(e, Fraction) else fraction_of(e) for e in ends))
+        for ends in (result.outer, result.attained)
+    )
+    words = f"{method}, {result.boxes} box{'' if result.boxes == 1 else 'es'}"
+    return Range(outer, inner, result.boxes, words)
 
 
 MOST_PARTS = 32  # cells that signs make of one
@@ -298,7 +243,7 @@ def parts_by_sign(expression: sp.Expr, cells: Sequence[Cell]) -> list[tuple[sp.E
             continue
         argument, symbol, zero = kink
         sides = [(-1, box[symbol].lower, zero), (1, zero, box[symbol].upper)]
-        sides += [(0, zero, zero)] if written.has(_sign(argument)) else []
+        sides += [(0, zero, zero)] if written.has(sp.sign(argument)) else []
         for sign, low, high in sides:
             if low < high or sign == 0 or box[symbol].width == 0:
                 half_box = {**box, symbol: Interval(low, high)}
@@ -310,8 +255,6 @@ def _kink(
     written: sp.Expr, box: Mapping[sp.Symbol, Interval]
 ) -> tuple[sp.Expr, sp.Symbol, Fraction] | None:
     """Return the argument of an absolute value or sign, its only symbol, and its zero."""
-    import sympy as sp
-
     for function in sorted(written.atoms(sp.Abs, sp.sign), key=str):
         argument = function.args[0]
         symbols = list(argument.free_symbols)
@@ -324,16 +267,8 @@ def _kink(
     return None
 
 
-def _sign(argument: sp.Expr) -> sp.Expr:
-    import sympy as sp
-
-    return sp.sign(argument)
-
-
 def _with_sign(written: sp.Expr, argument: sp.Expr, sign: int) -> sp.Expr:
     """Return the expression where the argument has this sign; multiplied out if that is shorter."""
-    import sympy as sp
-
     substituted = written.xreplace(
         {sp.Abs(argument): sign * argument, sp.sign(argument): sp.S(sign)}
     )
@@ -345,18 +280,11 @@ def cell_root(expression: sp.Expr, cell: Cell) -> CellEnclosures:
 
     Raises
     ------
-    ModelError : a symbol without range, too many of them, a function without ball arithmetic, or
-        an argument that leaves its table.
+    ModelError : a symbol without range, a function without ball arithmetic, or an argument that
+        leaves its table.
     """
-    from takagi.models.ranges.ball_form import BallForm
-    from takagi.models.ranges.bernstein_form import polynomial_box
-
     written, box, meanings = combined(cell.written(expression), cell.box)
     symbols = checked_symbols(written, box)
-    if len(symbols) > MOST_SIDES:
-        raise ModelError(
-            f"the expression depends on {len(symbols)} symbols; at most {MOST_SIDES} can be bounded"
-        )
     sides = tuple(box[symbol] for symbol in symbols)
     polynomial = polynomial_box(written, symbols, sides)
     # The mean of width and magnitude: a range far from 0 matters less, but is not forgotten.
@@ -371,10 +299,6 @@ def _positive(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> frozens
 
     Rounding would put them below 0 there, where a root has no value.
     """
-    import sympy as sp
-
-    from takagi.models.ranges.bernstein_form import look_at_polynomial, polynomial_box
-
     zero = Interval(Fraction(0), Fraction(0))
     bases = set()
     for power in expression.atoms(sp.Pow):
@@ -391,13 +315,6 @@ def _positive(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> frozens
     return frozenset(bases)
 
 
-def fraction(end: Any) -> Fraction:
-    """Return an exact ball, or a fraction, as a fraction."""
-    from takagi.models.ranges.tape import fraction_of
-
-    return end if isinstance(end, Fraction) else fraction_of(end)
-
-
 def _covered(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> bool:
     """Return whether there are tables and every argument provably stays strictly inside its own.
 
@@ -405,8 +322,6 @@ def _covered(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> bool:
     ------
     ModelError : an argument that takes values outside its table.
     """
-    from takagi.models.ranges.tape import EDGE, tables_class
-
     tables = tables_class()
     calls = set() if tables is None else expression.atoms(tables)
     inside = bool(calls)
@@ -414,7 +329,7 @@ def _covered(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> bool:
         from takagi.models.splines.table_function import table_ranges
 
         for argument, covers in zip(call.args, table_ranges(call.table), strict=True):
-            argument_bounds = bounds_on(argument, Cell(box))
+            argument_bounds = searched(argument, [Cell(box)])
             slack = EDGE * covers.width
             widened = Interval(covers.lower - slack, covers.upper + slack)
             if not widened.contains(argument_bounds.inner):
@@ -424,12 +339,3 @@ def _covered(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> bool:
                 )
             inside = inside and covers.contains(argument_bounds.outer)
     return inside
-
-
-def _without_combinations(error: ModelError, roots: Sequence[CellEnclosures]) -> ModelError:
-    """Return the error with sums written out where one variable stands for them."""
-    text = str(error)
-    for root in roots:
-        for symbol, base in root.meanings.items():
-            text = text.replace(str(symbol), f"({base})")
-    return type(error)(text)

@@ -11,15 +11,14 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
+import sympy as sp
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, exact
-from takagi.models.ranges.cell_search import Cell, bounds_on
+from takagi.models.ranges.cell_search import Cell, searched
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.intervals.interval import Number
 
 
@@ -71,8 +70,6 @@ class Domain:
         ------
         ModelError : a band whose lower edge is not provably below the upper one.
         """
-        import sympy as sp
-
         sides, expressions = dict(box), {}
         for symbol, (lower, upper) in between.items():
             low, high = sp.sympify(lower), sp.sympify(upper)
@@ -80,7 +77,12 @@ class Domain:
             share = sp.Dummy(f"share_{symbol}", real=True)
             sides[share] = Interval.of(0, 1)
             expressions[symbol] = low + share * (high - low)
-            _check_order(symbol, high - low, box)
+            width = searched(high - low, [Cell(box)]).outer
+            if width.lower < 0:
+                raise ModelError(
+                    f"the band of {symbol}: upper minus lower is {high - low} in {width}, which is "
+                    "not provably >= 0; swap the edges where they cross, or cut the box there"
+                )
         return cls((Cell(sides, expressions),))
 
     def __or__(self, other: Domain) -> Domain:
@@ -139,15 +141,6 @@ def as_domain(domain: Domain | Mapping[sp.Symbol, Interval]) -> Domain:
     return domain if isinstance(domain, Domain) else Domain.of_box(domain)
 
 
-def _check_order(symbol: sp.Symbol, width: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> None:
-    width_range = bounds_on(width, Cell(box)).outer
-    if width_range.lower < 0:
-        raise ModelError(
-            f"the band of {symbol}: upper minus lower is {width} in {width_range}, which is not "
-            "provably >= 0; swap the edges where they cross, or cut the box there"
-        )
-
-
 def _moved(cell: Cell, shifts: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Cell:
     deviations = {deviation for s, (deviation, _) in shifts.items() if deviation != s}
     clash = sorted(str(symbol) for symbol in cell.box if symbol in deviations)
@@ -173,7 +166,7 @@ def value_of(number: sp.Expr) -> Interval:
     if number.is_Rational:
         exactly = Fraction(int(number.p), int(number.q))
         return Interval(exactly, exactly)
-    return bounds_on(number, Cell({})).outer.outward(DIGITS)
+    return searched(number, [Cell({})]).outer.outward(DIGITS)
 
 
 def _side(cell: Cell, symbol: sp.Symbol) -> Interval | None:
@@ -181,7 +174,7 @@ def _side(cell: Cell, symbol: sp.Symbol) -> Interval | None:
         return cell.box[symbol]
     if symbol not in cell.places:
         return None
-    return bounds_on(cell.places[symbol], Cell(cell.box)).outer.outward(DIGITS)
+    return searched(cell.places[symbol], [Cell(cell.box)]).outer.outward(DIGITS)
 
 
 class SampledBounds(NamedTuple):
@@ -221,8 +214,6 @@ def sampled_bounds(
     ModelError : fewer than two points, a negative margin, a symbol without range, or a value that
         is not a finite number.
     """
-    import sympy as sp
-
     share = exact(margin)
     if points < 2 or share < 0:
         raise ModelError(
@@ -265,8 +256,6 @@ def moved_into(
 
     Columns of symbols that a cell does not contain stay as they are.
     """
-    import sympy as sp
-
     moved_points = points.copy()
     turns = np.arange(len(points)) % len(domain.cells)
     for number, cell in enumerate(domain.cells):

@@ -15,13 +15,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
+
+import sympy as sp
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 LARGEST = 64  # the largest power that the grammar of plant files lets stand
 
@@ -35,8 +34,6 @@ def with_exponentials_as_symbols(
     returns has the exponentials again.  It is given the expression itself unless at least two
     different exponentials have a rational factor above ``LARGEST``.
     """
-    import sympy as sp
-
     exponentials = [e for e in expression.atoms(sp.exp) if _size(e.args[0]) > LARGEST]
     if len(exponentials) < 2:
         return step(expression)
@@ -49,8 +46,6 @@ def with_exponentials_as_symbols(
 
 def _size(exponent: sp.Expr) -> int:
     """Return the largest numerator among the rational factors of the exponent's terms."""
-    import sympy as sp
-
     terms = sp.Add.make_args(exponent)
     return max(abs(int(term.as_coeff_Mul(rational=True)[0].p)) for term in terms)
 
@@ -64,8 +59,6 @@ def derivative(expression: sp.Expr, symbol: sp.Symbol, order: int = 1) -> sp.Exp
 
 
 def is_zero(expression: sp.Expr) -> bool:
-    import sympy as sp
-
     if expression == 0 or sp.expand(expression) == 0:
         return True
     return bool(with_exponentials_as_symbols(sp.simplify, expression) == 0)
@@ -73,15 +66,11 @@ def is_zero(expression: sp.Expr) -> bool:
 
 def slope_or_none(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     """Return the derivative, or an expression that no tape knows."""
-    import sympy as sp
-
     slope = derivative(expression, symbol)
     return sp.Function("no_slope")(symbol) if slope is None else slope
 
 
 def order_of(exponent: object) -> int:
-    import sympy as sp
-
     return int(exponent) if isinstance(exponent, (int, sp.Integer)) and exponent > 0 else 0
 
 
@@ -115,8 +104,6 @@ def _sums_of(
     expression: sp.Expr,
 ) -> tuple[sp.Expr, tuple[tuple[sp.Symbol, Linear, Fraction, sp.Expr], ...]]:
     """Return the expression with sums replaced, and each with its terms and constant."""
-    import sympy as sp
-
     sums: list[tuple[sp.Symbol, Linear, Fraction, sp.Expr]] = []
     divisors = {
         power.base
@@ -157,8 +144,6 @@ def _sums_of(
 
 def linear_terms(base: sp.Expr, symbols: list[sp.Symbol]) -> tuple[Linear, Fraction] | None:
     """Return (terms, constant) of a sum that is affine with rational coefficients."""
-    import sympy as sp
-
     if not base.is_polynomial(*symbols):
         return None
     polynomial = sp.Poly(base, *symbols)
@@ -177,6 +162,4 @@ def linear_terms(base: sp.Expr, symbols: list[sp.Symbol]) -> tuple[Linear, Fract
 
 def _inner_sums_expanded(expression: sp.Expr) -> sp.Expr:
     """Return the expression with every sum in it multiplied out, so that what cancels is gone."""
-    import sympy as sp
-
     return expression.replace(lambda term: term.is_Add, sp.expand)

@@ -7,17 +7,18 @@ expressions (a function and its derivatives) share what they have in common.
 from __future__ import annotations
 
 import math
+import operator
 import sys
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
+
+import sympy as sp
+from flint import arb, fmpq
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 Ball: TypeAlias = Any  # flint.arb carries no type annotations
 # Rounding may move an argument outside its table by this share of the table's width.
@@ -47,8 +48,6 @@ class TableBalls:
         self.ranges = table_ranges(function.table)
 
     def __call__(self, balls: Sequence[Ball], covered: bool) -> Ball:
-        from flint import arb
-
         sides, may_leave = [], False
         for ball, covers in zip(balls, self.ranges, strict=True):
             if not ball.is_finite():
@@ -83,8 +82,6 @@ def _ends(ball: Ball) -> tuple[Fraction, Fraction]:
 
 def ball_of(interval: Interval) -> Ball:
     """Return a ball that contains the interval."""
-    from flint import arb, fmpq
-
     lower, upper = (arb(fmpq(e.numerator, e.denominator)) for e in (interval.lower, interval.upper))
     return lower if interval.lower == interval.upper else lower.union(upper)
 
@@ -111,17 +108,19 @@ class Operation(NamedTuple):
     apply: Callable[..., Ball]
     first: Any  # a slot; the slots of all arguments for a table
     second: int
+    target: int
 
 
 class Tape(NamedTuple):
-    """Operations that fill slots: inputs first, then constants, then one slot a step.
+    """Operations that fill slots; those of the inputs come first.
 
     Attributes
     ----------
+    slots : constants where they stand, None elsewhere.
     outputs : slot of each expression; None for one that has no enclosure.
     """
 
-    constants: tuple[Ball, ...]
+    slots: tuple[Ball | None, ...]
     steps: tuple[Operation, ...]
     outputs: tuple[int | None, ...]
 
@@ -133,15 +132,14 @@ class Tape(NamedTuple):
         covered : every argument of every table is proved to stay inside it, so that the part of
             a ball that leaves the table holds no argument.
         """
-        slots = [*balls, *self.constants]
-        add = slots.append
-        for kind, apply, first, second in self.steps:
+        slots = [*balls, *self.slots[len(balls) :]]
+        for kind, apply, first, second, target in self.steps:
             if kind == ONE:
-                add(apply(slots[first]))
+                slots[target] = apply(slots[first])
             elif kind == TWO:
-                add(apply(slots[first], slots[second]))
+                slots[target] = apply(slots[first], slots[second])
             else:
-                add(apply([slots[i] for i in first], covered))
+                slots[target] = apply([slots[i] for i in first], covered)
         return [None if i is None else slots[i] for i in self.outputs]
 
 
@@ -172,73 +170,39 @@ def tape_of(
             if index < len(expressions) - optional:
                 raise
             outputs.append(None)
-    return maker.tape(outputs)
+    return Tape(tuple(maker.slots), tuple(maker.steps), tuple(outputs))
 
 
 class _Maker:
-    """Slots are numbered apart while the tape grows: ("in", 0), ("const", 3), ("step", 2)."""
+    """A tape that grows: each part of an expression gets the next slot, once."""
 
     def __init__(self, symbols: Sequence[sp.Symbol], positive: Collection[sp.Expr]) -> None:
         self.positive = positive
-        self.inputs = len(symbols)
-        self.known: dict[sp.Expr, tuple[str, int]] = {s: ("in", i) for i, s in enumerate(symbols)}
-        self.constants: list[Ball] = []
-        self.steps: list[tuple[int, Callable[..., Ball], Any, Any]] = []
-        self.places: list[tuple[str, int]] = []
+        self.known: dict[sp.Expr, int] = {s: i for i, s in enumerate(symbols)}
+        self.slots: list[Ball | None] = [None] * len(symbols)
+        self.steps: list[Operation] = []
 
     def slot(self, expression: sp.Expr) -> int:
-        """Return a number that ``tape`` turns into the slot of the expression."""
-        self.places.append(self.place(expression))
-        return len(self.places) - 1
-
-    def tape(self, outputs: Sequence[int | None]) -> Tape:
-        start = {"in": 0, "const": self.inputs, "step": self.inputs + len(self.constants)}
-
-        def slot(position: tuple[str, int]) -> int:
-            return start[position[0]] + position[1]
-
-        steps = tuple(
-            Operation(
-                kind,
-                apply,
-                tuple(map(slot, first)) if kind == TABLE else slot(first),
-                slot(second) if kind == TWO else 0,
-            )
-            for kind, apply, first, second in self.steps
-        )
-        output_slots = tuple(None if o is None else slot(self.places[o]) for o in outputs)
-        return Tape(tuple(self.constants), steps, output_slots)
-
-    def place(self, expression: sp.Expr) -> tuple[str, int]:
         if expression not in self.known:
             self.known[expression] = self._made(expression)
         return self.known[expression]
 
-    def constant(self, ball: Ball) -> tuple[str, int]:
-        self.constants.append(ball)
-        return "const", len(self.constants) - 1
+    def constant(self, ball: Ball) -> int:
+        self.slots.append(ball)
+        return len(self.slots) - 1
 
-    def step(
-        self, apply: Callable[..., Ball], first: Any, second: Any = None, kind: int | None = None
-    ) -> tuple[str, int]:
-        chosen = (ONE if second is None else TWO) if kind is None else kind
-        self.steps.append((chosen, apply, first, second))
-        return "step", len(self.steps) - 1
+    def step(self, apply: Callable[..., Ball], first: Any, second: int = 0, kind: int = ONE) -> int:
+        target = self.constant(None)
+        self.steps.append(Operation(kind, apply, first, second, target))
+        return target
 
-    def chain(
-        self, apply: Callable[[Ball, Ball], Ball], operands: Sequence[tuple[str, int]]
-    ) -> tuple[str, int]:
-        total = operands[0]
-        for operand in operands[1:]:
-            total = self.step(apply, total, operand)
+    def chain(self, apply: Callable[[Ball, Ball], Ball], operands: Sequence[sp.Expr]) -> int:
+        total, *further = [self.slot(operand) for operand in operands]
+        for operand in further:
+            total = self.step(apply, total, operand, TWO)
         return total
 
-    def _made(self, expression: sp.Expr) -> tuple[str, int]:
-        import operator
-
-        import sympy as sp
-        from flint import arb, fmpq
-
+    def _made(self, expression: sp.Expr) -> int:
         if expression.is_Rational:
             return self.constant(arb(fmpq(int(expression.p), int(expression.q))))
         if expression is sp.pi or expression is sp.E:
@@ -246,52 +210,45 @@ class _Maker:
         if expression.is_Symbol:
             raise ModelError(f"{expression} has no range; add it to the box")
         if expression.is_Add:
-            return self.chain(operator.add, [self.place(a) for a in expression.args])
+            return self.chain(operator.add, expression.args)
         if expression.is_Mul:
             return self._product(expression)
         if expression.is_Pow:
             return self._power(expression.base, expression.exp)
         return self._function(expression)
 
-    def _product(self, expression: sp.Expr) -> tuple[str, int]:
-        import operator
-
+    def _product(self, expression: sp.Expr) -> int:
         above, below = [], []
         for factor in expression.args:
             if factor.is_Pow and factor.exp.is_Rational and factor.exp.is_negative:
-                below.append(self.place(factor.base ** (-factor.exp)))
+                below.append(factor.base ** (-factor.exp))
             else:
-                above.append(self.place(factor))
+                above.append(factor)
         if not below:
             return self.chain(operator.mul, above)
         bottom = self.chain(operator.mul, below)
         if not above:
             return self.step(_inverse, bottom)
-        return self.step(operator.truediv, self.chain(operator.mul, above), bottom)
+        return self.step(operator.truediv, self.chain(operator.mul, above), bottom, TWO)
 
-    def _power(self, base: sp.Expr, exponent: sp.Expr) -> tuple[str, int]:
-        import operator
-
+    def _power(self, base: sp.Expr, exponent: sp.Expr) -> int:
         if exponent.is_Rational and exponent.is_negative:
-            return self.step(_inverse, self.place(base**-exponent))
+            return self.step(_inverse, self.slot(base**-exponent))
         if exponent.is_Integer:
-            return self.step(_Power(int(exponent)), self.place(base))
+            return self.step(_Power(int(exponent)), self.slot(base))
         if exponent.is_Rational and int(exponent.q) == 2:
-            root = self.step(_cut_root if base in self.positive else _root, self.place(base))
+            root = self.step(_cut_root if base in self.positive else _root, self.slot(base))
             return root if exponent.p == 1 else self.step(_Power(int(exponent.p)), root)
-        return self.step(operator.pow, self.place(base), self.place(exponent))
+        return self.step(operator.pow, self.slot(base), self.slot(exponent), TWO)
 
-    def _function(self, expression: sp.Expr) -> tuple[str, int]:
-        from flint import arb
-
+    def _function(self, expression: sp.Expr) -> int:
         name = type(expression).__name__
         tables = tables_class()
         if tables is not None and isinstance(expression, tables):
-            slots = [self.place(a) for a in expression.args]
+            slots = [self.slot(a) for a in expression.args]
             return self.step(TableBalls(type(expression)), slots, kind=TABLE)
         if name in ("Max", "Min"):
-            apply = arb.max if name == "Max" else arb.min
-            return self.chain(apply, [self.place(a) for a in expression.args])
+            return self.chain(arb.max if name == "Max" else arb.min, expression.args)
         special: dict[str, Callable[..., Ball]] = {
             "Abs": _absolute,
             "sign": arb.sgn,
@@ -305,7 +262,7 @@ class _Maker:
                 "yourself, or sample them, which proves nothing (sampled_bounds)"
             )
         unary: Callable[..., Ball] = special[name] if name in special else getattr(arb, name)
-        return self.step(unary, self.place(expression.args[0]))
+        return self.step(unary, self.slot(expression.args[0]))
 
 
 def _inverse(ball: Ball) -> Ball:

@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+import sympy as sp
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.equations import Equations, Factored, Step
+from takagi.models.derivation_step import Step
+from takagi.models.equations.equations import Equations, Factored
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number
+from takagi.models.ranges.expression_range import expression_range
 from takagi.models.ranges.symbolic_steps import with_exponentials_as_symbols
 from takagi.models.sector.terms import terms_of
 from takagi.models.ts.model import Derivation, TSModel
@@ -23,8 +26,6 @@ from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_arrays import VertexProduct
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.ranges.cell_search import Cell
     from takagi.models.ranges.domain import Domain
     from takagi.models.ts.model import SymbolicForm
@@ -83,8 +84,6 @@ def multi_affine(
     ------
     ModelError : another symbol in the entry, or a premise that enters otherwise.
     """
-    import sympy as sp
-
     where = where or str(entry)
     numbers_known = {s: sp.Rational(*v.as_integer_ratio()) for s, v in (constants or {}).items()}
     written = entry.xreplace(numbers_known)
@@ -144,8 +143,6 @@ def corner_values(
 
 
 def _rational(value: sp.Expr) -> Fraction:
-    import sympy as sp
-
     if value.is_Rational:
         return Fraction(int(value.p), int(value.q))
     rational = sp.Rational(sp.N(value, DIGITS))
@@ -158,17 +155,9 @@ SMALLEST = Fraction(1, 10**20)  # the widest ball that is evidence for zero
 LONGEST = 150  # most operations for sympy's simplify: about a second
 
 
-@dataclass(frozen=True, slots=True)
-class Exactness:
-    """How it is known that the rows agree: ``symbolic`` of all rows, and that in ``words``."""
-
-    symbolic: bool
-    words: str
-
-
 def check_exact(
     rows: Sequence[tuple[str, sp.Expr, sp.Expr]], sides: Mapping[sp.Symbol, Interval]
-) -> Exactness:
+) -> str:
     """Return how wanted = written was checked, in every row (place, wanted, written).
 
     First by expansion, over a common denominator too; then at random rational points in ball
@@ -189,11 +178,10 @@ def check_exact(
         if not _row(row_name, expected, written, sides)
     ]
     if not tried:
-        return Exactness(True, "checked symbolically")
-    return Exactness(
-        False,
+        return "checked symbolically"
+    return (
         f"{', '.join(tried)} checked in ball arithmetic at {POINTS} random rational points only, "
-        "which is no proof; the others symbolically",
+        "which is no proof; the others symbolically"
     )
 
 
@@ -201,8 +189,6 @@ def _row(
     row_name: str, expected: sp.Expr, written: sp.Expr, sides: Mapping[sp.Symbol, Interval]
 ) -> bool:
     """Return whether the row is shown symbolically; False when it only agrees at the points."""
-    import sympy as sp
-
     difference = sp.expand(expected - written)
     # The sum of terms keeps each denominator in one piece, so that long ones cancel too.
     if difference == 0 or not terms_of(expected - written):
@@ -226,13 +212,15 @@ def _row(
 
 def _agrees(row_name: str, difference: sp.Expr, sides: Mapping[sp.Symbol, Interval]) -> bool | None:
     """Return True when the balls at the points contain 0 and are small; None if none could tell."""
-    from takagi.models.ranges.expression_range import expression_range
-
     chance = random.Random(difference.count_ops())  # the same points each time
     symbols = sorted(difference.free_symbols, key=str)
     decided = 0
     for _ in range(POINTS):
-        point = {s: _point(sides.get(s, Interval.of(-1, 1)), chance) for s in symbols}
+        point = {}
+        for s in symbols:
+            side = sides.get(s, Interval.of(-1, 1))
+            share = Fraction(chance.randrange(1, DENOMINATOR), DENOMINATOR)
+            point[s] = side.lower + side.width * share
         try:
             ball = expression_range(difference, {s: Interval(v, v) for s, v in point.items()}).outer
         except ModelError:
@@ -246,10 +234,6 @@ def _agrees(row_name: str, difference: sp.Expr, sides: Mapping[sp.Symbol, Interv
             )
         decided += ball.width <= SMALLEST
     return True if decided == POINTS else None
-
-
-def _point(side: Interval, chance: random.Random) -> Fraction:
-    return side.lower + side.width * Fraction(chance.randrange(1, DENOMINATOR), DENOMINATOR)
 
 
 MOST_LISTED = 16  # the most rules whose corners and vertices are written out
@@ -314,17 +298,13 @@ def _listed(varying: Sequence[Premise], corners: Sequence[tuple[int, ...]]) -> S
 
 
 def _vertex(rule: int, stacks: Mapping[str, Floats]) -> Step:
-    matrices = [
-        rf"{letter}_{{{rule + 1}}} = " + _array(stack[rule])
-        for letter, stack in stacks.items()
-        if stack.size
-    ]
+    matrices = []
+    for letter, stack in stacks.items():
+        if stack.size:
+            body = r"\\".join(" & ".join(_decimal(x, 6) for x in row) for row in stack[rule])
+            array = rf"\begin{{pmatrix}}{body}\end{{pmatrix}}"
+            matrices.append(rf"{letter}_{{{rule + 1}}} = " + array)
     return Step(f"Vertex {rule + 1}.", r",\quad ".join(matrices))
-
-
-def _array(rows: Floats) -> str:
-    body = r"\\".join(" & ".join(_decimal(value, 6) for value in row) for row in rows)
-    return rf"\begin{{pmatrix}}{body}\end{{pmatrix}}"
 
 
 MOST_SHOWN = 4
@@ -343,15 +323,12 @@ def domain_steps(domain: Domain | None) -> tuple[Step, ...]:
 
 
 def _cell(cell: Cell) -> str:
-    import sympy as sp
-
-    formulas = [rf"{sp.latex(s)} \in {_ends(side)}" for s, side in cell.box.items()]
+    formulas = [
+        rf"{sp.latex(s)} \in [{float(side.lower):.6g},\ {float(side.upper):.6g}]"
+        for s, side in cell.box.items()
+    ]
     formulas += [f"{sp.latex(s)} = {sp.latex(expression)}" for s, expression in cell.places.items()]
     return r",\ ".join(formulas)
-
-
-def _ends(side: Interval) -> str:
-    return rf"[{float(side.lower):.6g},\ {float(side.upper):.6g}]"
 
 
 LETTERS = ("A", "B", "C", "D", "E")
@@ -429,10 +406,8 @@ def _derivation(
     factored: Factored,
     premises: Sequence[Premise],
     between: Sequence[Step],
-    exactness: Exactness,
+    exactness: str,
 ) -> Derivation:
-    import sympy as sp
-
     symbols = {s: sp.Symbol(p.latex) for s, p in zip(factored.premises, premises, strict=True)}
     mark = r"\dot{{{}}}" if plant.sample_time is None else "{}^+"
     left_side = _matrix(sp.Matrix([sp.Symbol(mark.format(sp.latex(s))) for s in plant.states]))
@@ -445,7 +420,7 @@ def _derivation(
         Step("Plant.", left_side + " = " + _matrix(sp.Matrix(plant.f))),
         *between,
         Step(
-            f"Factored form, equal to the plant: {exactness.words}.",
+            f"Factored form, equal to the plant: {exactness}.",
             left_side + " = " + " + ".join(terms),
         ),
     ]
@@ -456,12 +431,10 @@ def _derivation(
     steps += [_premise_step(p, e) for p, e in zip(premises, expressions, strict=True)]
     sampled = [premise.name for premise in premises if premise.sampled]
     doubt = f"; bounds of {', '.join(sampled)} sampled, which is no proof" if sampled else ""
-    return Derivation(tuple(steps), exactness=exactness.words + doubt)
+    return Derivation(tuple(steps), exactness=exactness + doubt)
 
 
 def _premise_step(premise: Premise, expression: sp.Expr) -> Step:
-    import sympy as sp
-
     unit = "" if premise.unit == "-" else rf"\ \mathrm{{[{premise.unit}]}}"
     bounds = rf"{_decimal(premise.lower)} \le {premise.latex} \le {_decimal(premise.upper)}"
     return Step(
@@ -471,8 +444,6 @@ def _premise_step(premise: Premise, expression: sp.Expr) -> Step:
 
 
 def _matrix(matrix: sp.Matrix) -> str:
-    import sympy as sp
-
     return str(sp.latex(matrix, mat_delim="", mat_str="pmatrix"))
 
 

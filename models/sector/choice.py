@@ -9,6 +9,7 @@ from math import prod
 from typing import TYPE_CHECKING
 
 import numpy as np
+import sympy as sp
 
 from takagi.models.arrays import Floats
 from takagi.models.equations.equations import BoundedNumber, Equations, Factored
@@ -17,6 +18,7 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import CHOICES, Choice
 from takagi.models.ranges.domain import moved_into
+from takagi.models.ranges.expression_range import expression_range
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.factored_form import (
     EntryIndex,
@@ -28,8 +30,6 @@ from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms, terms_of
 from takagi.models.ts.premise import round_outward
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.ranges.domain import Domain
 
 
@@ -42,8 +42,6 @@ def with_quotients(
     find this quotient, because sin(x + 2 y) does not vanish for x = 0 alone or y = 0 alone.  Done
     where D is a linear sum of two or more states and N appears in a row.
     """
-    import sympy as sp
-
     used_premises = {}
     written = tuple(rows)
     for symbol, premise in premises.items():
@@ -122,7 +120,10 @@ class HullWidth:
         if domain is not None:
             self.points = moved_into(domain, self.symbols, self.points, chance)
         self.ranges: dict[sp.Expr, tuple[float, float] | None] = {}
-        self.scale = {letter: [self._size(row) for row in some] for letter, some in rows.items()}
+        self.scale = {
+            letter: [max(map(abs, self._range(row) or (1.0,))) or 1.0 for row in some]
+            for letter, some in rows.items()
+        }
         self.number = {position: index for index, position in enumerate(shape)}
         normals = chance.normal(size=(DIRECTIONS, len(shape)))
         self.directions = normals / np.linalg.norm(normals, axis=1, keepdims=True)
@@ -151,18 +152,12 @@ class HullWidth:
         flat = total.reshape(DIRECTIONS, -1)
         return float(np.mean(flat.max(axis=1) - flat.min(axis=1)))
 
-    def _size(self, row: sp.Expr) -> float:
-        row_range = self._range(row)
-        return max(map(abs, row_range)) or 1.0 if row_range is not None else 1.0
-
     def _range(self, expression: sp.Expr) -> tuple[float, float] | None:
         if expression not in self.ranges:
             self.ranges[expression] = self._sampled(expression)
         return self.ranges[expression]
 
     def _sampled(self, expression: sp.Expr) -> tuple[float, float] | None:
-        import sympy as sp
-
         if not expression.free_symbols:
             return (float(expression),) * 2
         value = sp.lambdify(self.symbols, expression, modules=["scipy", "numpy"])
@@ -216,7 +211,11 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     ]
     complete = [f for f in forms if set(asked_premises) <= set(f.premises)]
     if not complete:
-        _refuse_wanted(problem, forms)
+        missing = [str(s) for s, e in problem.premises.items() if e not in forms[0].premises]
+        raise ModelError(
+            f"premise {', '.join(missing)} was not found in the factored entries; leave it out, "
+            "write it as it stands in the equations, or give the matrices factored by hand"
+        )
     if not asked_premises and min(len(form.premises) for form in complete) > MOST_PLAIN:
         complete = [*_with_denominators(problem), *complete]
     variables = {*plant.states, *plant.inputs, *plant.disturbances}
@@ -351,19 +350,8 @@ def _places(plant: Equations) -> list[EntryIndex]:
     ]
 
 
-def _refuse_wanted(problem: Problem, forms: Sequence[FactoredForm]) -> None:
-    usual = forms[0]
-    missing = [str(s) for s, e in problem.premises.items() if e not in usual.premises]
-    raise ModelError(
-        f"premise {', '.join(missing)} was not found in the factored entries; leave it out, write "
-        "it as it stands in the equations, or give the matrices factored by hand"
-    )
-
-
 def _in_symbols(form: FactoredForm, problem: Problem) -> Factored:
     """Return the form with a symbol for each premise: the user's, or z1, z2, ..."""
-    import sympy as sp
-
     asked_symbols = {e: s for s, e in problem.premises.items()}
     plant = problem.equations
     names_taken = {
@@ -383,7 +371,11 @@ def _in_symbols(form: FactoredForm, problem: Problem) -> Factored:
                 for core, share in terms_of(c).items()
             )
         )
-    bounded = {symbol: _bounded(core, problem) for core, symbol in numbers.items()}
+    bounded = {}
+    for core, symbol in numbers.items():
+        sides = {s: side for s, side in problem.sides.items() if s in core.free_symbols}
+        bounds = round_outward(expression_range(core, sides).outer, digits=DIGITS)
+        bounded[symbol] = BoundedNumber(core, bounds.lower, bounds.upper)
     constants = {symbol: number.middle for symbol, number in bounded.items()}
     return Factored(matrices, {s: e for e, s in names.items()}, constants, bounded)
 
@@ -397,11 +389,3 @@ def numbers_of(form: FactoredForm) -> list[sp.Expr]:
     coefficients = [c for polynomial in form.entries.values() for c in polynomial.values()]
     cores = dict.fromkeys(core for c in coefficients for core in terms_of(c))
     return [core for core in cores if not core.is_Rational]
-
-
-def _bounded(number: sp.Expr, problem: Problem) -> BoundedNumber:
-    from takagi.models.ranges.expression_range import expression_range
-
-    sides = {s: side for s, side in problem.sides.items() if s in number.free_symbols}
-    bounds = round_outward(expression_range(number, sides).outer, digits=DIGITS)
-    return BoundedNumber(number, bounds.lower, bounds.upper)

@@ -11,13 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+
+import sympy as sp
 
 from takagi.models.sector.factored_form import EntryIndex, FactoredForm, LinearSpan, Polynomial
 from takagi.models.sector.terms import Sum, terms_of
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 INPUTS = ("B", "E")
 
@@ -96,8 +94,6 @@ class _Premises:
     moving: list[sp.Expr] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        import sympy as sp
-
         self.span.add((), {sp.S.One: sp.S.One})
 
     def _known(self, premise: sp.Expr) -> sp.Expr:
@@ -110,8 +106,6 @@ class _Premises:
 
     def add_moving(self, value: Sum) -> None:
         """Add the sum's varying part as a premise, unless it is affine in the present ones."""
-        import sympy as sp
-
         varying = {atom: c for atom, c in value.items() if not atom.is_Rational}
         if varying and self.span.combination(varying) is None:
             first = next(iter(varying.values()))
@@ -131,8 +125,6 @@ class _Premises:
 
     def _in_factors(self, value: Sum) -> Polynomial | None:
         """Return number * (affine in a moving premise) * (one product); None for a single sum."""
-        import sympy as sp
-
         number, factors = _factor_list(sp.Add(*(c * atom for atom, c in value.items())))
         affine: Polynomial = {(): sp.S.One}
         other_factors: list[sp.Expr] = []
@@ -168,15 +160,11 @@ class _Premises:
 
 def _divides(factor: sp.Expr, atom: sp.Expr) -> bool:
     """Return whether the atom has the factor once."""
-    import sympy as sp
-
     return [divisor == factor for divisor in sp.Mul.make_args(atom)].count(True) == 1
 
 
 def _factor_list(expression: sp.Expr) -> tuple[sp.Rational, list[sp.Expr]]:
     """Return (number, factors) of the expression; sin(x)/x is one factor."""
-    import sympy as sp
-
     quotients: dict[sp.Expr, sp.Symbol] = {}
 
     def whole(term: sp.Expr) -> sp.Expr:
@@ -204,8 +192,6 @@ def sum_quotients(rows: Sequence[sp.Expr], states: Sequence[sp.Symbol]) -> dict[
     sin(x + y) vanishes neither with x nor with y alone, so that it belongs to no state; as
     z (x + y) with z = sin(x + y)/(x + y) it goes to both.
     """
-    import sympy as sp
-
     quotients: dict[sp.Symbol, sp.Expr] = {}
     functions: set[sp.Expr] = set()
     for row in rows:

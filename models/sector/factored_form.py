@@ -6,12 +6,11 @@ from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass
 from itertools import chain, combinations, product
 from math import prod
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
+
+import sympy as sp
 
 from takagi.models.sector.terms import Sum, product_of, terms_of
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 Combination: TypeAlias = "dict[Hashable, sp.Rational]"
 
@@ -109,8 +108,6 @@ def forms_of(entries: Mapping[EntryIndex, Sum], asked: Sequence[sp.Expr]) -> Ite
 
 
 def _one() -> sp.Rational:
-    import sympy as sp
-
     return sp.S.One
 
 
@@ -121,8 +118,6 @@ def _parted(
 
     A number such as pi is in the rest: vertices are fractions, so it needs a premise.
     """
-    import sympy as sp
-
     constant = {
         position: sp.Add(*(c * atom for atom, c in value.items() if atom.is_Rational))
         for position, value in entries.items()
@@ -136,8 +131,6 @@ def _parted(
 
 def _products(premises: Mapping[sp.Expr, Sum]) -> LinearSpan:
     """Return the span of 1 and the products of up to three of the premises."""
-    import sympy as sp
-
     span = LinearSpan([((), {sp.S.One: sp.S.One})])
     for size in range(1, MOST_TOGETHER + 1):
         for members in combinations(premises, size):
@@ -177,8 +170,6 @@ def _scaled(value: Sum) -> Sum:
 
 def _without_products(atoms: Sequence[sp.Expr]) -> list[sp.Expr]:
     """Return the atoms without those that are products of two or three of the remaining ones."""
-    import sympy as sp
-
     independent = list(atoms)
     for atom in atoms:
         other_atoms = [candidate for candidate in independent if candidate != atom]
@@ -200,8 +191,6 @@ def _written(
 
     ``products`` looks for products of the new premises too.
     """
-    import sympy as sp
-
     new_premises = {sp.Add(*(c * atom for atom, c in value.items())): value for value in new}
     premises = list(new_premises)
     asked_sums = {premise: terms_of(premise) for premise in asked}
@@ -224,8 +213,6 @@ def _in_factors(
     varying: Mapping[EntryIndex, Sum],
     asked: Sequence[sp.Expr],
 ) -> FactoredForm:
-    import sympy as sp
-
     asked_span = _products({premise: terms_of(premise) for premise in asked})
     entries: dict[EntryIndex, Polynomial] = {}
     new: dict[sp.Expr, None] = {}
@@ -252,8 +239,6 @@ def _used(
 
 def _factors(atom: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
     """Return (number, factors) whose product is the atom; 1/x stays with what vanishes at x = 0."""
-    import sympy as sp
-
     factors = list(sp.Mul.make_args(atom))
     number = sp.Mul(*(factor for factor in factors if factor.is_Rational))
     poles = [p for p in factors if p.is_Pow and p.base.is_Symbol and p.exp.is_negative]
@@ -306,8 +291,6 @@ def _affine_shape(
     premise: sp.Expr, variables: Collection[sp.Symbol]
 ) -> tuple[sp.Expr, sp.Expr, object]:
     """Return numbers a, b and f with premise = a + b f; f is the same for affine images of it."""
-    import sympy as sp
-
     offset, moving = sp.expand_mul(premise).as_independent(*variables, as_Add=True)
     terms = [
         term.as_independent(*variables, as_Add=False)

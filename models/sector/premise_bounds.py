@@ -5,21 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
+import sympy as sp
+
+from takagi.models.equations.equations import Factored, unit_of
 from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import NoBound
 from takagi.models.intervals.interval import Interval, Number
 from takagi.models.ranges.domain import SampledBounds, sampled_bounds
+from takagi.models.ranges.expression_range import (
+    RangeProof,
+    expression_range,
+    expression_value,
+)
 from takagi.models.ranges.tape import UnknownFunction
 from takagi.models.ts.premise import Premise, round_outward
-
-if TYPE_CHECKING:
-    import sympy as sp
-
-    from takagi.models.equations.equations import Factored
-    from takagi.models.ranges.expression_range import Evidence
 
 ROUGH = Fraction(1, 50)  # allowed excess of bounds that are only used to rank premises
 MOST_TOLD = 8  # the most premises that a message names
@@ -90,7 +92,7 @@ class _Bounded:
 
     bounds: Interval
     evidence: str
-    proof: Evidence | None = None
+    proof: RangeProof | None = None
     sampled: bool = False
 
 
@@ -154,11 +156,6 @@ def bounded_premise(
     ------
     ModelError : it cannot be bounded, or an attained value contradicts the given bounds.
     """
-    import sympy as sp
-
-    from takagi.models.equations.equations import unit_of
-    from takagi.models.ranges.expression_range import expression_value
-
     written = expression.xreplace(problem.middles)
     names = {s.name: s for s in written.free_symbols}
 
@@ -192,8 +189,6 @@ def bounded_premise(
 def _proved(
     symbol: sp.Symbol, expression: sp.Expr, problem: Problem, tolerance: Fraction
 ) -> _Bounded:
-    from takagi.models.ranges.expression_range import expression_range
-
     try:
         proved_range = expression_range(expression, problem.where, tolerance=tolerance)
     except NoBound as error:
@@ -208,19 +203,12 @@ def _proved(
     if _of_balls_alone(expression, problem, bounds):
         # Tight bounds would ask the checker for all digits of a number that is 0.
         bounds = Interval(2 * bounds.lower, 2 * bounds.upper)
-    if proved_range.evidence is None:
-        return _Bounded(bounds, "ball arithmetic, rounded outward")
-    return _Bounded(
-        bounds,
-        f"{proved_range.evidence.words}, rounded outward",
-        proved_range.evidence.claiming(bounds),
-    )
+    proof = RangeProof(expression, problem.where, tolerance)
+    return _Bounded(bounds, f"{proved_range.words}, rounded outward", proof)
 
 
 def _of_balls_alone(expression: sp.Expr, problem: Problem, bounds: Interval) -> bool:
     """Return whether most of the range about 0 is what is not known of the rest."""
-    from takagi.models.ranges.expression_range import expression_range
-
     if not bounds.contains(0) or not expression.free_symbols & set(problem.middles):
         return False
     settled = expression_range(expression.xreplace(problem.middles), problem.where).outer
@@ -231,8 +219,6 @@ def _given(
     symbol: sp.Symbol, expression: sp.Expr, problem: Problem, bounds: Interval, tolerance: Fraction
 ) -> _Bounded:
     """Return the given bounds, with a proof or with what is missing for it; or refuse them."""
-    from takagi.models.ranges.expression_range import expression_range
-
     words, excess = "given by the user", Fraction(0)
     for share in (tolerance, *(finer for finer in FINER if finer < tolerance)):
         try:
@@ -243,9 +229,9 @@ def _given(
             raise _contradicted(
                 symbol, expression, bounds, f"values that it attains, {proved_range.inner}"
             )
-        if bounds.contains(proved_range.outer) and proved_range.evidence is not None:
-            confirmed = f"{words}, confirmed by {proved_range.evidence.words}"
-            return _Bounded(bounds, confirmed, proved_range.evidence.claiming(bounds))
+        if bounds.contains(proved_range.outer):
+            proof = RangeProof(expression, problem.where, share)
+            return _Bounded(bounds, f"{words}, confirmed by {proved_range.words}", proof)
         excess = max(
             bounds.lower - proved_range.outer.lower, proved_range.outer.upper - bounds.upper
         )

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+import sympy as sp
+
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from takagi.models.equations.equations import Equations
 
 Sum: TypeAlias = "dict[sp.Expr, sp.Rational]"
@@ -39,8 +39,6 @@ class RowTerm:
 
 def terms_of(expression: sp.Expr) -> Sum:
     """Return the expanded expression as atom -> coefficient; terms that cancel are left out."""
-    import sympy as sp
-
     coefficients: Sum = {}
     for term in sp.Add.make_args(_expanded(expression)):
         coefficient, atom = _canonical(term)
@@ -51,8 +49,6 @@ def terms_of(expression: sp.Expr) -> Sum:
 
 def product_of(sums: Sequence[Sum]) -> Sum:
     """Return the product of sums; their atoms are multiplied and not expanded again."""
-    import sympy as sp
-
     total: Sum = {sp.S.One: sp.S.One}
     for factor in sums:
         coefficients: Sum = {}
@@ -78,8 +74,6 @@ def row_terms(
     ------
     ModelError : an input that enters nonlinearly, or terms that do not vanish at the origin.
     """
-    import sympy as sp
-
     terms = []
     for row, expression in enumerate(rows):
         together: list[sp.Expr] = []
@@ -97,8 +91,6 @@ def row_terms(
 
 def _expanded(expression: sp.Expr) -> sp.Expr:
     """Return the expression expanded, each sum in a denominator kept as one factor."""
-    import sympy as sp
-
     placeholders: dict[sp.Expr, sp.Symbol] = {}
     exchanged = {}
     for power in expression.atoms(sp.Pow):
@@ -113,8 +105,6 @@ def _expanded(expression: sp.Expr) -> sp.Expr:
 
 def _canonical(term: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     """Return (coefficient, atom) with the rational content of sums in it taken out."""
-    import sympy as sp
-
     coefficient, body = term.as_coeff_Mul()
     factors = []
     for factor in sp.Mul.make_args(body):
@@ -133,8 +123,6 @@ def _signed(term: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
 
     (1 - exp(x))/x in one row and (exp(x) - 1)/x in another are then one premise.
     """
-    import sympy as sp
-
     coefficient, body = term.as_coeff_Mul()
     factors = []
     for factor in sp.Mul.make_args(body):
@@ -213,15 +201,11 @@ def _own_input(
 
 
 def _whole(power: object) -> bool:
-    import sympy as sp
-
     return bool(sp.sympify(power).is_Integer and power >= 1)  # type: ignore[operator]
 
 
 def _vanishes(atom: sp.Expr, state: sp.Symbol, box: Mapping[sp.Symbol, Interval]) -> bool:
     """Return whether atom / state has a removable singularity at state = 0."""
-    import sympy as sp
-
     if state not in atom.free_symbols or state not in box or atom.has(sp.Abs, sp.sign):
         return False
     if atom.subs(state, 0) != 0:
@@ -232,8 +216,6 @@ def _vanishes(atom: sp.Expr, state: sp.Symbol, box: Mapping[sp.Symbol, Interval]
 
 def _telescoped(term: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option, ...], ...]:
     """Return the rest as differences along one variable each, in both orders of the variables."""
-    import sympy as sp
-
     signals = (s for s in plant.disturbances if s not in plant.scheduling)
     variables = [s for s in (*plant.states, *signals, *plant.inputs) if s in term.free_symbols]
     origin = term.subs(dict.fromkeys(variables, 0))
@@ -267,8 +249,6 @@ def _quotient(difference: sp.Expr, variable: sp.Symbol) -> sp.Expr:
     The variable is divided out of a rational function, so that nothing of the form 0/0 is left:
     1/(1 + x) - 1 over x is -1/(1 + x).
     """
-    import sympy as sp
-
     if difference.is_rational_function() and sp.denom(sp.together(difference)).has(variable):
         return sp.factor(difference / variable)
     return sp.factor_terms(difference) / variable

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.equations import Step
+from takagi.models.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.short_repr import ShortRepr
@@ -52,6 +52,7 @@ class SymbolicForm:
     kind: Literal["sector", "secant"] = "sector"
 
 
+# Characters that LaTeX reads as commands, written out.
 SPECIAL = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
     "\\": r"\textbackslash{}",
     "^": r"\textasciicircum{}",
@@ -75,12 +76,11 @@ class Derivation:
     @property
     def latex(self) -> str:
         r"""The whole derivation as LaTeX paragraphs with ``\[ ... \]`` displays (amsmath)."""
-        return "\n".join(f"{_escaped(step.title)}\n\\[\n{step.latex}\n\\]" for step in self.steps)
-
-
-def _escaped(words: str) -> str:
-    """Return plain words with the characters that LaTeX reads as commands written out."""
-    return "".join(SPECIAL.get(letter, letter) for letter in words)
+        paragraphs = []
+        for step in self.steps:
+            title = "".join(SPECIAL.get(letter, letter) for letter in step.title)
+            paragraphs.append(f"{title}\n\\[\n{step.latex}\n\\]")
+        return "\n".join(paragraphs)
 
 
 Rule: TypeAlias = tuple[int, ...]

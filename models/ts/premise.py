@@ -17,7 +17,7 @@ from takagi.models.intervals.interval import Interval, Number, exact
 
 if TYPE_CHECKING:
     from takagi.models.ranges.domain import Domain
-    from takagi.models.ranges.expression_range import Evidence
+    from takagi.models.ranges.expression_range import RangeProof
 
 # A premise computed in floats may leave its exact range by rounding alone: this part of the
 # width (or of the size, for narrow ranges) is moved back to the end, more than that is refused.
@@ -39,7 +39,7 @@ class Premise:
     evidence : why z cannot leave [lower, upper], e.g. ``"Bernstein hull over 52 wind cells"``.
     evaluate : the value of z at an operating point, called with keyword arguments that the maker
         of the model documents; None when it is not needed at run time.
-    proof : what ``replay`` recomputes the bounds from; None where only ``evidence`` tells.
+    proof : what ``replay`` makes the bounds from again; None where only ``evidence`` tells.
     sampled : the bounds rest on samples, so nothing is proved with them.  A premise whose evidence
         says "sampled" is taken so even if it is not declared here: derived premises keep their
         words.
@@ -58,7 +58,7 @@ class Premise:
     latex: str
     evidence: str
     evaluate: Callable[..., float] | None
-    proof: Evidence | None
+    proof: RangeProof | None
     sampled: bool
     domain: Domain | None
 
@@ -72,7 +72,7 @@ class Premise:
         latex: str = "",
         evidence: str = "given by the user",
         evaluate: Callable[..., float] | None = None,
-        proof: Evidence | None = None,
+        proof: RangeProof | None = None,
         sampled: bool = False,
         domain: Domain | None = None,
     ) -> None:
@@ -100,7 +100,7 @@ class Premise:
         return Interval(self.lower, self.upper)
 
     def replay(self) -> Interval:
-        """Return the range that the proof's boxes give, which lies in [lower, upper].
+        """Return the enclosure of the premise, made again, which lies in [lower, upper].
 
         Raises
         ------
@@ -111,7 +111,7 @@ class Premise:
                 f"premise {self.name} keeps no proof to replay; its bounds are {self.evidence}"
             )
         try:
-            return self.proof.claiming(self.bounds).replay()
+            return self.proof.replay(self.bounds)
         except ModelError as error:
             raise ModelError(f"premise {self.name}: {error}") from error
 

@@ -228,10 +228,8 @@ def figure_at(document: Document, spec: FileFigure, figures: dict[str, Figure]) 
 
 
 def _in_range(document: Document, spec: FileFigure, value: float, unit: str) -> float:
-    try:
+    with document.at(spec.path):
         converted = to_si(value, unit, spec.unit)
-    except ModelError as error:
-        raise document.error(spec.path, str(error)) from error
     if not spec.low <= converted <= spec.high:
         raise document.error(
             spec.path,
@@ -279,8 +277,6 @@ def read_frozen_wake(document: Document, turbine: Turbine, thrust: CoefficientTa
         rated wind to cut-out, or one at which the table's torque does not fall with pitch; without
         the section: see ``frozen_wake_by_tables``.
     """
-    from takagi.models.turbine.trim import rated_wind
-
     if "frozen_wake" not in document.data:
         return frozen_wake_by_tables(turbine, thrust)
     section = document.data["frozen_wake"]
@@ -329,9 +325,6 @@ def _scaled(
     document: Document, turbine: Turbine, wind: float, factor: float
 ) -> tuple[float, float]:
     """Return (trim pitch [rad], kappa omega_rated dT_r/dbeta [W/rad]) at one wind."""
-    from takagi.models.turbine.data import rotor_torque_gradient
-    from takagi.models.turbine.trim import rated_wind, trim
-
     first = rated_wind(turbine)
     if not first <= wind <= turbine.cut_out:
         raise document.error(

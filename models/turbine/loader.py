@@ -171,7 +171,13 @@ def _turbine(document: Document) -> Turbine:
         path = f"{_FREE_SECTION}.{key}"
         figures[path] = read_figure(document, path)
     tables = _coefficients(document, values["pitch_min"])
-    fields: dict[str, Any] = {**values, **_surfaces(tables)}
+    power, thrust = tables["power"], tables["thrust"]
+    fields: dict[str, Any] = {
+        **values,
+        "power": _surface("c_P", power, power.values),
+        "thrust": _surface("c_T", thrust, thrust.values),
+        "torque": _surface("c_Q", power, power.values / power.tip_speed_ratio[:, None]),
+    }
     turbine = Turbine(
         name=text_at(document, "name"),
         baseline=baseline,
@@ -182,7 +188,7 @@ def _turbine(document: Document) -> Turbine:
     )
     # It may follow from the tables' slopes at the trim, so that it needs a turbine.
     try:
-        wake = read_frozen_wake(document, turbine, tables["thrust"])
+        wake = read_frozen_wake(document, turbine, thrust)
     except ModelError as error:
         if str(error).startswith(str(document.path)):
             raise
@@ -329,26 +335,14 @@ def _coefficients(document: Document, pitch_min: float) -> dict[str, Coefficient
     for key in _TABLES:
         path = f"coefficients.{key}"
         name = text_at(document, path)
-        try:
+        with document.at(path):
             tables[key] = read_coefficient_table(document.path.parent / name)
-        except ModelError as error:
-            raise document.error(path, str(error)) from error
         if not tables[key].pitch[0] <= pitch_min < tables[key].pitch[-1]:
             raise document.error(
                 path,
                 f"{name} does not cover the smallest pitch, {pitch_min:.9g} rad; extend the table",
             )
     return tables
-
-
-def _surfaces(tables: dict[str, CoefficientTable]) -> dict[str, Surface]:
-    """Return the surfaces c_P, c_T and c_Q of the tables."""
-    power = tables["power"]
-    return {
-        "power": _surface("c_P", power, power.values),
-        "thrust": _surface("c_T", tables["thrust"], tables["thrust"].values),
-        "torque": _surface("c_Q", power, power.values / power.tip_speed_ratio[:, None]),
-    }
 
 
 def _surface(name: str, table: CoefficientTable, values: Any) -> Surface:

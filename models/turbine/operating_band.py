@@ -35,8 +35,8 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.intervals.box_search import IntervalBox, Range, range_over
 from takagi.models.intervals.interval import Interval, Number, exact
-from takagi.models.ranges.expression_range import Box, Range, range_over
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 
@@ -340,9 +340,9 @@ class _Tube:
     turbine: Turbine
     slope: Slope
     curve: _Curve
-    known_rates: dict[Box, tuple[Interval, ...]] = field(default_factory=dict)
+    known_rates: dict[IntervalBox, tuple[Interval, ...]] = field(default_factory=dict)
 
-    def enclose_named(self, box: Box) -> Interval | None:
+    def enclose_named(self, box: IntervalBox) -> Interval | None:
         """Return ``enclose``; a message about the table says at which winds and what to change.
 
         Over a piece of wind, speed and wind need not meet at their ends, so that a tube inside the
@@ -364,7 +364,7 @@ class _Tube:
                 "narrower bands or another wind range may do"
             ) from error
 
-    def enclose(self, box: Box) -> Interval:
+    def enclose(self, box: IntervalBox) -> Interval:
         """Return the common part of the plain, mean-value and monotone enclosures."""
         enclosure = self.plain(box)
         if all(side.width == 0 for side in box):
@@ -382,7 +382,7 @@ class _Tube:
         corners = self.plain(tuple(low)), self.plain(tuple(high))
         return enclosure.intersect(Interval(corners[0].lower, corners[1].upper))
 
-    def changes(self, box: Box) -> list[float]:
+    def changes(self, box: IntervalBox) -> list[float]:
         """Return a bound of the slope's change along each side; of wind alone beside the table."""
         try:
             rates = self.rates(box)
@@ -390,10 +390,10 @@ class _Tube:
             return [1.0, 0.0, 0.0, 0.0]
         return [float(rate.magnitude * side.width) for rate, side in zip(rates, box, strict=True)]
 
-    def plain(self, box: Box) -> Interval:
+    def plain(self, box: IntervalBox) -> Interval:
         return slope_enclosure(self.turbine, self.slope, *self._place(box)[0])
 
-    def rates(self, box: Box) -> tuple[Interval, ...]:
+    def rates(self, box: IntervalBox) -> tuple[Interval, ...]:
         """Return the slope's derivatives along the four coordinates over the box.
 
         Where a pitch limit holds the angle, its rate is anything between free and held.
@@ -408,7 +408,7 @@ class _Tube:
             self.known_rates[box] = (along, by_speed, by_pitch, by_wind)
         return self.known_rates[box]
 
-    def _place(self, box: Box) -> tuple[tuple[Interval, Interval, Interval], bool]:
+    def _place(self, box: IntervalBox) -> tuple[tuple[Interval, Interval, Interval], bool]:
         """Return rotor speed, pitch and wind over the box, and whether a pitch limit cut it."""
         estimate, speed_error, pitch_error, wind_error = box
         speed, pitch = self.curve.over(estimate)

@@ -32,7 +32,7 @@ from __future__ import annotations
 
 import math
 
-from takagi.models.equations.equations import Equations, Factored, Step
+from takagi.models.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.ts.model import TSModel
@@ -153,6 +153,8 @@ def _partial_load_region(turbine: Turbine) -> RegionalPlant:
     """Return the plant and its factored form in symbols, T_r an undefined function."""
     import sympy as sp
 
+    from takagi.models.equations.equations import Equations, Factored
+
     torque = torque_symbols(with_pitch=False)
     integral, command, trim_torque = sp.symbols(r"x_I \delta_T T^*", real=True)
     gear = sp.Symbol("n_g", positive=True)
@@ -248,6 +250,8 @@ def full_load_model(
 def _full_load_region(turbine: Turbine) -> RegionalPlant:
     """Return the plant and its factored form in symbols, T_r an undefined function."""
     import sympy as sp
+
+    from takagi.models.equations.equations import Equations, Factored
 
     torque = torque_symbols(with_pitch=True)
     integral, command = sp.symbols(r"x_I \delta_\mathrm{ref}", real=True)

@@ -26,9 +26,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.equations import Equations, Factored, Step
+from takagi.models.derivation_step import Step
 from takagi.models.intervals.interval import exact
-from takagi.models.sector.assembly import assemble
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise, round_outward
 from takagi.models.turbine.data import Turbine, rotor_torque, rotor_torque_gradient
@@ -36,6 +35,8 @@ from takagi.models.turbine.operating_band import OperatingBand, Slope, slope_ran
 
 if TYPE_CHECKING:
     import sympy as sp
+
+    from takagi.models.equations.equations import Equations, Factored
 
 # Below this difference (rad/s, rad, m/s) a quotient of floats loses digits and the derivative in
 # the middle is better: it errs by the third derivative times the square of this, below 1e-12.
@@ -207,6 +208,8 @@ def region_model(
     region: RegionalPlant, band: OperatingBand, premises: tuple[Premise, ...], *, name: str
 ) -> TSModel:
     """Return the TSModel of a region over its band, after the symbolic check of exactness."""
+    from takagi.models.sector.assembly import assemble
+
     return assemble(
         region.plant,
         region.factored,

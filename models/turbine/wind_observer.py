@@ -27,10 +27,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.equations import Equations, Factored, Step
+from takagi.models.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
-from takagi.models.sector.assembly import assemble
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise, round_outward
@@ -219,6 +218,9 @@ def _secant_between_winds(turbine: Turbine) -> Callable[..., float]:
 def _error_system(band: OperatingBand, premise: Premise) -> TSModel:
     """Return the error system without gains, after the symbolic check of exactness."""
     import sympy as sp
+
+    from takagi.models.equations.equations import Equations, Factored
+    from takagi.models.sector.assembly import assemble
 
     T = sp.Function("T_r")
     omega, beta, estimate, inertia = sp.symbols(r"\omega \beta \hat{v} J", positive=True)

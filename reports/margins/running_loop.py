@@ -22,9 +22,10 @@ from scipy.linalg import expm
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Law, Measurement, SampledLaw, law_words, sampled
-from takagi.models.simulation.closed_loop import Observer, measured_speed
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, equilibrium_state, plant_rate
+from takagi.models.simulation.closed_loop import Observer, measured_speed, observed
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, plant_rate
 from takagi.models.turbine.data import Turbine, rotor_torque_gradient
+from takagi.models.turbine.trim import trim
 
 # Largest accepted rate of a state at rest, as a share of the state's size per second.
 AT_REST = 1e-9
@@ -60,7 +61,8 @@ def loop_equilibrium(
     ModelError : a wind outside cut-in to cut-out, or a rest at which more wind gives no more
         torque: there the observer cannot estimate it.
     """
-    start, torque, pitch = equilibrium_state(plant, wind)
+    trim(plant.turbine, wind)
+    start, point = plant.initial_state(wind)
     at, n, k = measured_speed(plant), len(start), len(law.state_names)
     rate, low, high = plant_rate(plant), plant.turbine.pitch_min, plant.turbine.pitch_max
     estimate = observer.initial_state(float(start[at]), wind)
@@ -84,7 +86,7 @@ def loop_equilibrium(
             return LoopEquilibrium(found[:n], found[n : n + k], found[n + k :], commands(found)[1])
     raise NoEquilibrium(
         f"at {wind:g} m/s the loop of the {law_words(law.name)} has no rest near the turbine's "
-        f"trim (torque {torque:.6g} N m, pitch {pitch:.6g} rad): leave this wind out"
+        f"trim (torque {point.torque:.6g} N m, pitch {point.pitch:.6g} rad): leave this wind out"
     )
 
 
@@ -293,9 +295,9 @@ def _program_step(program: SampledLaw, observer: Observer, k: int) -> Callable[[
         inner, estimator, before = x[:k], x[k:-3], float(x[-3])
         seen = Measurement(float(x[-2]), float(x[-1]), observer.wind_estimate(estimator))
         command, later = sampled(program.law, inner, seen, period)
-        mean = command.torque + late * (before - command.torque)
-        rate = observer.state_rate(estimator, seen.rotor_speed, seen.pitch, mean)
-        return np.concatenate([later, estimator + period * rate, [command.torque], command])
+        torques = before, command.torque
+        estimated = observed(observer, estimator, seen, torques, late, period)
+        return np.concatenate([later, estimated, [command.torque], command])
 
     return step
 

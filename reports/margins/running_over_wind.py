@@ -174,9 +174,7 @@ def plant_modes(plant: SimulatedTurbine) -> tuple[Mode, ...]:
     if plant.tower:
         found.append(Mode("tower", float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass))))
     if plant.torsion:
-        generator = turbine.gear_ratio**2 * turbine.generator_inertia
-        reduced = turbine.rotor_inertia * generator / turbine.inertia
-        found.append(Mode("torsion", float(np.sqrt(plant.shaft[0] / reduced))))
+        found.append(Mode("torsion", plant.torsion_frequency))
     return tuple(found)
 
 

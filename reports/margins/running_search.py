@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -13,7 +13,6 @@ from takagi.models.laws.protocol import Law
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.turbine_plant import SpeedFilter
 from takagi.models.turbine.data import Turbine
-from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_loop import NoEquilibrium
 from takagi.reports.margins.running_over_wind import (
     NOMINAL,
@@ -96,8 +95,8 @@ def searched_margins(
         found[wind] += at(wind, others)
     # The other plants are weakest elsewhere: follow each margin down from where it is least so far.
     every = {*whole, *least}
-    for size in SIZES:
-        for wind in _downhill(found, every, size):
+    for kind in ("gain", "phase", "delay", "disk", "both"):
+        for wind in _downhill(found, every, kind):
             found[wind] += at(wind, others)
             every.add(wind)
             least.append(wind)
@@ -106,24 +105,18 @@ def searched_margins(
     return SearchedMargins(rows, tuple(whole), tuple(least), tuple(none))
 
 
-def _gain(one: Margins) -> float:
-    return min(one.gain_increase, math.inf if one.gain_decrease == 0 else 1 / one.gain_decrease)
-
-
-# The margins whose least values are looked for among all plants, at one wind and for one plant.
-SIZES: tuple[Callable[[RunningMargins], float], ...] = (
-    lambda row: min((_gain(one) for _, one in row.loops), default=math.inf),
-    lambda row: min((one.phase for _, one in row.loops), default=math.inf),
-    lambda row: min((one.delay for _, one in row.loops), default=math.inf),
-    lambda row: min((one.disk.alpha for _, one in row.loops), default=math.inf),
-    lambda row: row.both.alpha,
-)
+def _size(row: RunningMargins, kind: str) -> float:
+    """Return the least margin of a kind among the loops, or the disk margin of both at once."""
+    if kind == "both":
+        return row.both.alpha
+    sizes = (m.disk.alpha if kind == "disk" else getattr(m, kind) for _, m in row.loops)
+    return min(sizes, default=math.inf)
 
 
 def _downhill(
     found: Mapping[float, Sequence[RunningMargins]],
     every: Set[float],
-    size: Callable[[RunningMargins], float],
+    kind: str,
 ) -> Iterator[float]:
     """Yield the winds to look at next with all plants, until the least has both neighbours.
 
@@ -131,7 +124,7 @@ def _downhill(
     """
 
     def value(wind: float) -> float:
-        return min(size(row) for row in found[wind])
+        return min(_size(row, kind) for row in found[wind])
 
     winds = sorted(found)
     while every:

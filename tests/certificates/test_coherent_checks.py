@@ -21,8 +21,6 @@ from takagi.certificates.checker.turbine.effort_sharing.corners import (
 )
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
-from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
-from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
 from takagi.models.laws.effort_sharing.law import loop_vertices
 from takagi.models.ramps import effort_ramp
@@ -136,7 +134,7 @@ def test_the_residual_bound_covers_the_torque_that_the_tables_leave(
         rotor = rotor_torque(turbine, speed, pitch, v)
         left = [float(s) * rotor - turbine.gear_ratio * torque for s in power]
         sampled = float(np.abs(left).max() / turbine.inertia)
-        bound = residual(Moving(known, k, Fraction(0)), power) / ONE
+        bound = Loop(known, k, Fraction(0)).residual(power) / ONE
         assert sampled <= bound
         close += sampled > 0.2 * bound
     # A bound five times too small would have been noticed in these cells.

@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, TurbineDesign, law_from_gains
-from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.design.turbine.published_law import designed_law
-from takagi.certificates.document.certificate_file import effort_sharing_law_data
+from takagi.certificates.document.certificate_file import (
+    effort_sharing_law_data,
+    published_law_data,
+)
 from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule, no_feedforward

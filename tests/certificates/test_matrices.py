@@ -16,11 +16,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.certificates import CertificateError
-from takagi.certificates.checker.kernel.definite import (
-    is_positive_definite,
-    positive_definite_integers,
-    to_integers,
-)
+from takagi.certificates.checker.kernel.definite import positive_definite_integers
 from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import Refused
@@ -131,7 +127,7 @@ def fractions(M: Rows, below: int = 1) -> list[list[Fraction]]:
 def test_definite_as_sympy_says(M: Rows) -> None:
     """Bareiss' pivots give sympy's answer."""
     assert positive_definite_integers(M) == sympy.Matrix(M).is_positive_definite
-    assert is_positive_definite(fractions(M, 7)) == positive_definite_integers(M)
+    assert Matrix.of(fractions(M, 7)).is_positive_definite == positive_definite_integers(M)
 
 
 @given(symmetric(4))
@@ -172,7 +168,7 @@ def test_pivots_stay_minors() -> None:
 @given(singular())
 def test_exactly_singular_is_not_positive_definite(M: Rows) -> None:
     """F F' of deficient rank is semidefinite and never definite, however large its entries."""
-    assert not is_positive_definite(fractions(M))
+    assert not Matrix.of(fractions(M)).is_positive_definite
     assert positive_semidefinite_integers(M)
 
 
@@ -185,16 +181,16 @@ def test_a_hair_decides(M: Rows, digits: int) -> None:
         for s in (1, -1)
     )
 
-    assert is_positive_definite(above)
-    assert not positive_semidefinite_integers(to_integers(below))
+    assert Matrix.of(above).is_positive_definite
+    assert not Matrix.of(below).is_positive_semidefinite
 
 
 @pytest.mark.parametrize("M", [[[1, 2], [3, 4]], [[1, 2]], [], [[1], [2]], [[2, 1], [0, 2]]])
 def test_what_is_not_symmetric_is_not_definite(M: Rows) -> None:
     """Ragged, empty or unsymmetric is never definite: x'Mx would only see the symmetric part."""
-    assert not is_positive_definite(fractions(M))
+    assert not Matrix.of(fractions(M)).is_positive_definite
 
 
-def test_to_integers_keeps_the_ratio() -> None:
+def test_a_matrix_of_fractions_keeps_the_ratio() -> None:
     """1/6 and 3/4 become 2 and 9 twelfths."""
-    assert to_integers([[Fraction(1, 6), Fraction(3, 4)]]) == [[2, 9]]
+    assert Matrix.of([[Fraction(1, 6), Fraction(3, 4)]]) == Matrix([[2, 9]], 12)

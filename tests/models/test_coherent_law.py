@@ -24,9 +24,9 @@ from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
 from takagi.models.simulation.closed_loop import History, simulate
 from takagi.models.simulation.turbine_plant import design_plant
-from takagi.models.simulation.wind import constant_wind
 from takagi.models.turbine.data import rotor_torque
 from takagi.models.turbine.trim import reference_speed, trim
+from tests.winds import constant_wind
 
 WINDS = st.floats(3, 25)
 ERRORS = st.floats(-0.06, 0.06)

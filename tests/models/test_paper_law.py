@@ -15,8 +15,12 @@ from scipy.signal import step
 
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Law, Measurement, sampled
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.law import (
+    PublishedLaw,
+    PublishedLawName,
+    equilibrium,
+    published_law,
+)
 from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
 from takagi.models.laws.published.regional_schedule import (
     RegionalSchedule,

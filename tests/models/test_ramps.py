@@ -42,16 +42,6 @@ def test_one_number_and_an_array_agree(ramp: Ramp, x: float) -> None:
     assert ramp.at(x) == pytest.approx(float(ramp(x)), abs=1e-15)
 
 
-@given(ramps, st.floats(0, 1), st.floats(0, 1))
-def test_slope_range_bounds_every_difference_quotient(ramp: Ramp, a: float, b: float) -> None:
-    """A secant of the ramp lies between the smallest and largest slope that are stated."""
-    x, y = (ramp.start - 0.2 * ramp.width + 1.4 * ramp.width * s for s in sorted((a, b)))
-    low, high = ramp.slope_range
-    rise = ramp.at(y) - ramp.at(x)
-
-    assert low * (y - x) - 1e-12 <= rise <= high * (y - x) + 1e-12
-
-
 @pytest.mark.parametrize(("placement", "at_rated"), [(0.0, 1.0), (0.5, 0.5), (1.0, 0.0)])
 def test_placement_says_what_happens_at_rated_speed(placement: float, at_rated: float) -> None:
     """Below, around, above rated speed: w_2 there is 1, 1/2, 0."""

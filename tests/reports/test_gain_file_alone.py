@@ -15,7 +15,6 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.turbine.published_law import designed_law
@@ -23,10 +22,10 @@ from takagi.certificates.document.certificate_file import (
     certificate_document,
     dumps,
     effort_sharing_law_data,
+    published_law_data,
 )
 from takagi.certificates.document.model_data import pdc_law_data
-from takagi.certificates.document.plant_embedding import law_members, plant_data
-from takagi.certificates.document.plant_text import unknown_premises
+from takagi.certificates.document.plant_embedding import law_members, plant_data, unknown_premises
 from takagi.models import Plant, sector_model
 from takagi.models.blending.substitution import blended_model
 from takagi.models.files.library import built_in_kinds, data_folder

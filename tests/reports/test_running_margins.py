@@ -105,7 +105,7 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> A
 
     With its own program step, rate limits and Runge-Kutta steps; commands before included.
     """
-    machine, observer, run = plant(), swinging()[1], turbine_plant.dynamics(plant())
+    machine, observer = plant(), swinging()[1]
     n, k, inner = len(rest.plant), len(rest.law), 2
     late = round(inner * program.computation_time / program.sample_time)
     at = np.concatenate([rest.plant, rest.law, rest.observer, rest.commands])
@@ -127,7 +127,9 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> A
         rate = observer.state_rate(estimate, seen.rotor_speed, seen.pitch, mean)
         sent = np.array([*before, torque, command.pitch])
         winds = np.full(2 * inner + 1, wind)
-        moved = run.advance(state, sent, late, winds, program.sample_time / inner)
+        moved = turbine_plant.advance(
+            machine, state, sent, late, winds, program.sample_time / inner
+        )
         after = [moved, later.law_state, estimate + program.sample_time * rate]
         return np.concatenate([*after, [torque, command.pitch]])
 

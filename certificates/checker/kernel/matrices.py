@@ -28,7 +28,7 @@ class Matrix:
     def of(cls, rows: Sequence[Sequence[Fraction]]) -> Matrix:
         """Return a matrix of fractions."""
         below = lcm(*(entry.denominator for row in rows for entry in row))
-        return cls(definite.to_integers(rows), below)
+        return cls([[v.numerator * (below // v.denominator) for v in row] for row in rows], below)
 
     @classmethod
     def identity(cls, size: int) -> Matrix:

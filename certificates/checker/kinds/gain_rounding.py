@@ -27,7 +27,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
 from takagi.certificates.checker.kinds.decay import decrease_factor, falls_as
@@ -38,8 +37,8 @@ from takagi.certificates.checker.kinds.loop_claim import (
     number,
     numbers,
 )
-from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import bounded
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.loop_words import (
     about,
     deviations,
@@ -70,7 +69,7 @@ class GainRounding(LoopClaim):
         steps = tuple(_step(self.absolute, self.relative, K, tau) for K in loop.K)
         # Effect and step are convex in B and K: on a piece of the weights the means of their values
         # at the rules are upper bounds.
-        blends = blends_of(replace(loop, extra_stacks=(effects, steps)), self.claim, self.where)
+        blends = replace(loop, extra_stacks=(effects, steps)).blends_of(self.claim, self.where)
         bounded(len(blends), (2 if loop.is_discrete else 1) * loop.order)
         for blend in blends:
             effect, step = (blend.of(blend.loop.extra_stacks[side], side) for side in (0, 1))

@@ -28,7 +28,6 @@ from takagi.certificates.checker.kernel.obligation import Obligations, never, po
 from takagi.certificates.checker.kinds.disturbance_channel import (
     disturbance_channels,
     quadratic_change,
-    scaled_identity,
 )
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs, inside_box
@@ -43,7 +42,7 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
 @dataclass(frozen=True)
-class EnergyGain(LoopClaim):
+class L2Gain(LoopClaim):
     """|y|_2 <= gain |w|_2 along the loop; see the module."""
 
     asks: ClassVar[tuple[str, ...]] = ("disturbance", "output")
@@ -58,7 +57,7 @@ class EnergyGain(LoopClaim):
             F, G, H = quadratic_change(path.A, path.B, self.P, discrete=loop.is_discrete)
             C, D = path.C, path.through
             side = -(G + 1 / gain * (C.T @ D))
-            corner = scaled_identity(D.shape[1], gain) - H - 1 / gain * (D.T @ D)
+            corner = gain * Matrix.identity(D.shape[1]) - H - 1 / gain * (D.T @ D)
             bounded_real = Matrix.blocks([[F - 1 / gain * (C.T @ C), side], [side.T, corner]])
             yield positive(bounded_real, f"the inequality fails at {path.label}")
         if self.energy_bound is not None:

@@ -43,11 +43,10 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
 from takagi.certificates.checker.kernel.reader import numbers as read_numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.decay import decrease, decrease_factor, falls_as
+from takagi.certificates.checker.kinds.decay import falls_along, falls_as
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.kinds.observer import hidden_premises, joint_loops
 from takagi.certificates.checker.loop.averages import refuse_averages
-from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import (
     bounded_inputs,
     disturbances_in_range,
@@ -79,9 +78,8 @@ class ObservedLoop(LoopClaim):
         if hidden := _unknown_premise(loop, _law(loop, where)):
             yield never(hidden)
         yield positive(self.P, NOT_DEFINITE)
-        factor = decrease_factor(loop, self.decay_rate)
-        for label, G in whole_loops(self.claim, loop, where):
-            yield positive(decrease(loop, self.P, G, factor), f"the inequality fails at {label}")
+        loops = whole_loops(self.claim, loop, where)
+        yield from falls_along(loop, self.P, self.decay_rate, loops)
         yield from disturbances_in_range(loop, (Fraction(0),) * len(loop.disturbances))
         for row, half, quantity in ranges_kept(self.claim, loop, where):
             failure = f"{quantity} may leave its range in the model's box"
@@ -139,7 +137,7 @@ def whole_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[s
         yield from joint_loops(claim, loop, where, law.L)
         return
     (L,), n = law.L, loop.order
-    blends = blends_of(replace(loop, C=(), D=(), E=()), claim, where)
+    blends = replace(loop, C=(), D=(), E=()).blends_of(claim, where)
     bounded(len(blends) * len(law.slopes), 2 * n)
     errors = [(L @ R, S - L @ R) for S, R in law.slopes]
     for blend in blends:

@@ -47,7 +47,7 @@ from takagi.certificates.checker.loop.box_of_validity import (
     inside_box,
     reaches_at_most,
 )
-from takagi.certificates.checker.loop.polytopic_loop import bounded
+from takagi.certificates.checker.loop.polytopic_loop import at, bounded
 from takagi.certificates.checker.words.ellipsoid_size import rounded_size
 from takagi.certificates.checker.words.loop_words import deviations, granted, undisturbed
 from takagi.certificates.checker.words.rounded import at_least, exactly
@@ -89,7 +89,7 @@ class SampledLoop(LoopClaim):
             yield positive(factor * P - L.T @ Q[0] @ L, failure)
         changes = list(_changes(Q))
         for i in range(loop.rules):
-            A, B = (stack[i if len(stack) > 1 else 0] for stack in (loop.A, loop.B))
+            A, B = at(loop.A, i), at(loop.B, i)
             M = self.sample_time * Matrix.blocks([[Matrix.blocks([[A, B]])], [below]])
             for function, change in zip(Q, changes, strict=True):
                 flow_term = function @ M

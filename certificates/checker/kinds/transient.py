@@ -30,7 +30,7 @@ from takagi.certificates.checker.arithmetic.exponential import exp_above
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
+from takagi.certificates.checker.kinds.decay import falls_along
 from takagi.certificates.checker.kinds.loop_claim import (
     NOT_DEFINITE,
     LoopClaim,
@@ -38,7 +38,6 @@ from takagi.certificates.checker.kinds.loop_claim import (
     number,
     numbers,
 )
-from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.words.loop_words import (
     about,
     deviations,
@@ -73,10 +72,8 @@ class Transient(LoopClaim):
         weight = self.lower * Matrix.diagonal([1 / s**2 for s in self.scales])
         yield nonnegative(P - weight, "P is not above p S^-2")
         yield nonnegative(self.overshoot**2 * weight - P, "P is not below kappa^2 p S^-2")
-        factor = decrease_factor(loop, self.decay_rate)
-        for blend in blends_of(loop, self.claim, self.where):
-            falling = decrease(loop, P, blend.A, factor)
-            yield positive(falling, f"the inequality fails at {blend.label}")
+        blends = loop.blends_of(self.claim, self.where)
+        yield from falls_along(loop, P, self.decay_rate, ((b.label, b.A) for b in blends))
         # e^(-alpha t_s) is rounded up, which makes the test stronger.
         settled = self.overshoot * exp_above(self.decay_rate * self.settling_time)
         yield nonnegative(self.settled_share - settled, "the state may not have settled by then")

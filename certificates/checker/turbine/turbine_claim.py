@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, ClassVar
 
-from takagi.certificates.checker.kernel.claim_kind import ClaimKind
-from takagi.certificates.checker.kernel.figure import WindProfile
+from takagi.certificates.checker.kernel.claim_kind import ClaimKind, Outcome
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
@@ -18,9 +17,12 @@ from takagi.certificates.checker.kernel.obligation import (
     first_failure,
     never,
 )
-from takagi.certificates.checker.kernel.reader import number, numbers
-from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.kernel.reader import integer, member, number, numbers, text
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.turbine.members import Members, refuse_unread
+from takagi.certificates.checker.turbine.rotor import Span
+from takagi.certificates.checker.words.figure import WindProfile
 
 MOST_REASONS = 12
 # Effects that the model of the machine omits.
@@ -111,3 +113,53 @@ def refusal_fails(required: Obligations) -> Obligations:
         yield from required
     except Refused as error:
         yield never(str(error))
+
+
+def prerequisite_claim(
+    claim: Any, data: Any, earlier: Sequence[Outcome], where: str, member_name: str, kind: str
+) -> tuple[Any, str]:
+    """Return the claim on which one depends, which a member names, and why it is not PROVED.
+
+    Parameters
+    ----------
+    earlier : the verdicts on the claims before this one; a later one has none yet.
+    kind : that the claim must be of.
+
+    Raises
+    ------
+    CertificateError : there is no such claim before this one, or it is of another kind.
+    """
+    place = integer(claim, member_name, where)
+    if not 0 <= place < len(earlier):
+        raise CertificateError(
+            f"{where}.{member_name}: {place}; the place of an earlier claim is needed"
+        )
+    other, outcome = member(data, "claims", "certificate")[place], earlier[place]
+    if text(other, "kind", f"claims[{place}]") != kind:
+        raise CertificateError(f"{where}.{member_name}: claims[{place}] is not of kind {kind}")
+    if outcome.verdict is Verdict.PROVED:
+        return other, ""
+    return other, f"the claim that it rests on is not proved: {outcome.claim.name}"
+
+
+def merged(spans: list[Span]) -> list[Span]:
+    """Return the union of closed ranges as disjoint ones."""
+    union: list[Span] = []
+    for low, high in sorted(spans):
+        if union and low <= union[-1][1]:
+            union[-1] = union[-1][0], max(high, union[-1][1])
+        else:
+            union.append((low, high))
+    return union
+
+
+def gaps(span: Span, covered: list[Span]) -> list[Span]:
+    """Return the parts of a range outside ``covered``, whose ranges are disjoint and ordered."""
+    low, missing = span[0], []
+    for start, stop in covered:
+        if stop <= low or start >= span[1]:
+            continue
+        if start > low:
+            missing.append((low, start))
+        low = stop
+    return [*missing, (low, span[1])] if low < span[1] else missing

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant, Uncertainty
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Uncertainty
+from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.checker.words.rounded import at_least, at_most, range_within
 
 ASSUMED = (

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop, interpolated
-from takagi.certificates.checker.turbine.wind_intervals import Span, merged
+from takagi.certificates.checker.turbine.rotor import Plant, Span
+from takagi.certificates.checker.turbine.turbine_claim import merged
 from takagi.certificates.checker.words.rounded import (
     at_least,
     at_most,

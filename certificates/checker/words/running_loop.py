@@ -8,7 +8,7 @@ from fractions import Fraction
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Span
-from takagi.certificates.checker.turbine.wind_intervals import gaps
+from takagi.certificates.checker.turbine.turbine_claim import gaps
 from takagi.certificates.checker.words.ellipsoid_size import square_root_below, squared_reaches
 from takagi.certificates.checker.words.rounded import at_least, exactly, range_around, range_within
 

@@ -2,12 +2,6 @@
 
 The checker's own functions compute every range and size here, so a claim states what the checker
 will find, rounded outward to the decimals of a file.
-
-The trim error that a claim about the effort-sharing loop states, a little above the checker's.
-
-The checker's ``table_residual`` takes the slope of lambda in closed form; here it follows from the
-quotient rule, which is up to twice as wide at low wind.  It stays so that a design states the
-numbers that it stated before: with the checker's bound they would move by up to 0.15 %.
 """
 
 from __future__ import annotations
@@ -20,21 +14,12 @@ from math import ceil, floor
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
 from takagi.certificates.checker.arithmetic.interval import (
     ONE,
-    UNIT,
-    ZERO,
-    enclose,
-    point,
 )
 from takagi.certificates.checker.arithmetic.interval import Interval as CheckedInterval
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import (
-    Box,
-    Law,
-    Plant,
-    Subject,
-    Uncertainty,
-)
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Box, Law, Subject, Uncertainty
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.document.certificate_file import (
     as_read,
     effort_sharing_law_data,
@@ -64,21 +49,21 @@ class CellLoop:
     ----------
     wind : schedule winds of the cell [m/s];  gamma : range of the proportional gain [1/s].
     widest_error : the largest |v - v_s| that is enclosed [m/s].
-    residual : a bound of the tables' trim error, once the cell was enclosed.
 
     Parameters
     ----------
     subject : turbine, law, box and uncertainty, as the checker reads them.
     k : the cell lies between the nodes k and k + 1 of the law's schedule.
-    residual : that of the same cell with other gains, which do not change it; None computes it.
+    residual : as stated of the same cell with other gains, which do not change it; None computes
+        it.
     """
 
     def __init__(self, subject: Subject, k: int, residual: Fraction | None = None) -> None:
-        self._subject, self._k, self.residual = subject, k, residual
+        self._subject, self._k, self._residual = subject, k, residual
         self._at_rest: LoopCell | None = None
         resting = self._moving(Fraction(0))
-        self.wind = Interval(*resting.ends(subject.law.wind))
-        self.gamma = Interval(*resting.ends(subject.law.gamma))
+        self.wind = Interval(*resting.winds)
+        self.gamma = Interval(*resting.over(subject.law.gamma))
         self.widest_error = subject.box.wind_share * self.wind.lower
 
     def enclosed(self, rate: Number) -> LoopCell:
@@ -89,15 +74,13 @@ class CellLoop:
         ModelError : the box leaves the coefficient table, asks for negative torque, or for pitch or
             a pitch rate beyond its limit; the message names the cell and what to reduce.
         """
-        # Most of the enclosure does not depend on the rate; it is computed once and kept for other
-        # rates.
-        if self._at_rest is None:
-            self._at_rest = self._resting()
         speed = exact(rate)
         if speed < 0:
             raise ModelError(f"wind rate {float(speed):g} m/s^2 was given; it must not be negative")
-        loop = self._moving(speed)
-        self._check_pitch(loop)
+        # Most of the enclosure does not depend on the rate; it is computed once.
+        if self._at_rest is None:
+            self._at_rest = self._resting()
+        loop = self._within_limits(speed)
         lag_rates = loop.lag_rates()
         if lag_rates is None:
             raise ModelError(
@@ -112,8 +95,6 @@ class CellLoop:
             lag_rate=Interval(*lag_rates).outward(EMITTED_DIGITS),
             reference_slope=_bound(loop.reference_slope()),
             lag_disturbance=_bound(loop.lag_disturbance()),
-            torque=self._torque(loop).outward(0),
-            pitch_rate=_up(loop.box.effort_lag / (loop.least_b * loop.plant.lag) + loop.led()),
         )
 
     def reference_slope(self, rate: Fraction) -> Fraction:
@@ -129,13 +110,10 @@ class CellLoop:
         return Loop(self._subject, self._k, rate)
 
     def _resting(self) -> LoopCell:
-        loop, law = self._moving(Fraction(0)), self._subject.law
-        torque = self._torque(loop).outward(0)
-        self._check_pitch(loop)
+        loop, law = self._within_limits(Fraction(0)), self._subject.law
         try:
             ranges = {name: _interval(enclosure) for name, enclosure in loop.ranges()}
-            sizes = dict(loop.sizes())
-            residual = stated_residual(loop) if self.residual is None else self.residual
+            sizes = dict(loop.sizes(self._residual))
         except Refused as error:
             box = loop.box
             raise ModelError(
@@ -145,7 +123,6 @@ class CellLoop:
                 "leave these winds out by cut_in and cut_out of the turbine's file, or, from "
                 "Python, reduce the speed error or the wind share"
             ) from error
-        self.residual = residual
         zero, nu = Fraction(0), law.nu[self._k]
         return LoopCell(
             wind=self.wind,
@@ -156,43 +133,36 @@ class CellLoop:
             share_gain=ranges["share_gain"].outward(EMITTED_DIGITS),
             lag_rate=ranges["lag_rate"].outward(EMITTED_DIGITS),
             integral_rate=Interval(nu, nu),
-            effectiveness_limit=Interval(*loop.ends(law.limit)),
-            residual=_bound(residual),
+            effectiveness_limit=Interval(*loop.over(law.limit)),
+            residual=self._residual or _bound(sizes["residual"]),
             wind_gain=_bound(sizes["wind_gain"]),
             inertia_gain=_up(sizes["inertia_gain"]),
             effectiveness_slope=_up(sizes["effectiveness_slope"]),
             reference_slope=zero,
             lag_disturbance=zero,
-            torque=torque,
-            pitch=_interval(loop.reached).outward(EMITTED_DIGITS),
-            pitch_rate=zero,
         )
 
-    def _torque(self, loop: Loop) -> Interval:
-        """Return the range of the torque commanded; refuses a set that asks for less than none."""
+    def _within_limits(self, rate: Fraction) -> Loop:
+        """Return the loop; refuses a set that asks for negative torque or too much pitch."""
+        loop = self._moving(rate)
         law, least_torque = loop.law, loop.least_torque()
-        reserve = psi(-loop.low, law.overlap)
-        ahead = (law.rated_torque - least_torque) / law.effort_torque - reserve
-        if least_torque >= 0:
-            highest = law.rated_torque - law.effort_torque * (psi(-loop.high, law.overlap) - ahead)
-            return Interval(least_torque, min(highest, law.rated_torque))
-        raise ModelError(
-            f"wind cell {self.wind} m/s: the set may demand {float(reserve):.4g} rad/s^2 below "
-            f"rated effort and {float(ahead):.4g} for the moving schedule, but torque reaches zero "
-            f"at {float(law.rated_torque / law.effort_torque):.4g}; lower the proportional gain "
-            f"there ({float(self.gamma.upper):.4g} 1/s) or the box's speed signal "
-            f"({float(loop.box.speed_signal):.4g} rad/s)"
-        )
-
-    def _check_pitch(self, loop: Loop) -> None:
-        """Refuse a set that reaches, or a command that asks for, more than the largest pitch."""
+        if least_torque < 0:
+            reserve = psi(-loop.efforts[0], law.overlap)
+            ahead = (law.rated_torque - least_torque) / law.effort_torque - reserve
+            raise ModelError(
+                f"wind cell {self.wind} m/s: the set may demand {float(reserve):.4g} rad/s^2 below "
+                f"rated effort and {float(ahead):.4g} for the moving schedule, but torque reaches "
+                f"zero at {float(law.rated_torque / law.effort_torque):.4g}; lower the "
+                f"proportional gain there ({float(self.gamma.upper):.4g} 1/s) or the box's speed "
+                f"signal ({float(loop.box.speed_signal):.4g} rad/s)"
+            )
         largest_pitch = max(loop.largest_pitch(), Fraction(loop.reached.high, ONE))
-        limit = loop.law.pitch_max
-        if largest_pitch > limit:
+        if largest_pitch > law.pitch_max:
             raise ModelError(
                 f"wind cell {self.wind} m/s: the set reaches pitch {float(largest_pitch):.4g} rad, "
-                f"beyond the limit {float(limit):.4g} rad; reduce the box"
+                f"beyond the limit {float(law.pitch_max):.4g} rad; reduce the box"
             )
+        return loop
 
 
 def loop_subject(
@@ -240,10 +210,8 @@ def enclosures_of_gains(
             for column in (gains.proportional, gains.integral_rate)
         )
         subject_of_gains = replace(subject, law=replace(subject.law, gamma=gamma, nu=nu))
-        loop = CellLoop(subject_of_gains, k, residuals.get(k))
-        cell = loop.enclosed(rates[k])
-        if loop.residual is not None:
-            residuals[k] = loop.residual
+        cell = CellLoop(subject_of_gains, k, residuals.get(k)).enclosed(rates[k])
+        residuals[k] = cell.residual
         return cell
 
     return enclosed
@@ -269,63 +237,3 @@ def _bound(value: Fraction) -> Fraction:
 
 def _up(value: Fraction) -> Fraction:
     return Interval(Fraction(0), value).outward(EMITTED_DIGITS).upper
-
-
-# Value, first and second derivative over the winds of a cell.
-Jet = tuple[CheckedInterval, CheckedInterval, CheckedInterval]
-
-
-def stated_residual(loop: Loop) -> Fraction:
-    """Return a bound of |r + (s - 1) T_r* / J| over the cell; ``table_residual`` derives it."""
-    plant, law = loop.plant, loop.law
-    trims, at_nodes = [], []
-    for i in (loop.k, loop.k + 1):
-        wind, effort = law.wind[i], law.effort[i]
-        torque = law.rated_torque - law.effort_torque * psi(-effort, law.overlap)
-        trims.append(torque * plant.gear_per_inertia)
-        pitch = law.pitch_min + psi(effort, law.overlap) / law.effectiveness[i]
-        coefficient = plant.surface.bounds(point(plant.radius * law.speed[i] / wind), point(pitch))
-        at_nodes.append(coefficient * loop.c * point(wind**2) - point(trims[-1]))
-    curvature = Fraction(_curvature(loop).magnitude(), ONE)
-    width = law.wind[loop.k + 1] - law.wind[loop.k]
-    tables = max(Fraction(r.magnitude(), ONE) for r in at_nodes) + width**2 / 8 * curvature
-    power_error = max(1 - loop.uncertainty.power[0], loop.uncertainty.power[1] - 1)
-    return (1 + power_error) * tables + power_error * max(map(abs, trims))
-
-
-def _curvature(loop: Loop) -> CheckedInterval:
-    """Return r'' over the cell, from the jets of lambda, beta and c_Q."""
-    law, nodes = loop.law, (loop.k, loop.k + 1)
-    low, high = loop.ends(law.effort)
-    steep = point(loop.slope(law.effort))
-    speed = (loop.radius * loop.range(law.speed), loop.radius * point(loop.slope(law.speed)), ZERO)
-    ratio = _quotient(speed, (loop.wind, UNIT, ZERO))
-    shed = loop.psi(low, high)
-    owed = (shed, loop.share(low, high) * steep, _bend(low, high, law.overlap) * steep.square())
-    pitch = _quotient(owed, (loop.b, point(loop.slope(law.effectiveness)), ZERO))
-    ratios = [loop.plant.radius * law.speed[i] / law.wind[i] for i in nodes]
-    reached = enclose(min(ratios), max(ratios)), loop.pitch(shed)
-    c, x1, y1 = loop.plant.surface.bounds, ratio[1], pitch[1]
-    by_ratio, by_pitch = c(*reached, 1, 0), c(*reached, 0, 1)
-    cross = c(*reached, 1, 1) * x1 * y1
-    second = c(*reached, 2, 0) * x1.square() + c(*reached, 0, 2) * y1.square() + (cross + cross)
-    second = second + (by_ratio * ratio[2] + by_pitch * pitch[2])
-    first, v = by_ratio * x1 + by_pitch * y1, loop.wind
-    two, four = point(Fraction(2)), point(Fraction(4))
-    # (v^2 c_Q)'' = 2 c_Q + 4 v c_Q' + v^2 c_Q''.
-    torque = two * c(*reached) + four * v * first + v.square() * second
-    share = point(law.effort_torque * loop.plant.gear_per_inertia)
-    return loop.c * torque + share * _bend(-high, -low, law.overlap) * steep.square()
-
-
-def _quotient(f: Jet, g: Jet) -> Jet:
-    """Return the jet of h = f / g: h' = (f' - h g') / g, h'' = (f'' - 2 h' g' - h g'') / g."""
-    value = f[0] / g[0]
-    slope = (f[1] - value * g[1]) / g[0]
-    turned = slope * g[1]
-    return value, slope, (f[2] - (turned + turned) - value * g[2]) / g[0]
-
-
-def _bend(low: Fraction, high: Fraction, eps: Fraction) -> CheckedInterval:
-    """Return the range of psi'': 1 / (2 eps) inside the ramp, 0 outside."""
-    return ZERO if high <= -eps or low >= eps else enclose(Fraction(0), 1 / (2 * eps))

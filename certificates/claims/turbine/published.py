@@ -1,15 +1,13 @@
-"""The claims about a published law: its data, the cells found, a grid of overlaps.
+"""The claim about a published law, and the cells it is made of.
 
-Nothing is proved here.  The result is candidate claims; ``takagi.certificates.checker`` decides.
+Nothing is proved here.  The result is a candidate; ``takagi.certificates.checker`` decides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
-
-import numpy as np
 
 from takagi.certificates.claims.turbine.published_search import (
     NARROWEST,
@@ -21,17 +19,9 @@ from takagi.certificates.claims.turbine.published_search import (
     search_cells,
 )
 from takagi.models.laws.protocol import law_words
-from takagi.models.laws.published.equilibrium import Equilibrium
-from takagi.models.laws.published.law import PublishedLaw
-from takagi.models.laws.published.loop_tables import schedule_band
-from takagi.models.laws.published.regional_schedule import CouplingFilter, RegionalSchedule
+from takagi.models.laws.published.law import Equilibrium, PublishedLaw
+from takagi.models.laws.published.regional_schedule import CouplingFilter
 from takagi.models.ramps import Ramp
-from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
-
-# Multiples of the law's overlaps in the grid of further claims.
-SHARES = (0.5, 1.0, 2.0)
-# The grid examines one window of this width per m/s [m/s].
-WINDOW = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,40 +78,6 @@ def published_candidate(
         tuple(cell for cell in results if isinstance(cell, Unproved)),
         search.points,
     )
-
-
-def overlap_candidates(law: PublishedLaw) -> Iterator[PublishedCandidate]:
-    """Yield candidates for other overlaps, half to twice the law's, at narrow windows of wind.
-
-    One window of ``WINDOW`` m/s per m/s is examined, the first one half a metre per second above
-    cut-in.  Each candidate claims the windows that were found, and lists the others as not proved.
-    """
-    coupling, turbine = law.coupling, law.turbine
-    starts = np.arange(turbine.cut_in + 0.5, turbine.cut_out, 1.0)
-    windows = [(float(v), float(np.round(v + WINDOW, 9))) for v in starts]
-    for speed in SHARES:
-        for torque in SHARES:
-            if speed == torque == 1.0:
-                continue
-            other_law = with_overlaps(
-                law,
-                speed_overlap=_short(coupling.speed_ramp.width * speed),
-                torque_overlap=_short(coupling.torque_overlap * torque),
-            )
-            yield claiming_what_holds(
-                published_candidate(other_law, winds=windows, narrowest=WINDOW / 8)
-            )
-
-
-def claiming_what_holds(candidate: PublishedCandidate) -> PublishedCandidate:
-    """Return the candidate for the fully covered windows; unchanged if there are none."""
-    covered = candidate.covered
-    holding = [
-        (low, high)
-        for low, high in candidate.winds
-        if any(start <= low and high <= stop for start, stop in covered)
-    ]
-    return replace(candidate, winds=tuple(holding)) if holding else candidate
 
 
 def with_overlaps(
@@ -189,56 +145,6 @@ def _joined(gaps: Sequence[Unproved]) -> list[Unproved]:
         else:
             joined.append(gap)
     return joined
-
-
-def published_law_data(law: PublishedLaw) -> dict[str, Any]:
-    """Return the law as plain data, the same in gain file and certificate.
-
-    ``partial`` and ``full`` hold the trim table that the premises refer to, the premises' bounds,
-    the rules as corners of the premises, and the gains per rule with the published signs.
-    """
-    turbine, coupling = law.turbine, law.coupling
-    data: dict[str, Any] = {
-        "name": law.name,
-        "states": 3 if law.tracking_time is None else 4,
-        "speed_setpoint": law.speed_setpoint,
-        "minimum_rotor_speed": turbine.minimum_rotor_speed,
-        "optimal_tip_speed_ratio": optimal_tip_speed_ratio(turbine),
-        "largest_tip_speed_ratio": TABLE_SHARE * turbine.torque.x_range[1],
-        "cut_in": turbine.cut_in,
-        "cut_out": turbine.cut_out,
-        "rated_torque": coupling.rated_torque,
-        "pitch_min": turbine.pitch_min,
-        "pitch_max": turbine.pitch_max,
-        "coupling": {
-            "variant": coupling.variant,
-            "speed_ramp_start": coupling.speed_ramp.start,
-            "speed_overlap": coupling.speed_ramp.width,
-            "speed_ramp_shape": coupling.speed_ramp.shape,
-            "torque_overlap": coupling.torque_overlap,
-            "minimum_torque": coupling.minimum_torque,
-            "top_torque": coupling.top_torque,
-        },
-        "partial": _region(law, law.partial),
-        "full": _region(law, law.full),
-    }
-    if law.tracking_time is not None:
-        data["tracking_time"] = law.tracking_time
-    return data
-
-
-def _region(law: PublishedLaw, schedule: RegionalSchedule) -> dict[str, Any]:
-    band, model = schedule_band(law, schedule), schedule.model
-    return {
-        "wind": band.wind.tolist(),
-        "rotor_speed": band.rotor_speed.tolist(),
-        "pitch": band.pitch.tolist(),
-        "premises": {p.name: [float(p.lower), float(p.upper)] for p in model.premises},
-        "rules": [list(rule) for rule in model.rules],
-        "k_speed": schedule.k_x[:, 0].tolist(),
-        "k_pitch": schedule.k_x[:, 1].tolist(),
-        "k_integral": schedule.k_I.tolist(),
-    }
 
 
 def _short(value: float, digits: int = 9) -> float:

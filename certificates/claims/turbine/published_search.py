@@ -1,27 +1,32 @@
 """Search of cells: a centre, a box and a P with which the loop of a published law contracts.
 
-The search uses floating point; its result is a candidate that the checker decides.
+Ranges of the loop are the checker's; P is sought in floating point.  The checker decides.
 """
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 
+from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.turbine.published.inputs import PublishedLaw as CheckedLaw
+from takagi.certificates.checker.turbine.published.loop import Ends, field_at_centre, jacobians
+from takagi.certificates.checker.turbine.rotor import Plant
+from takagi.certificates.document.certificate_file import published_law_data, turbine_data
 from takagi.lmi.analysis.invariant_ellipsoid import contraction, lyapunov_candidates
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
-from takagi.models.laws.published.law import PublishedLaw
-from takagi.models.laws.published.loop_cells import (
-    PublishedCell,
-    disturbance_bound,
-    enclosed_cell,
-    wind_breaks,
-)
-from takagi.models.laws.published.loop_tables import LoopFigures, loop_figures
+from takagi.models.intervals.interval import exact
+from takagi.models.laws.published.law import Equilibrium, PublishedLaw, equilibrium
+from takagi.models.turbine.data import Turbine
 
 Span = tuple[float, float]
 
@@ -44,6 +49,30 @@ P_DIGITS = 6
 RESERVE = 0.97
 # Winds are decimals: their differences meet a width up to rounding alone.
 ROUNDED = 1 - 1e-9
+
+
+# Decimals of the stated ranges.
+EMITTED_DIGITS = 7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PublishedCell:
+    """Ranges of the loop over one cell, in units of the box.
+
+    Attributes
+    ----------
+    wind : (v_1, v_2) [m/s].
+    centre : (2, n) z_0 at both winds;  box : (n,) r.  Units rad/s, rad, rad.
+    low, high : (corners, n, n) [1/s].
+    disturbance : (n,) bound on |d_i| / r_i [1/s].
+    """
+
+    wind: Span
+    centre: Floats
+    box: Floats
+    low: Floats
+    high: Floats
+    disturbance: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +105,8 @@ class PublishedSearch:
     """
 
     law: PublishedLaw
-    figures: LoopFigures
+    plant: Plant
+    stated: CheckedLaw
     narrowest: float
     ladder: tuple[float, ...] = ()
     points: dict[float, Equilibrium] = field(default_factory=dict)
@@ -85,7 +115,46 @@ class PublishedSearch:
     def of(
         cls, law: PublishedLaw, *, narrowest: float = NARROWEST, ladder: tuple[float, ...] = ()
     ) -> PublishedSearch:
-        return cls(law, loop_figures(law), narrowest, ladder)
+        """Return the search; turbine and law are read as the checker reads them.
+
+        Raises
+        ------
+        ModelError : a law that no claim covers.
+        """
+        limit, torque = law.turbine.rated_torque, law.coupling.rated_torque
+        if torque != limit:
+            raise ModelError(
+                f"the filter holds torque at {torque:.6g} N m, the turbine's limit is {limit:.6g} "
+                "N m; a claim needs them equal"
+            )
+        try:
+            stated = CheckedLaw.read(read_text(json.dumps(published_law_data(law)), "gains"))
+        except CertificateError as error:
+            raise ModelError(f"no claim can be made of this law: {error}") from error
+        return cls(law, _plant(law.turbine), stated, narrowest, ladder)
+
+    def enclosed(self, wind: Span, centre: Floats, box: Floats, field: Floats) -> PublishedCell:
+        """Return the loop's ranges over one cell, in short decimals; ``field`` is at the centre.
+
+        Raises
+        ------
+        Refused : the box leaves the coefficient table or may demand more than the pitch rate
+            limit, or an integral gain may vanish in it.
+        """
+        ends = _ends(wind, centre, box)
+        matrices = jacobians(self.plant, self.stated, self.stated.overlaps, ends)
+        scale = 10**EMITTED_DIGITS
+        low = [[[e.low * scale // ONE for e in row] for row in rows] for rows in matrices]
+        high = [[[-(-e.high * scale // ONE) for e in row] for row in rows] for rows in matrices]
+        disturbance = np.ceil((field / box + 1e-6) * scale) / scale
+        lowest, highest = np.array(low) / scale, np.array(high) / scale
+        return PublishedCell(wind, centre, box, lowest, highest, disturbance)
+
+    def field_at(self, wind: Span, centre: Floats) -> Floats:
+        """Return (n,) bounds of |f_i(z_0(v), v)| over the cell, in SI units."""
+        ends = _ends(wind, centre, np.zeros(centre.shape[1]))
+        sizes = field_at_centre(self.plant, self.stated, self.stated.overlaps, ends)
+        return np.array([size / ONE for size in sizes])
 
     def rest(self, wind: float) -> Equilibrium:
         """Return the equilibrium, computed once."""
@@ -100,10 +169,7 @@ class PublishedSearch:
         if without:
             return Unproved(wind, _without(without[0]), hopeless=len(without) == len(ends))
         centre = np.round(
-            [
-                [p.rotor_speed, max(p.pitch, self.figures.pitch_limits[0]), *p.integrals]
-                for p in ends
-            ],
+            [[p.rotor_speed, max(p.pitch, self.law.turbine.pitch_min), *p.integrals] for p in ends],
             CENTRE_DIGITS,
         )
         return self._around(wind, centre, _kind(ends))
@@ -111,9 +177,9 @@ class PublishedSearch:
     def _around(self, wind: tuple[float, float], centre: Floats, kind: str) -> FoundCell | Unproved:
         units = UNITS[: centre.shape[1]]
         try:
-            bound = disturbance_bound(self.figures, wind, centre)
-            probe = enclosed_cell(self.figures, wind, centre, units * PROBE, bound)
-        except ModelError as error:
+            bound = self.field_at(wind, centre)
+            probe = self.enclosed(wind, centre, units * PROBE, bound)
+        except Refused as error:
             return Unproved(wind, str(error))
         # All units of the probe are scaled equally, which does not change A.
         middle = (probe.low + probe.high) / 2
@@ -125,7 +191,7 @@ class PublishedSearch:
             for P in candidates:
                 try:
                     contracting = self._with(wind, centre, units, P, size, bound)
-                except ModelError:
+                except Refused:
                     # This box leaves the range that can be enclosed; another shape may stay inside.
                     continue
                 if contracting is not None:
@@ -180,7 +246,7 @@ class PublishedSearch:
         extent = np.sqrt(np.diag(np.linalg.inv(P)))
         box = units * extent / (units[0] * extent[0]) * size
         box = np.array([float(f"{r:.{BOX_DIGITS}g}") for r in box])
-        cell = enclosed_cell(self.figures, wind, centre, box, bound)
+        cell = self.enclosed(wind, centre, box, bound)
         scaled = P * np.outer(box / units, box / units)
         # The set touches the box in its tightest direction, up to a small margin for rounding.
         scaled *= np.diag(np.linalg.inv(scaled)).max() * (1 + 1e-5)
@@ -199,12 +265,38 @@ def search_cells(
     search: PublishedSearch, winds: tuple[float, float]
 ) -> Iterator[FoundCell | Unproved]:
     """Yield cells over a range of winds, halved where they fail, down to the narrowest."""
-    breaks = wind_breaks(search.figures, *winds)
+    breaks = wind_breaks(search.stated, search.plant.radius, *winds)
     for low, high in zip(breaks, breaks[1:], strict=False):
         count = max(1, int(np.ceil((high - low) / WIDEST - 1e-9)))
         nodes = [float(v) for v in np.round(np.linspace(low, high, count + 1), 9)]
         for wind in zip(nodes, nodes[1:], strict=False):
             yield from _halved(search, wind)
+
+
+def wind_breaks(law: CheckedLaw, radius: Fraction, low: float, high: float) -> list[float]:
+    """Return the winds between which tables and reference speed are smooth, ends included.
+
+    Where the reference speed bends is not a decimal: two breaks enclose such a wind.
+    """
+    nodes = {float(v) for v in (*law.partial.wind, *law.full.wind)}
+    for speed, ratio in (
+        (law.minimum_speed, law.optimal_ratio),
+        (law.setpoint, law.optimal_ratio),
+        (law.minimum_speed, law.largest_ratio),
+    ):
+        bend = float(speed * radius / ratio)
+        nodes |= {math.floor(bend * 1e6) / 1e6, math.ceil(bend * 1e6) / 1e6}
+    return sorted({low, high, *(v for v in nodes if low < v < high)})
+
+
+@lru_cache(maxsize=4)
+def _plant(turbine: Turbine) -> Plant:
+    return Plant.read(read_text(json.dumps(turbine_data(turbine, ())), "model"))
+
+
+def _ends(wind: Span, centre: Floats, box: Floats) -> Ends:
+    first, last = ([exact(z) for z in row] for row in centre.tolist())
+    return Ends((exact(wind[0]), exact(wind[1])), (first, last), [exact(r) for r in box.tolist()])
 
 
 def _halved(search: PublishedSearch, wind: tuple[float, float]) -> Iterator[FoundCell | Unproved]:

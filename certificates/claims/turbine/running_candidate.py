@@ -26,7 +26,8 @@ import scipy.sparse as sp
 
 from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
+from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, cut, factors
 from takagi.certificates.checker.turbine.running_loop.equations import (
     Rows,
@@ -149,7 +150,7 @@ def _two_digits(value: Fraction) -> Fraction:
 
 def _pieces(cell: Cell) -> list[Span]:
     """Return the pieces of the pitch share: at every instant it lies in one of them."""
-    return cut(cell.share, 1 if cell.share[1] - cell.share[0] < WIDEST_SHARE else 2)
+    return cut(cell.ramp_share, 1 if cell.ramp_share[1] - cell.ramp_share[0] < WIDEST_SHARE else 2)
 
 
 def _solved(cell: Cell, decay: Fraction) -> tuple[Rows, list[dict[str, Fraction]]] | None:

@@ -18,7 +18,8 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
+from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.checker.turbine.running_loop.inputs import STATED, Machine, Sides, Span
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.claims.turbine.running_candidate import (

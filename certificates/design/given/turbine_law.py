@@ -28,11 +28,11 @@ from takagi.certificates.claims.turbine.effort_sharing import (
     failing_winds,
 )
 from takagi.certificates.claims.turbine.loop_claims import loop_document
-from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.controller.content import plain
 from takagi.certificates.design.design import Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import widened
 from takagi.certificates.design.turbine.scale import scaled_box
+from takagi.certificates.document.certificate_file import published_law_data
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import (
     EffortGains,

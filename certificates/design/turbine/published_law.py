@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.claims.turbine.published import (
-    overlap_candidates,
     published_candidate,
     published_claim,
-    published_law_data,
 )
 from takagi.certificates.design.design import StepClock
 from takagi.certificates.design.turbine.scale import region_requirements
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     provenance,
+    published_law_data,
     turbine_data,
 )
 from takagi.lmi.turbine.regional import RegionalGains, regional_gains
@@ -44,8 +43,6 @@ def claimed_law(
 ) -> tuple[PublishedLaw, Callable[[], dict[str, Any]]]:
     """Return the law that ``asked.law`` names, and a function that returns its certificate.
 
-    The claim about the chosen overlaps comes first; claims about other overlaps follow.
-
     Raises
     ------
     ModelError : a region without gains (the diagnosis says why), or overlaps that do not fit.
@@ -54,14 +51,12 @@ def claimed_law(
         law = designed_law(turbine, settings, models)
     with clock("joint analysis, wind by wind"):
         candidate = published_candidate(law)
-    with clock("joint analysis for other overlaps"):
-        candidates = [candidate, *overlap_candidates(law)]
 
     def stated() -> dict[str, Any]:
         return certificate_document(
             model=turbine_data(turbine, files),
             gains=published_law_data(law),
-            claims=[published_claim(claimed) for claimed in candidates],
+            claims=[published_claim(candidate)],
             provenance=provenance(settings, {"joint analysis": "Lyapunov equations, no solver"}),
             files=files,
         )

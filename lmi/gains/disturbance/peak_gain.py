@@ -37,8 +37,10 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.disturbance.peak_to_peak import positive_rate
 from takagi.lmi.answer import Design
 from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.condition.term import Condition, positive
+from takagi.lmi.condition.statements import pose, positive_definite
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import He, block, identity, matrix
 from takagi.lmi.gains.disturbance.design import asked_or_least, below, designed, hidden, tamed
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
@@ -55,20 +57,12 @@ from takagi.lmi.gains.disturbance.request import (
     is_definite,
     positive_number,
 )
-from takagi.lmi.gains.disturbance.sums import (
-    disturbance_parts,
-    motion_parts,
-    output_parts,
-    own,
-    root_share,
-    source_of,
-    sum_of,
-)
+from takagi.lmi.gains.disturbance.sums import LoopBlocks, root_share, source_of, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
 from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited, out_of_time
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 
@@ -112,52 +106,49 @@ def peak_pdc_condition(
     Source: Abedor, Nagpal, Poolla (1996); Boyd, El Ghaoui, Feron, Balakrishnan (1994), section
     6.1.3; Tanaka and Wang (2001).
     """
-    pose = relaxation_named(relaxation)
+    relaxed = relaxation_named(relaxation)
     plant = plant_of(model, performance, sample_time)
     rate = positive_rate(decay_rate)
     r, n, m = plant.B.shape
     Q = Unknown("Q", n, n, symmetric=True)
     M = gain_unknown(r, m, n, relaxation)
     kappa = Unknown("kappa", 1, 1, latex=r"\kappa")
-    slack, invariant = pose(_loop(plant, Q, M, rate))
-    limit_unknowns, output = pose(_output(plant, Q, M, kappa))
-    own_unknowns, restrictions = limit_lmis(Q, M, limits)
-    return Condition(
+    slack, invariant = relaxed(_loop(plant, Q, M, rate))
+    output_slack, output = relaxed(_output(plant, Q, M, kappa))
+    limit_unknowns, restrictions = limit_lmis(Q, M, limits)
+    return pose(
+        positive_definite(Q),
+        *invariant,
+        *output,
+        *restrictions,
+        minimise=kappa,
+        unknowns=(Q, M, kappa, *slack, *output_slack, *limit_unknowns),
         name=f"peak-to-peak gain, {relaxation}",
-        unknowns=(Q, M, kappa, *slack, *limit_unknowns, *own_unknowns),
-        lmis=(positive(Q), *invariant, *output, *restrictions),
-        objective={"kappa": np.ones((1, 1, 1))},
         source=source_of(plant, SOURCE),
     )
 
 
 def _loop(plant: DisturbedPlant, Q: Unknown, M: Unknown, rate: float) -> DoubleSum:
-    n, q = Q.rows, plant.E.shape[2]
-    step, root = plant.sample_time, root_share(plant)
+    step, root, loop = plant.sample_time, root_share(plant), LoopBlocks.of(plant, Q, M)
     sigma = 2.0 * rate if step is None else -float(np.expm1(-2.0 * rate * step))
     share = sigma / root**2
     latex = r"\sigma" if step is None else r"\tfrac{\sigma}s"
     # Divided so that the disturbance's block is I however slow the decay.
     shared, over = float(np.sqrt(share)), rf"\tfrac1{{\sqrt{{{latex}}}}}"
-    first = f"{over} E_{{i}}" if step is None else rf"{over} \tfrac1{{\sqrt s}} \bar E_{{i}}"
-    parts = (*motion_parts(plant, Q, M, 2), own(Q, (0, 0), share, latex))
-    fixed = (
-        *disturbance_parts(plant, 0, root**2 * shared, first),
-        *(
-            disturbance_parts(plant, 2, root * shared, rf"{over} \bar E_{{i}}")
-            if step is not None
-            else ()
-        ),
-        KnownBlock(value=-np.eye(q)[None], at=(1, 1), latex="-I"),
-    )
-    return sum_of(plant, (n, q) if step is None else (n, q, n), parts, fixed)
+    name = f"{over} E_{{i}}" if step is None else rf"{over} \tfrac1{{\sqrt s}} \bar E_{{i}}"
+    E = matrix(plant.E / (root**2 * shared), name, over="i")
+    decaying = He(loop.G) + matrix([[share]], latex) * Q
+    minus_one = -identity(plant.E.shape[2])
+    if loop.next_G is None:
+        return sum_of(plant, block([[decaying, E], [None, minus_one]]))
+    next_E = matrix(plant.E / (root * shared), rf"{over} \bar E_{{i}}", over="i")
+    theta = block([[decaying, E, None], [None, minus_one, None], [loop.next_G, next_E, -Q]])
+    return sum_of(plant, theta)
 
 
 def _output(plant: DisturbedPlant, Q: Unknown, M: Unknown, kappa: Unknown) -> DoubleSum:
-    n, p = Q.rows, plant.C.shape[1]
-    bound = SumPart(unknown=kappa, left=-np.eye(p)[None], at=(1, 1), latex=("-", "I"))
-    parts = (own(Q, (0, 0)), *output_parts(plant, Q, M, (1, 0), by_share=False), bound)
-    return sum_of(plant, (n, p), parts, (), name="output")
+    Z, p = LoopBlocks.of(plant, Q, M).output, plant.C.shape[1]
+    return sum_of(plant, block([[-Q, None], [Z, -kappa * identity(p)]]), "output")
 
 
 # Rates are looked for from the slowest over this to the fastest times it.

@@ -39,7 +39,8 @@ import numpy as np
 
 from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import holds, margin
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.statements import pose
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.cone.cone_program import (
@@ -52,6 +53,7 @@ from takagi.lmi.cone.cone_program import (
     pack,
 )
 from takagi.lmi.decision.outcome import Outcome, promised
+from takagi.lmi.expressions.expression import He, block, matrix, trace
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
@@ -109,35 +111,16 @@ def _answers(program: ConeProgram) -> Iterator[Raw]:
 
 def _gramian_condition(A: Floats, B: Floats, E: Floats, C: Floats, D: Floats) -> Condition:
     n, m, p = len(A), B.shape[1], len(C)
-    eye, output = np.eye(n)[None], np.eye(p)[None]
     X, L = Unknown("X", n, n, symmetric=True), Unknown("L", m, n)
     V = Unknown("V", p, p, symmetric=True)
-    loop = LMI(
-        name="Gramian",
-        blocks=(n,),
-        terms=(
-            Term(unknown=X, left=-A[None], right=eye, plus_transpose=True),
-            Term(unknown=L, left=B[None], right=eye, plus_transpose=True),
-        ),
-        constants=(Constant(value=-(E @ E.T)[None]),),
-        strict=False,
-    )
-    output_lmi = LMI(
-        name="output",
-        blocks=(p, n),
-        terms=(
-            Term(unknown=V, left=output, right=output),
-            Term(unknown=X, left=C[None], right=eye, at=(0, 1)),
-            Term(unknown=L, left=-D[None], right=eye, at=(0, 1)),
-            Term(unknown=X, left=eye, right=eye, at=(1, 1)),
-        ),
-        strict=False,
-    )
-    return Condition(
-        name="controllability Gramian",
+    loop = He(matrix(B, "B") @ L - matrix(A, "A") @ X)
+    output = block([[V, matrix(C, "C") @ X - matrix(D, "D") @ L], [None, X]])
+    return pose(
+        (loop >= matrix(E @ E.T, r"E E^\top")).named("Gramian"),
+        (output >= 0).named("output"),
+        minimise=trace(V),
         unknowns=(X, L, V),
-        lmis=(loop, output_lmi),
-        objective={"V": output},
+        name="controllability Gramian",
     )
 
 

@@ -28,19 +28,21 @@ Information Sciences 179, for continuous time.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.argument_checks import decay_parameter
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
+from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
 from takagi.lmi.gains.decay.condition import size_of_motion, theta_weight
-from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol, gain_unknown
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
-from takagi.lmi.sums.membership_shape import double_sums, rate_parts, rule_table
+from takagi.lmi.gains.requirements.closed_loop import gain_unknown
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees
 from takagi.lmi.varying.parameter_space import Space
@@ -77,251 +79,84 @@ class SoughtGains:
         return len(self.A)
 
     @property
-    def slack(self) -> Member:
-        """Return which member of G appears in Theta_ij."""
-        return "first" if self.G.count == 1 else "gain"
+    def P_i(self) -> Expression:
+        """Return the vertex's P, or S."""
+        table = rule_table(self.rules, "vertex", self.members)
+        return self.P.members(table, f"{self.P.symbol}_{{i}}")
 
     @property
-    def slack_symbol(self) -> str:
-        return self.G.symbol if self.G.count == 1 else f"{self.G.symbol}_{{j}}"
+    def closed(self) -> Expression:
+        """Return A_i G_j - B_i M_j."""
+        A_i, B_i = matrix(self.A, "A_{i}", over="i"), matrix(self.B, "B_{i}", over="i")
+        return A_i @ self.G.over("j") - B_i @ self.M.over("j")
 
-    def of_rule(self) -> Member:
-        """Return which member of P appears in Theta_ij: that of the vertex."""
-        return rule_table(self.rules, "vertex", self.members)
-
-    def closed(
-        self, at: tuple[int, int], factor: float, latex: str = ""
-    ) -> tuple[SumPart, SumPart]:
-        """Return factor (A_i G_j - B_i M_j)."""
-        eye = np.eye(self.P.rows)[None]
-        on_diagonal = at[0] == at[1]
-        return (
-            SumPart(
-                unknown=self.G,
-                left=factor * self.A,
-                right=eye,
-                at=at,
-                member=self.slack,
-                plus_transpose=on_diagonal,
-                latex=(f"{latex}A_{{i}}", ""),
-                symbol=self.slack_symbol,
-            ),
-            SumPart(
-                unknown=self.M,
-                left=-factor * self.B,
-                right=eye,
-                at=at,
-                member=gain_member(self.M),
-                plus_transpose=on_diagonal,
-                latex=(f"-{latex}B_{{i}}", ""),
-                symbol=gain_symbol(self.M),
-            ),
-        )
-
-    def sum_of(self, parts: Sequence[SumPart], name: str = "") -> DoubleSum:
-        """Return the double sum of two blocks with these parts."""
-        n = self.P.rows
-        return DoubleSum(
-            rules=self.rules,
-            blocks=(n, n),
-            parts=tuple(parts),
-            weight=self.weight,
-            name=name,
-            corners=self.corners if self.products else None,
-        )
+    def sums_of(self, thetas: Sequence[Expression], name: str) -> tuple[DoubleSum, ...]:
+        """Return the double sums of these Theta_ij."""
+        corners = self.corners if self.products else None
+        return double_sums(thetas, name, rules=self.rules, weight=self.weight, corners=corners)
 
 
-def discrete_sums(sought: SoughtGains) -> tuple[DoubleSum, ...]:
-    """Return the module's double sums, one for each next rule; rho^2 is ``contraction``."""
-    P, G, r = sought.P, sought.G, sought.rules
-    eye = np.eye(P.rows)[None]
-    common = (
-        SumPart(
-            unknown=P,
-            left=eye,
-            right=eye,
-            member=sought.of_rule(),
-            parameter="contraction",
-            latex=(r"\rho^2", ""),
-            symbol=f"{P.symbol}_{{i}}",
-        ),
-        SumPart(
-            unknown=G,
-            left=-eye,
-            right=eye,
-            member=sought.slack,
-            plus_transpose=True,
-            parameter="contraction",
-            latex=(r"-\rho^2", ""),
-            symbol=sought.slack_symbol,
-        ),
-        *sought.closed((1, 0), 1.0),
-    )
+def discrete_sums(sought: SoughtGains, contraction: Parameter) -> tuple[DoubleSum, ...]:
+    """Return the module's double sums, one for each next rule."""
+    P, r = sought.P, sought.rules
+    first = contraction * (sought.P_i - He(sought.G.over("j")))
     following = [
-        SumPart(
-            unknown=P,
-            left=-eye,
-            right=eye,
-            at=(1, 1),
-            member=np.full((r, r), member),
-            latex=("-", ""),
-            symbol=f"{P.symbol}_{{{number + 1}}}",
-        )
+        P.members(np.full((r, r), member), f"{P.symbol}_{{{number + 1}}}")
         for number, member in enumerate(sought.members)
     ]
-    return double_sums(
-        sought.sum_of(common), [(next_part,) for next_part in following], "next rule"
-    )
+    thetas = [block([[first, None], [sought.closed, -P_l]]) for P_l in following]
+    return sought.sums_of(thetas, "next rule")
 
 
 def continuous_sums(
     sought: SoughtGains,
     velocities: Sequence[Sequence[Floats]],
+    alpha: Parameter,
     eps: float,
     kappa: float,
 ) -> tuple[DoubleSum, ...]:
-    """Return the module's double sums, one for each velocity; alpha is the parameter ``alpha``.
+    """Return the module's double sums, one for each velocity.
 
     Parameters
     ----------
     velocities : corners of dw^k/dt, each one array a simplex.
     """
     P, G = sought.P, sought.G
-    eye = np.eye(P.rows)[None]
-    rule_member, symbol = sought.of_rule(), f"{P.symbol}_{{i}}"
-    across = kappa / np.sqrt(eps)
-    parts = (
-        *sought.closed((0, 0), 1.0),
-        SumPart(
-            unknown=P,
-            left=2.0 * eye,
-            right=eye,
-            member=rule_member,
-            parameter="alpha",
-            latex=(r"2\alpha", ""),
-            symbol=symbol,
-        ),
-        SumPart(
-            unknown=P,
-            left=across * eye,
-            right=eye,
-            at=(1, 0),
-            member=rule_member,
-            latex=("c", ""),
-            symbol=symbol,
-        ),
-        SumPart(unknown=G, left=-across * eye, right=eye, at=(0, 1), latex=("-c", "")),
-        *sought.closed((1, 0), float(np.sqrt(eps)), "d "),
-        SumPart(
-            unknown=G,
-            left=-kappa * eye,
-            right=eye,
-            at=(1, 1),
-            plus_transpose=True,
-            latex=(r"-\kappa", ""),
-        ),
+    c, d = matrix([[kappa / np.sqrt(eps)]], "c"), matrix([[float(np.sqrt(eps))]], "d")
+    first = He(sought.closed) + 2 * alpha * sought.P_i
+    across = c * sought.P_i - (c * G).T + d * sought.closed
+    last = -He(matrix([[kappa]], r"\kappa") * G)
+    rates = (
+        rate_of(P, sought.corners, velocity, members=sought.members) for velocity in velocities
     )
-    plain = sought.sum_of(parts)
-    rate_terms = [
-        rate_parts(P, sought.corners, velocity, members=sought.members) for velocity in velocities
-    ]
-    return double_sums(plain, rate_terms)
+    thetas = [block([[first + rate, None], [across, last]]) for rate in rates]
+    return sought.sums_of(thetas, "rates")
 
 
 LARGEST_SLACK = 16.0
 
 
-def effort_lmi(sought: SoughtGains, nu: Unknown, *, discrete: bool) -> LMI:
+def effort_bound(sought: SoughtGains, nu: Unknown, *, discrete: bool) -> Inequality:
     """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; G_j + G_j' - S_i in discrete time."""
-    r, n, m = sought.rules, sought.P.rows, sought.M.rows
+    P, G, M, r = sought.P, sought.G, sought.M, sought.rules
     i, j = (index.ravel() for index in np.indices((r, r)))
-    eye = np.eye(n)[None]
-    rule_members = sought.members[i]
-    gains = j if sought.M.count > 1 else np.zeros_like(j)
-    slacks = j if sought.G.count > 1 else np.zeros_like(j)
-    first: tuple[Term, ...] = (
-        Term(
-            unknown=sought.P,
-            left=eye,
-            right=eye,
-            members=rule_members,
-            symbol=f"{sought.P.symbol}_i",
-        ),
-    )
-    if discrete:
-        first = (
-            Term(
-                unknown=sought.P,
-                left=-eye,
-                right=eye,
-                members=rule_members,
-                latex=("-", ""),
-                symbol=f"{sought.P.symbol}_i",
-            ),
-            Term(
-                unknown=sought.G,
-                left=eye,
-                right=eye,
-                members=slacks,
-                plus_transpose=True,
-                symbol=sought.slack_symbol,
-            ),
-        )
-    inputs = np.eye(m)[None]
-    return LMI(
-        name="input effort",
-        blocks=(n, m),
-        terms=(
-            *first,
-            Term(
-                unknown=sought.M,
-                left=inputs,
-                right=eye,
-                at=(1, 0),
-                members=gains,
-                symbol=gain_symbol(sought.M),
-            ),
-            Term(unknown=nu, left=inputs, at=(1, 1), latex=("", "I")),
-        ),
-        count=r * r,
-        strict=False,
-        index=rf"i, j = 1, \dots, {r}",
-    )
+
+    def of_gain(X: Unknown) -> Expression:
+        return X.members(j, f"{X.symbol}_{{j}}") if X.count > 1 else X.as_expression()
+
+    P_i = P.members(sought.members[i], f"{P.symbol}_i")
+    first = -P_i + He(of_gain(G)) if discrete else P_i
+    effort = block([[first, None], [of_gain(M), nu * np.eye(M.rows)]]) >= 0
+    return effort.named("input effort", rf"i, j = 1, \dots, {r}")
 
 
-def scale_lmis(sought: SoughtGains) -> tuple[LMI, ...]:
+def scale_bounds(sought: SoughtGains) -> tuple[Inequality, ...]:
     """Pose 0 < P_i <= I, and |G| <= 16, which only keeps the slack finite."""
-    P, G = sought.P, sought.G
-    eye = np.eye(P.rows)[None]
-    every, slack_members = np.arange(P.count), np.arange(G.count)
-    member_term = Term(unknown=P, left=eye, right=eye, members=every, symbol=f"{P.symbol}_i")
-    bound = Constant(value=LARGEST_SLACK * eye, latex=f"{LARGEST_SLACK:g} I")
+    size = LARGEST_SLACK * np.eye(sought.P.rows)
     return (
-        LMI(
-            name=f"{P.symbol} positive definite",
-            blocks=(P.rows,),
-            terms=(member_term,),
-            count=P.count,
-            index=rf"i = 1, \dots, {P.count}",
-        ),
-        LMI(
-            name=f"scale of {P.symbol}",
-            blocks=(P.rows,),
-            terms=(member_term,),
-            constants=(Constant(value=-eye, latex="-I"),),
-            sign=-1,
-            count=P.count,
-            strict=False,
-            index=rf"i = 1, \dots, {P.count}",
-        ),
-        LMI(
-            name="scale of G",
-            blocks=(P.rows, P.rows),
-            terms=(Term(unknown=G, left=eye, right=eye, at=(0, 1), members=slack_members),),
-            constants=(bound, replace(bound, at=(1, 1))),
-            count=G.count,
-            strict=False,
-        ),
+        positive_definite(sought.P),
+        scale_bound(sought.P),
+        (block([[size, sought.G], [None, size]]) >= 0).named("scale of G"),
     )
 
 
@@ -381,23 +216,21 @@ class FuzzyRequest:
         """Return the condition; eps is the scalar of continuous time."""
         sought = self.sought(alpha)
         nu = Unknown("nu", 1, 1, latex=r"\nu")
-        slack_unknowns: tuple[Unknown, ...] = ()
-        lmis: tuple[LMI, ...] = scale_lmis(sought)
-        sums: tuple[DoubleSum, ...]
+        rate = decay_parameter(alpha, self.sample_time)
         if self.discrete:
-            sums = discrete_sums(sought)
+            sums = discrete_sums(sought, rate)
         else:
             motion = continuous_motion(self.space, self._degrees(), self.rates)
-            sums = continuous_sums(sought, motion.velocities, eps, self.kappa)
-        for double_sum in sums:
-            slack, relaxed_lmis = relaxation_named(self.relaxation)(double_sum)
-            slack_unknowns, lmis = (*slack_unknowns, *slack), (*lmis, *relaxed_lmis)
-        return Condition(
+            sums = continuous_sums(sought, motion.velocities, rate, eps, self.kappa)
+        relaxed = relaxation_named(self.relaxation)
+        return pose(
+            *scale_bounds(sought),
+            *(lmi for double_sum in sums for lmi in relaxed(double_sum)[1]),
+            effort_bound(sought, nu, discrete=self.discrete),
+            minimise=nu,
+            unknowns=(sought.P, sought.G, sought.M, nu),
+            parameters=(rate,),
             name=f"fuzzy Lyapunov function and gains, {self.relaxation}",
-            unknowns=(sought.P, sought.G, sought.M, nu, *slack_unknowns),
-            lmis=(*lmis, effort_lmi(sought, nu, discrete=self.discrete)),
-            objective={"nu": np.ones((1, 1, 1))},
-            parameters=rate_parameter(alpha, self.sample_time),
             source="de Oliveira, Bernussou and Geromel (1999); Guerra and Vermeiren (2004)"
             if self.discrete
             else "Mozelli, Palhares and Avellar (2009)",

@@ -54,6 +54,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.pole_region import coefficient_latex, region_weight
+from takagi.lmi.argument_checks import decay_parameter
 from takagi.lmi.condition.region import (
     EigenvalueRegion,
     RegionPart,
@@ -64,8 +65,9 @@ from takagi.lmi.condition.region import (
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
+from takagi.lmi.expressions.expression import He, Parameter, block, matrix
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart, double_sum_of
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
@@ -107,9 +109,10 @@ def closed_loop(
     *,
     weight: float,
     discrete: bool = False,
+    rate: Parameter | None = None,
     corners: Corners | None = None,
 ) -> DoubleSum:
-    """Return the module's double sum; alpha is the parameter ``alpha``, rho^2 ``contraction``.
+    """Return the module's double sum.
 
     Parameters
     ----------
@@ -117,49 +120,18 @@ def closed_loop(
     Q, M : unknowns; M has r members, or one for a gain that all rules share.
     weight : margin of Theta for a margin 1 of Q.
     discrete : x+ = A x + B u in the place of x' = A x + B u.
+    rate : alpha, or rho^2 in discrete time; None takes ``decay_parameter``, whose value the
+        condition then has in its parameters.
     corners : as in ``DoubleSum``.
     """
-    r, n = A.shape[:2]
-    eye = np.eye(n)[None]
-    motion_block = (1, 0) if discrete else (0, 0)
-    parts = [
-        SumPart(
-            unknown=Q,
-            left=A,
-            right=eye,
-            at=motion_block,
-            plus_transpose=not discrete,
-            latex=("A_{i}", ""),
-        ),
-        SumPart(
-            unknown=M,
-            left=-B,
-            right=eye,
-            at=motion_block,
-            plus_transpose=not discrete,
-            member=gain_member(M),
-            latex=("-B_{i}", ""),
-            symbol=gain_symbol(M),
-        ),
-    ]
+    A_i, B_i = matrix(A, "A_{i}", over="i"), matrix(B, "B_{i}", over="i")
+    G = A_i @ Q - B_i @ M.over("j")
+    rate = rate or decay_parameter(0.0, 1.0 if discrete else None)
     if discrete:
-        parts += [
-            SumPart(
-                unknown=Q, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")
-            ),
-            SumPart(unknown=Q, left=-eye, right=eye, at=(1, 1), latex=("-", "")),
-        ]
+        theta = block([[-rate * Q, None], [G, -Q]])
     else:
-        parts.append(
-            SumPart(unknown=Q, left=2.0 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", ""))
-        )
-    return DoubleSum(
-        rules=r,
-        blocks=(n, n) if discrete else (n,),
-        parts=tuple(parts),
-        weight=weight,
-        corners=corners,
-    )
+        theta = He(G) + 2 * rate * Q
+    return double_sum_of((theta << 0).named("", weight=weight), rules=len(A), corners=corners)
 
 
 def region_sums(

@@ -382,8 +382,6 @@ class LoopCell:
     reference_slope : |omega*' - kappa m mu f| [rad/s per m/s], the part of the moving reference
         that the torque's feed-forward does not compensate.
     lag_disturbance : |w_zeta| [rad/s^3], the part that the pitch lead does not compensate.
-    torque : reachable command [N m];  pitch : reachable angle [rad].
-    pitch_rate : largest demanded rate (beta_ref - beta)/tau [rad/s], before the limit.
     """
 
     wind: Interval
@@ -401,9 +399,6 @@ class LoopCell:
     effectiveness_slope: Fraction
     reference_slope: Fraction
     lag_disturbance: Fraction
-    torque: Interval
-    pitch: Interval
-    pitch_rate: Fraction
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from importlib.resources import files
 from typing import Any
 
 from takagi.models.errors import ModelError
@@ -18,6 +17,7 @@ from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
 from takagi.reports.code.proof_words import as_list, proof_lines
 from takagi.reports.code.targets import Exported, ExportSettings
+from takagi.reports.code.templates import filled
 
 TEMPLATES = ("discon.h", "discon.c", "discon_files.c", "DISCON.IN", "Makefile", "README.md")
 READ = ("speed", "measured_speed", "pitch", "wind_guess", "wind_estimate")
@@ -65,7 +65,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
             variant.law.header,
             variant.law.source,
         )
-    files |= {name: _filled(name, context) for name in TEMPLATES}
+    files |= {name: filled("discon.templates", name, context) for name in TEMPLATES}
     use = {
         "Makefile": f"make: gives {context['library']}",
         "DISCON.IN": "settings, each explained; the simulator's DLL_InFile",
@@ -161,14 +161,3 @@ def _own_filter(program: ControllerProgram) -> str:
 def _double(number: Any) -> str:
     """Return a number as a literal of type double."""
     return repr(float(number))
-
-
-def _filled(name: str, context: dict[str, Any]) -> str:
-    # Imported here: no other target needs it.
-    from jinja2 import Environment, StrictUndefined
-
-    room = files("takagi.reports.code.discon.templates")
-    text = (room / f"{name}.jinja").read_text(encoding="utf-8")
-    # No escaping: the templates are C and plain text.
-    environment = Environment(undefined=StrictUndefined, keep_trailing_newline=True)
-    return environment.from_string(text).render(context)

@@ -10,7 +10,7 @@ Source of keywords and functions: IEC 61131-3:2013, tables of keywords and of st
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 
 from takagi.models.errors import ModelError
@@ -19,6 +19,7 @@ from takagi.reports.code.controller_program import (
     Call,
     Constant,
     Formula,
+    Kept,
     Name,
     Number,
     Operation,
@@ -106,11 +107,21 @@ class Statements:
         self.indices: list[str] = []  # INT
         self.arrays: dict[str, int] = {}  # LREAL, by their last index
         self.found: dict[tuple[object, ...], str] = {}
-        self.indent = "    "
+        self.indent = ""
 
     def say(self, line: str) -> None:
         """Add a line."""
         self.lines.append(f"{self.indent}{line}")
+
+    def start(self, states: Iterable[Kept]) -> None:
+        """Add the start of kept values, at the first sample alone."""
+        lookups = dict(self.found)
+        self.say("IF NOT started THEN")
+        self.indent = "    "
+        for state in states:
+            self.say(f"{self.words[state.name]} := {self.text(state.start)};")
+        self.indent, self.found = "", lookups
+        self.say("END_IF;")
 
     def assign(self, assignment: Assignment) -> None:
         """Add an assignment; where it has ``near``, the formula of the place where it holds."""

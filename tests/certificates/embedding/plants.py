@@ -10,7 +10,6 @@ from takagi.certificates import Checked, Claim
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import TSModel, sector_model
@@ -29,7 +28,7 @@ def library_model(name: str) -> TSModel:
 
 def said_of(data: Any) -> Claim:
     """Return the checker's word on a plant's data, without a file around it."""
-    return in_words(embedding_outcome(as_read(data)))
+    return embedding_outcome(as_read(data)).in_words()
 
 
 def embedding_outcome(model: Any, gains: Any = None, claim: Any = CLAIM) -> Outcome:

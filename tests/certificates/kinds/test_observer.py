@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.replay.model_loop import read_model_loop
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests import ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.decimals import as_read
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -226,7 +225,7 @@ def test_what_premises_depend_on_is_looked_for_among_outputs(
     claim = {"name": "m", "kind": "observer", "L": [[[0] * p] * 2], "decay_rate": 0.5}
     family = replace(read_model_loop(as_read(two_states(C)), None), scheduled_by=(depends_on,))
 
-    found = in_words(replay(as_read(claim | {"P": [[1, 0], [0, 1]]}), None, family, [], "claim"))
+    found = replay(as_read(claim | {"P": [[1, 0], [0, 1]]}), None, family, [], "claim").in_words()
 
     assert found.verdict is verdict
     assert verdict is Verdict.PROVED or "not measured" in found.text

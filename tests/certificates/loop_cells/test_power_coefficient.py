@@ -133,8 +133,7 @@ def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any
     from takagi.certificates.checker import read_text
     from takagi.certificates.checker.arithmetic.interval import ONE
     from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
-    from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
-    from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
+    from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
     from takagi.certificates.document.certificate_file import dumps
 
     read = read_text(dumps(short), "certificate")
@@ -142,7 +141,7 @@ def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any
     plant, law = subject.plant, subject.law
     one, p = Fraction(1), Fraction(3, 100)
     for k in range(len(law.wind) - 1):
-        alone = residual(Moving(subject, k, Fraction(0)), (one, one))
+        alone = Loop(subject, k, Fraction(0)).residual((one, one))
         asked = []
         for q in law.effort[k : k + 2]:
             reserve = max(-q, Fraction(0))
@@ -153,5 +152,5 @@ def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any
 
         for power in ((1 - p, one), (one, 1 + p), (1 - p, 1 + p / 2)):
             assert abs(
-                Fraction(residual(Moving(subject, k, Fraction(0)), power), ONE) - needed
+                Fraction(Loop(subject, k, Fraction(0)).residual(power), ONE) - needed
             ) < Fraction(1, 10**20)

@@ -18,7 +18,6 @@ from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends
 from takagi.certificates.checker.words import published as words
-from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.kinds.claims import as_read
 from tests.certificates.recorded.inputs import document, read_law
 
@@ -36,7 +35,7 @@ def recorded(*cells: Data) -> tuple[Data, Data, Data]:
 
 def answer(claim: Data, model: Data, gains: Data) -> Claim:
     data = as_read({"claims": [claim], "model": model, "gains": gains})
-    return in_words(replay(data["claims"][0], data, None, [], "here"))
+    return replay(data["claims"][0], data, None, [], "here").in_words()
 
 
 @pytest.mark.parametrize(("top", "refused"), [(44000, False), (43999.9, True), (44001, False)])
@@ -162,7 +161,7 @@ def test_winds_that_are_left_out_are_told() -> None:
 
     def said(unproved: list[dict[str, list[Number]]]) -> str:
         stated = {**claim, "unproved": unproved}
-        return in_words(replay(stated, data, None, [], "here")).text
+        return replay(stated, data, None, [], "here").in_words().text
 
     ends = "not proved: 5 to 6 m/s, where no stated cell holds"
     assert said([]).endswith(ends)

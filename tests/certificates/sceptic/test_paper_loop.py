@@ -18,11 +18,14 @@ from numpy.typing import NDArray
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
-from takagi.certificates.claims.turbine.published import published_law_data
-from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.certificates.checker.turbine.rotor import Plant
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    published_law_data,
+    turbine_data,
+)
 from takagi.models import nrel5mw
 from takagi.models.laws.published import law as model
 from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule

@@ -17,7 +17,6 @@ from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.polynomial import Quotient
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import sector_model
 from tests.certificates.embedding.plants import (
@@ -66,7 +65,7 @@ def test_a_quotient_in_an_entry_of_a_secant_model_hides_nothing() -> None:
     data["embedding"]["premises"][1]["lower"] = -1
     data["embedding"]["form"] = "secant"
     claim = {"name": "secants", "kind": "secant-embedding"}
-    found = in_words(embedding_outcome(as_read(data), claim=claim))
+    found = embedding_outcome(as_read(data), claim=claim).in_words()
     assert found.verdict is Verdict.UNDECIDED
     assert "is not the slope" in found.text
 

@@ -13,12 +13,11 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Claim, Verdict, certify
 from takagi.certificates.checker import check_document, read_text
+from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.rounded import exactly
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
 from takagi.certificates.requests.request import Request
@@ -306,9 +305,9 @@ def test_matrices_alone_are_not_said_to_be_their_plant() -> None:
     family = read_model_loop(model, None)
     claim = read_text('{"name": "a", "kind": "decay", "decay_rate": 0.5, "P": [[1]]}', "claim")
 
-    unknown = in_words(replay(claim, None, family, [], "a"))
+    unknown = replay(claim, None, family, [], "a").in_words()
     assert "for a plant that the model contains" in unknown.text
-    known = in_words(replay(claim, None, replace(family, scheduled_by=("x1 [-]",)), [], "a"))
+    known = replay(claim, None, replace(family, scheduled_by=("x1 [-]",)), [], "a").in_words()
     assert "for its plant while" in known.text
 
 

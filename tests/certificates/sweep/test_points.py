@@ -15,15 +15,17 @@ from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_cla
 from takagi.certificates.claims.turbine.published import (
     published_candidate,
     published_claim,
-    published_law_data,
     with_overlaps,
 )
-from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    published_law_data,
+    turbine_data,
+)
 from takagi.certificates.sweep import points
 from takagi.certificates.sweep.sweep import parse_axes
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLawName
+from takagi.models.laws.published.law import PublishedLawName, equilibrium
 from tests.certificates.test_paper_certificate import LAWS, make_law
 
 TURBINE = nrel5mw()

@@ -25,7 +25,6 @@ from takagi.certificates.checker.turbine.effort_sharing.corners import (
 )
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
-from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
 from takagi.certificates.checker.turbine.published.interval_matrices import contraction
 from tests.certificates.kinds.claims import resealed
@@ -192,7 +191,7 @@ def test_a_function_that_is_not_positive_definite_shows_no_rate(
 OVERLAP = Fraction(1)
 
 
-def moving(efforts: tuple[str, str], effort: str, b: tuple[str, str], gamma: str = "0") -> Moving:
+def moving(efforts: tuple[str, str], effort: str, b: tuple[str, str], gamma: str = "0") -> Loop:
     """Return a cell from wind 0 to 1 m/s that moves at 1 m/s^2, with the lag's own time as lead."""
     low, high = (Fraction(value) for value in efforts)
     law: Any = SimpleNamespace(
@@ -201,18 +200,20 @@ def moving(efforts: tuple[str, str], effort: str, b: tuple[str, str], gamma: str
         gamma=[Fraction(1), 1 + Fraction(gamma)],
         effectiveness=[Fraction(value) for value in b],
         overlap=OVERLAP,
+        effort_torque=Fraction(1),
         lead=Fraction(2),
     )
-    plant: Any = SimpleNamespace(
-        lag=Fraction(2), rate_limit=Fraction(1), gear_per_inertia=1, torque_per_inertia=1, radius=1
-    )
+    plant: Any = SimpleNamespace(lag=Fraction(2), rate_limit=Fraction(1), gear_per_inertia=1)
     box: Any = SimpleNamespace(speed_signal=Fraction(1), effort_lag=Fraction(1))
     law.slope = partial(Law.slope, law)
     subject: Any = SimpleNamespace(
-        plant=plant, law=law, box=box, uncertainty=SimpleNamespace(kappa=(Fraction(1),) * 2)
+        plant=plant,
+        law=law,
+        box=box,
+        uncertainty=SimpleNamespace(kappa=(Fraction(1),) * 2, power=(Fraction(1),) * 2),
     )
-    found = Moving(subject, 0, Fraction(1))
-    found.low, found.high = low, high
+    found = Loop(subject, 0, Fraction(1))
+    found.efforts = low, high
     return found
 
 

@@ -13,10 +13,10 @@ from takagi.certificates.checker import CertificateError, Verdict, check_documen
 from takagi.certificates.checker.turbine.effort_sharing.inputs import (
     Box,
     Law,
-    Plant,
     Settling,
     Uncertainty,
 )
+from takagi.certificates.checker.turbine.rotor import Plant
 from tests.certificates.kinds.claims import resealed
 
 KNOTS = [0, 0, 0, 0, 1, 1, 1, 1]

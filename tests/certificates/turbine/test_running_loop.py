@@ -25,20 +25,19 @@ from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.controller import turbine_content
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import OtherGains, Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
+from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, factors
 from takagi.certificates.checker.turbine.running_loop.equations import (
     Signals,
     combined,
     decay_form,
     equations,
+    rounded_form,
 )
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates
-from takagi.certificates.checker.turbine.running_loop.quadratic_forms import (
-    rounded_form,
-)
-from takagi.certificates.checker.turbine.wind_intervals import gaps
+from takagi.certificates.checker.turbine.turbine_claim import gaps
 from takagi.certificates.checker.words.ellipsoid_size import squared_reaches
 from takagi.certificates.claims.turbine.running_candidate import running_candidate
 from takagi.certificates.claims.turbine.running_loop_claim import (
@@ -270,7 +269,7 @@ def test_the_embedding_holds_the_nonlinear_loop(stored: Any, k: int) -> None:
             continue
         secants = at.secants(xi)
         for name, value in secants.items():
-            least, most = cell.share if name == "share" else spans[name]
+            least, most = cell.ramp_share if name == "share" else spans[name]
             slack = 1e-6 * max(1.0, abs(value))
             assert least - slack <= value <= most + slack, name
         fixed = {name: (F(value), F(value)) for name, value in secants.items()}

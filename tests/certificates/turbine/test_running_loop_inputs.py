@@ -14,16 +14,14 @@ import pytest
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.turbine.running_loop.equations import FACTORS
+from takagi.certificates.checker.turbine.running_loop.equations import FACTORS, rounded_form
 from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     Sides,
     other_than_the_controller,
 )
-from takagi.certificates.checker.turbine.running_loop.quadratic_forms import rounded_form
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.checker.words.running_loop import measured
-from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.kinds.claims import resealed, verdicts
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import Change, entry, verdict
@@ -160,7 +158,7 @@ def said(document: Data) -> str:
     """Return the verdict of the one cell, or why it is refused, with the claim's words."""
     data = read(document)
     try:
-        found = in_words(replay(data["claims"][0], data, None, [], "claim"))
+        found = replay(data["claims"][0], data, None, [], "claim").in_words()
     except CertificateError as error:
         return str(error)
     return f"{found.verdict.name}: {found.text.rpartition(' m/s: ')[2]}"

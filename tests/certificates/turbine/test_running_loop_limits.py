@@ -13,7 +13,8 @@ from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.arithmetic.interval import Interval, point
 from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
+from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, factors
 from takagi.certificates.checker.turbine.running_loop.equations import rows
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
@@ -48,7 +49,7 @@ def largest(column: Any, cell: Cell) -> Fraction:
 def test_rates_of_the_commands_by_their_formula(k: int) -> None:
     """The module's text, written out once more, for columns that differ from node to node."""
     cell = cell_of(k)
-    _ = cell.lead, cell.share, cell.shed
+    _ = cell.lead, cell.ramp_share, cell.shed
     cell.near = [*range(cell.near[0], cell.near[0] + 4)]
     tilted: dict[str, Any] = {
         name: [(j + 2) * value for j, value in enumerate(getattr(cell.law, name))]
@@ -92,7 +93,7 @@ def test_each_limit_counts_from_its_own_threshold(k: int) -> None:
     """Exactly at a limit nothing is beyond it; a hair less of it is too little."""
     cell = cell_of(k)
     law, sides, rho = cell.law, cell.sides, cell.schedule_rate
-    _ = cell.pitches, cell.share, cell.shed, cell.lead  # of the honest numbers, once for all
+    _ = cell.pitches, cell.ramp_share, cell.shed, cell.lead  # of the honest numbers, once for all
     assert first_failure(limits(cell)) == ""
     torque, pitch = command_rates(cell)
     taken = max(min(abs(law.inertia[j]) * rho, law.inertia_limit[j]) for j in cell.near)
@@ -128,7 +129,7 @@ def test_pitch_keeps_its_upper_limit(k: int) -> None:
     least = cell.over(law.effectiveness, cell.reach)[0]
     asked = psi(cell.efforts[1], law.overlap) / least + law.pitch_min
     asked += lead * cell.schedule_rate / cell.b0
-    _ = cell.share, cell.shed
+    _ = cell.ramp_share, cell.shed
     cell.__dict__["pitches"] = Interval(0, 0)
     assert at(cell, law__pitch_max=asked) == ""
     assert at(cell, law__pitch_max=asked - HAIR).startswith("pitch beyond its limit")
@@ -246,7 +247,7 @@ def test_intervals_near_a_set_are_those_that_it_meets() -> None:
 def test_the_largest_feed_forward_near_the_set_counts() -> None:
     cell = cell_of(3)
     law, rho, nodes = cell.law, cell.schedule_rate, len(cell.law.wind)
-    _ = cell.pitches, cell.share, cell.shed, cell.lead
+    _ = cell.pitches, cell.ramp_share, cell.shed, cell.lead
     cell.near = [3, 4, 5]
     inertia = [F(9)] * nodes
     inertia[3:6] = [F(1), F(-2), F(3, 2)]
@@ -259,9 +260,9 @@ def test_the_largest_feed_forward_near_the_set_counts() -> None:
 
 def test_pitch_follows_from_its_lower_limit() -> None:
     cell = cell_of(3)
-    before = cell.pitch_at(cell.efforts)
+    before = cell.pitch(cell.psi(cell.efforts))
     cell.plant = replace(cell.plant, pitch_min=cell.plant.pitch_min + F(1, 50))
-    after, moved = cell.pitch_at(cell.efforts), point(F(1, 50))
+    after, moved = cell.pitch(cell.psi(cell.efforts)), point(F(1, 50))
     assert after.low - before.low in (moved.low, moved.high)
     assert after.high - before.high in (moved.low, moved.high)
 
@@ -270,7 +271,7 @@ def test_efforts_that_end_where_the_ramp_begins() -> None:
     """At -eps and below it no pitch moves: the gain is that of torque alone."""
     cell = cell_of(3)
     eps = cell.law.overlap
-    found = cell._gain((-eps - 1, -eps))
+    found = cell.effort_gain({-eps - 1, -eps}, cell.pitch_gain)
     assert found == point(cell.effort_unit)
 
 

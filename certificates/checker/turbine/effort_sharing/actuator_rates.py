@@ -35,7 +35,6 @@ from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
@@ -49,10 +48,14 @@ from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.loop_claim import IN_WIND_CLASS
-from takagi.certificates.checker.turbine.effort_sharing.prerequisite import prerequisite_claim
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import read_ranges
 from takagi.certificates.checker.turbine.members import Members, plain
-from takagi.certificates.checker.turbine.turbine_claim import TurbineClaim, row_bound
+from takagi.certificates.checker.turbine.turbine_claim import (
+    TurbineClaim,
+    prerequisite_claim,
+    row_bound,
+)
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rates import beyond_words, fed_words
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly, range_around
 
@@ -75,11 +78,11 @@ class CellRates:
         self.pitch = min(at.plant.rate_limit, lag / (at.least_b * at.plant.lag) + at.led())
         ends = product(*(cell.ranges[name] for name in ("stiffness", "loop_gain", "lag_gain")))
         self.corners = [(a - G + law.nu[k], S, G) for a, G, S in ends]
-        self.gain = at.ends(law.gamma)[1]
+        self.gain = at.over(law.gamma)[1]
         moved = abs(at.slope(law.effort)) + abs(at.slope(law.gamma)) * signal
         w = cell.drift + cell.sizes["reference_slope"] * at.rate
         self.drift = at.rate * moved + self.gain * w
-        self.torque_share = law.effort_torque * share(-at.low, law.overlap)
+        self.torque_share = law.effort_torque * share(-at.efforts[0], law.overlap)
         self.fed = law.effort_torque * abs(law.inertia[k]) * (law.inertia_limit[k] > 0)
 
     def torque_rate(self, signal_rate: Fraction, bend: Fraction) -> Fraction:

@@ -8,10 +8,8 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import (
-    matrix,
     member,
     number,
     numbers,
@@ -20,6 +18,7 @@ from takagi.certificates.checker.kernel.reader import (
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.members import plain
+from takagi.certificates.checker.turbine.rotor import Plant
 
 MOST_WINDS = 2000
 NAME = "coherent"  # of the effort-sharing law in a file
@@ -36,52 +35,6 @@ def increasing_in_floats(values: Sequence[Fraction], where: str) -> None:
     """Refuse a row that does not increase, or not in floats: a program has no other numbers."""
     if any(b - a <= FINEST * max(abs(a), abs(b)) for a, b in pairwise(values)):
         raise CertificateError(f"{where}: the numbers must increase, also as floats")
-
-
-@dataclass(frozen=True)
-class Plant:
-    """The plant's numbers; torque and gear ratio over the nominal inertia."""
-
-    torque_per_inertia: Fraction
-    gear_per_inertia: Fraction
-    radius: Fraction
-    lag: Fraction
-    rate_limit: Fraction
-    rated_speed: Fraction
-    pitch_min: Fraction
-    pitch_max: Fraction
-    surface: Spline
-
-    @classmethod
-    def read(cls, model: Any) -> Plant:
-        """Return the plant.
-
-        Refused are another kind, a constant that is not positive, and a least pitch above the
-        greatest, which is where the law's program would then hold pitch.
-        """
-        if member(model, "kind", "model") != "turbine":
-            raise CertificateError("model.kind: a turbine is needed")
-        gear = positive(model, "gear_ratio", "model")
-        inertia = number(model, "rotor_inertia", "model")
-        inertia += gear**2 * number(model, "generator_inertia", "model")
-        if inertia <= 0:
-            raise CertificateError("model: rotor and generator need a positive inertia together")
-        least, most = (number(model, f"pitch_{end}", "model") for end in ("min", "max"))
-        if least > most:
-            raise CertificateError("model: pitch_min <= pitch_max is needed")
-        table, where = member(model, "torque_surface", "model"), "model.torque_surface"
-        x, y = (numbers(table, f"{axis}_knots", where) for axis in ("tip_speed_ratio", "pitch"))
-        return cls(
-            torque_per_inertia=positive(model, "torque_constant", "model") / inertia,
-            gear_per_inertia=gear / inertia,
-            radius=positive(model, "rotor_radius", "model"),
-            lag=positive(model, "pitch_time_constant", "model"),
-            rate_limit=positive(model, "pitch_rate_limit", "model"),
-            rated_speed=positive(model, "rated_rotor_speed", "model"),
-            pitch_min=least,
-            pitch_max=most,
-            surface=Spline(x, y, matrix(table, "coefficients", where)),
-        )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,9 +12,10 @@ over J; the average of a second derivative with weight s or 1 - s lies in half o
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 
 from takagi.certificates.checker.arithmetic.dual import Dual, chained, greater, lesser, still
@@ -28,8 +29,8 @@ from takagi.certificates.checker.arithmetic.interval import (
     point,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw, Region
+from takagi.certificates.checker.turbine.rotor import Plant
 
 HALF = Interval(ONE // 2, ONE // 2)
 
@@ -107,9 +108,9 @@ class Loop:
 
     def choices(self) -> list[tuple[int, bool]]:
         """Return the (torque_end, free) whose hull holds every Jacobian."""
-        low, high = self._torque_slope()
+        low, high = self.torque_slope
         ends = (0,) if low == high else (0, 1)
-        may_be_free, may_be_held = self._pitch_cases()
+        may_be_free, may_be_held = self.pitch_cases
         cases = [case for case, there in ((True, may_be_free), (False, may_be_held)) if there]
         return list(product(ends, cases))
 
@@ -117,21 +118,13 @@ class Loop:
     @cached_property
     def rotor(self) -> Dual:
         """T_r / J = c v^2 c_Q(omega R / v, beta)."""
-        c, radius, v = (
-            point(self.plant.torque_per_inertia),
-            point(self.plant.radius),
-            self.wind.value,
-        )
-        ratio, angle = self._ratio(None, True, False), self.pitch.value
-        bounds = self.plant.surface.bounds
-        value, by_ratio = bounds(ratio, angle), bounds(ratio, angle, 1, 0)
-        cv, cvv = c * v, c * v.square()
-        by_wind = cv * (value + value - ratio * by_ratio)
+        plant, v, angle = self.plant, self.wind.value, self.pitch.value
+        ratio = self._ratio(None, True, False)
         return chained(
-            cvv * value,
-            (cv * radius * by_ratio, self.speed),
-            (cvv * bounds(ratio, angle, 0, 1), self.pitch),
-            (by_wind, self.wind),
+            plant.torque(ratio, angle, v),
+            (plant.torque_by_speed(ratio, angle, v), self.speed),
+            (plant.torque_by_pitch(ratio, angle, v), self.pitch),
+            (plant.torque_by_wind(ratio, angle, v), self.wind),
         )
 
     @cached_property
@@ -147,7 +140,7 @@ class Loop:
     @cached_property
     def partial_weights(self) -> list[Dual]:
         region = self.law.partial
-        trim = self._column(region, region.pitch)
+        trim = self._column(region, "pitch")
         return [_weight(self._speed_premise(region, trim), region.bounds[0])]
 
     @cached_property
@@ -160,7 +153,7 @@ class Loop:
         c, radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
         wind, trim = (
             self._held_wind(region.wind[0], region.wind[-1]),
-            self._column(region, region.speed),
+            self._column(region, "speed"),
         )
         ratio, bounds = self._ratio(region, True, True), self.plant.surface.bounds
         first, second = bounds(ratio, angle.value, 1, 0), bounds(ratio, angle.value, 2, 0)
@@ -185,9 +178,9 @@ class Loop:
         c, radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
         wind, trim = (
             self._held_wind(region.wind[0], region.wind[-1]),
-            self._column(region, region.pitch),
+            self._column(region, "pitch"),
         )
-        speed, bounds = self._column(region, region.speed), self.plant.surface.bounds
+        speed, bounds = self._column(region, "speed"), self.plant.surface.bounds
         ratio = self._ratio(region, False, True)
         angle = hull(trim.value, self.pitch.value)
         first, mixed = bounds(ratio, angle, 0, 1), bounds(ratio, angle, 1, 1)
@@ -214,17 +207,9 @@ class Loop:
         slope = Interval(0 if still_too else ONE, ONE if moving else 0)
         return self.wind.through(enclose(held[0], held[1]), slope)
 
-    def _column(self, region: Region, column: list[Fraction]) -> Dual:
+    def _column(self, region: Region, name: str) -> Dual:
         """Return a column of the trim table at the wind: linear between nodes, held beyond."""
-        low, high = self.ends.wind
-        places = [low, *(v for v in region.wind if low < v < high), high]
-        values = [interpolated(region.wind, column, v) for v in places]
-        runs = [
-            (b - a) / (last - first)
-            for first, last, a, b in zip(places, places[1:], values, values[1:], strict=False)
-            if last > first
-        ] or [Fraction(0)]
-        return self.wind.through(enclose(min(values), max(values)), enclose(min(runs), max(runs)))
+        return self.wind.through(*_column_range(region, name, *self.ends.wind))
 
     def _ratio(self, region: Region | None, of_state: bool, of_trim: bool) -> Interval:
         """Return the range of omega R / v for the state's speed, the trim's, or all between.
@@ -232,17 +217,16 @@ class Loop:
         Speeds and (held) wind are lines between the table's nodes, so the ratio is monotone there.
         """
         low, high = self.ends.wind
-        nodes = region.wind if region else []
         first, last = (z[0] for z in self.ends.states)
         r, found = self.ends.widths[0], []
-        for v in [low, *(node for node in nodes if low < node < high), high]:
-            at = min(max(v, nodes[0]), nodes[-1]) if region else v
+        for v in _breaks(region, low, high):
+            at, trim = _held_trim(region, v) if region else (v, None)
             if of_state:
                 share = (v - low) / (high - low) if high > low else Fraction(0)
                 middle = first + share * (last - first)
                 found += [(middle - r) / at, (middle + r) / at]
-            if of_trim and region:
-                found.append(interpolated(region.wind, region.speed, v) / at)
+            if of_trim and trim is not None:
+                found.append(trim / at)
         return enclose(min(found) * self.plant.radius, max(found) * self.plant.radius)
 
     # ------------------------------------------------------------------ torque
@@ -253,7 +237,7 @@ class Loop:
         return integral * self.state[2] - speed * self.error
 
     def _torque(self, end: int | None) -> tuple[Dual, Dual]:
-        u, slope = self.torque_command, self._torque_slope()
+        u, slope = self.torque_command, self.torque_slope
         if end is not None:
             slope = Interval(slope[end], slope[end])
         low, high = (self._passed(x) for x in u.value)
@@ -270,7 +254,8 @@ class Loop:
             return Interval(max(x, 0), max(x, 0))
         return point(limit - (limit + half - u) ** 2 / (4 * half))
 
-    def _torque_slope(self) -> Interval:
+    @cached_property
+    def torque_slope(self) -> Interval:
         """Return the range of the slope of max(phi, 0): it falls from 1 to 0 for u > 0."""
         low, high = self.torque_command.value
         limit, whole = self.law.rated_torque, self.overlaps.torque
@@ -307,7 +292,8 @@ class Loop:
         width = self.overlaps.width
         return self.speed.through(value, enclose(least / width, most / width))
 
-    def _pitch_cases(self) -> tuple[bool, bool]:
+    @cached_property
+    def pitch_cases(self) -> tuple[bool, bool]:
         """Return whether pitch may be free, and whether it may be held at a limit."""
         low, high = (self.share * self.pitch_command).value
         bottom, top = point(self.law.pitch_min), point(self.law.pitch_max)
@@ -324,7 +310,7 @@ class Loop:
             limits.append(still(bottom, u) - u)
         if blended.value[1] > top[0]:
             limits.append(still(top, u) - u)
-        may_be_free, _ = self._pitch_cases()
+        may_be_free, _ = self.pitch_cases
         parts = [rest, *limits] if may_be_free else limits
         gap = hull(*(part.value for part in parts))
         if free is None:
@@ -364,37 +350,110 @@ def _weight(premise: Dual, bounds: tuple[Fraction, Fraction]) -> Dual:
 
 def blended(region: Region, kind: int, weights: list[Dual]) -> Dual:
     """Return a gain; it is affine in each weight, so the corners of the weights give its range."""
+    table, rises = _gain_tables(region, kind)
+    values = [w.value for w in weights]
+    terms = [
+        (_corner_range(rise, values[:i] + values[i + 1 :]), weight)
+        for i, (rise, weight) in enumerate(zip(rises, weights, strict=True))
+    ]
+    return chained(_corner_range(table, values), *terms)
+
+
+@lru_cache(maxsize=64)
+def _gain_tables(region: Region, kind: int) -> tuple[list[Interval], list[list[Interval]]]:
+    """Return a gain at the corners of its weights in order, and its rises along each weight."""
     table = region.gains[kind]
-    value = _corner_range(table, [w.value for w in weights])
-    terms = []
-    for i, weight in enumerate(weights):
-        rest = [w.value for j, w in enumerate(weights) if j != i]
-        rises = {
-            corner[:i] + corner[i + 1 :]: gain - table[corner[:i] + (0,) + corner[i + 1 :]]
-            for corner, gain in table.items()
+    corners = sorted(table)
+    rises = [
+        [
+            point(table[corner] - table[corner[:i] + (0,) + corner[i + 1 :]])
+            for corner in corners
             if corner[i] == 1
-        }
-        terms.append((_corner_range(rises, rest), weight))
-    return chained(value, *terms)
+        ]
+        for i in range(len(corners[0]))
+    ]
+    return [point(table[corner]) for corner in corners], rises
 
 
-def _corner_range(table: dict[tuple[int, ...], Fraction], weights: list[Interval]) -> Interval:
-    found = []
-    for at in product(*weights):
-        total = ZERO
-        for corner, gain in table.items():
-            share = UNIT
-            for up, w in zip(corner, at, strict=True):
-                share = share * (Interval(w, w) if up else Interval(ONE - w, ONE - w))
-            total = total + point(gain) * share
-        found.append(total)
-    return hull(*found)
+def _corner_range(values: list[Interval], weights: list[Interval]) -> Interval:
+    """Return the range of what is affine in each weight, from its values at their corners."""
+    if not weights:
+        return values[0]
+    half = len(values) // 2
+    ends = []
+    for w in weights[0]:
+        low, high = Interval(ONE - w, ONE - w), Interval(w, w)
+        pairs = zip(values[:half], values[half:], strict=True)
+        ends.append(_corner_range([a * low + b * high for a, b in pairs], weights[1:]))
+    return hull(*ends)
+
+
+def _breaks(region: Region | None, low: Fraction, high: Fraction) -> list[Fraction]:
+    """Return ``low``, the nodes of a region's table between, and ``high``."""
+    nodes = region.wind if region else []
+    return [low, *nodes[bisect_right(nodes, low) : bisect_left(nodes, high)], high]
+
+
+@lru_cache(maxsize=64)
+def _column_range(
+    region: Region, name: str, low: Fraction, high: Fraction
+) -> tuple[Interval, Interval]:
+    """Return the ranges of a column of the trim table, and of its slope, over winds."""
+    column, places = getattr(region, name), _breaks(region, low, high)
+    values = [interpolated(region.wind, column, v) for v in places]
+    runs = [
+        (b - a) / (last - first)
+        for first, last, a, b in zip(places, places[1:], values, values[1:], strict=False)
+        if last > first
+    ] or [Fraction(0)]
+    return enclose(min(values), max(values)), enclose(min(runs), max(runs))
+
+
+@lru_cache(maxsize=64)
+def _held_trim(region: Region, wind: Fraction) -> tuple[Fraction, Fraction]:
+    """Return a wind, held within the trim table, and the table's rotor speed there."""
+    held = min(max(wind, region.wind[0]), region.wind[-1])
+    return held, interpolated(region.wind, region.speed, wind)
 
 
 def interpolated(wind: list[Fraction], column: list[Fraction], at: Fraction) -> Fraction:
     """Return a column of a table at a wind: linear between nodes, held beyond them."""
     v = min(max(at, wind[0]), wind[-1])
-    k = 0
-    while k < len(wind) - 2 and wind[k + 1] <= v:
-        k += 1
+    k = min(bisect_right(wind, v), len(wind) - 1) - 1
     return column[k] + (v - wind[k]) / (wind[k + 1] - wind[k]) * (column[k + 1] - column[k])
+
+
+def jacobians(
+    plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends
+) -> list[list[list[Interval]]]:
+    """Return matrices whose hull holds every Jacobian of the loop in units of the box [1/s].
+
+    Raises
+    ------
+    Refused : a range that leaves the torque table, or more than the pitch rate limit demanded.
+    """
+    loop, per_width = (
+        Loop(plant, law, overlaps, ends, "states"),
+        [point(1 / r) for r in ends.widths],
+    )
+    return [
+        [
+            [slope * factor for slope in rate.slopes]
+            for rate, factor in zip(loop.rates(*choice), per_width, strict=True)
+        ]
+        for choice in loop.choices()
+    ]
+
+
+def field_at_centre(plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
+    """Return bounds of |f_i(z_0(v), v)|, over 10^36: at the middle, and slope times half width."""
+    (v1, v2), zero = ends.wind, [Fraction(0)] * law.states
+    middle = [(a + b) / 2 for a, b in zip(*ends.states, strict=True)]
+    halfway = (v1 + v2) / 2
+    at_middle = Loop(plant, law, overlaps, Ends((halfway, halfway), (middle, middle), zero), "none")
+    along = Loop(plant, law, overlaps, Ends((v1, v2), ends.states, zero), "line")
+    half = point((v2 - v1) / 2)
+    return [
+        here.value.magnitude() + (Interval(0, line.slopes[0].magnitude()) * half).high
+        for here, line in zip(at_middle.rates(), along.rates(), strict=True)
+    ]

@@ -20,9 +20,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar, Self
 
-from takagi.certificates.checker.arithmetic.interval import ONE, Interval, point
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
     Obligations,
@@ -31,18 +30,20 @@ from takagi.certificates.checker.kernel.obligation import (
 )
 from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.interval_matrices import contraction
-from takagi.certificates.checker.turbine.published.loop import Ends, Loop
+from takagi.certificates.checker.turbine.published.loop import Ends, field_at_centre, jacobians
+from takagi.certificates.checker.turbine.rotor import Plant, Span
 from takagi.certificates.checker.turbine.turbine_claim import (
     DRIVES,
     PROGRAM,
     RIGID,
     TurbineClaim,
+    gaps,
+    merged,
 )
-from takagi.certificates.checker.turbine.wind_intervals import Span, gaps, merged
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.published import loop_name, loop_sentence, winds_words
 
 MOST_CELLS = 5000
@@ -193,18 +194,12 @@ class PublishedLoop(TurbineClaim):
         ------
         Refused : an enclosure that is refused.
         """
-        plant, law, overlaps, widths = self.plant, self.law, self.overlaps, cell.ends.widths
-        loop = Loop(plant, law, overlaps, cell.ends, "states")
-        for torque_end, free in loop.choices():
-            rates = loop.rates(torque_end, free)
-            rows = [
-                [slope * point(1 / r) for slope in rate.slopes]
-                for rate, r in zip(rates, widths, strict=True)
-            ]
+        system, ends = (self.plant, self.law, self.overlaps), cell.ends
+        for rows in jacobians(*system, ends):
             if not any(_holds(rows, low, high) for low, high in cell.corners):
                 yield never("the loop's matrix leaves the stated ranges")
-        sizes = _disturbance(plant, law, overlaps, cell.ends)
-        for size, r, bound in zip(sizes, widths, cell.disturbance, strict=True):
+        sizes = field_at_centre(*system, ends)
+        for size, r, bound in zip(sizes, ends.widths, cell.disturbance, strict=True):
             failure = "the field at the centre exceeds the stated bound"
             yield nonnegative(r * bound - Fraction(size, ONE), failure)
         yield from contraction(
@@ -233,17 +228,3 @@ def _holds(rows: list[list[Interval]], low: Rows, high: Rows) -> bool:
         for row, lows, highs in zip(rows, low, high, strict=True)
         for entry, least, most in zip(row, lows, highs, strict=True)
     )
-
-
-def _disturbance(plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
-    """Return bounds of |f_i(z_0(v), v)|, over 10^36: at the middle, and slope times half width."""
-    (v1, v2), zero = ends.wind, [Fraction(0)] * law.states
-    middle = [(a + b) / 2 for a, b in zip(*ends.states, strict=True)]
-    halfway = (v1 + v2) / 2
-    at_middle = Loop(plant, law, overlaps, Ends((halfway, halfway), (middle, middle), zero), "none")
-    along = Loop(plant, law, overlaps, Ends((v1, v2), ends.states, zero), "line")
-    half = point((v2 - v1) / 2)
-    return [
-        here.value.magnitude() + (Interval(0, line.slopes[0].magnitude()) * half).high
-        for here, line in zip(at_middle.rates(), along.rates(), strict=True)
-    ]

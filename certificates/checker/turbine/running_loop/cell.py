@@ -11,35 +11,23 @@ least G > 0 over |U - q*| <= side, and |r| / G <= side, there is one zero, and
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import pairwise
-from typing import Any
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose, hull, point
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import (
-    Box,
-    Law,
-    Plant,
-    Subject,
-    Uncertainty,
-)
-from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
-from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
+from takagi.certificates.checker.turbine.effort_sharing.wind_cell import FULL, NIL, WindCell
+from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides, Span
 
 DECIMALS = 10**7
-NIL, FULL = Fraction(0), Fraction(1)
 # The effort's range is divided into parts over which the share of pitch changes by about this much.
 SHARE_STEP = Fraction(1, 10)
 
 
-class Cell:
+class Cell(WindCell):
     """Constant winds from low to high, inside one interval of the law's tables.
 
     Raises
@@ -49,13 +37,9 @@ class Cell:
     """
 
     def __init__(self, plant: Plant, law: Law, machine: Machine, winds: Span, sides: Sides) -> None:
-        self.plant, self.law, self.machine = plant, law, machine
-        self.winds, self.sides = winds, sides
-        low, high = winds
-        nodes = law.wind
-        self.k = min(max(bisect_right(nodes, low) - 1, 0), len(nodes) - 2)
-        if not nodes[self.k] <= low < high <= nodes[self.k + 1]:
-            raise Refused("winds that are not inside one interval of the law's tables")
+        super().__init__(plant, law, winds)
+        self.machine, self.sides = machine, sides
+        (low, high), nodes = winds, law.wind
         lowest, highest = low - sides.estimate, high + sides.estimate
         if not machine.wind_limits[0] < lowest < highest < machine.wind_limits[1]:
             raise Refused("the wind estimate may reach its limit")
@@ -70,150 +54,83 @@ class Cell:
             if nodes[j] < self.reach[1] and nodes[j + 1] > self.reach[0]
         ]
         self.b_reach = self.over(law.effectiveness, self.reach)
-        self.c, self.wind = point(plant.torque_per_inertia), enclose(*winds)
-        self.effort_unit = law.effort_torque * plant.gear_per_inertia
-        self.b = self.over(law.effectiveness, winds)
         # The unit of the pitch states; any positive number is possible.
-        self.b0 = Fraction(round((self.b[0] + self.b[1]) * 500), 1000)
+        self.b0 = Fraction(round(sum(self.over(law.effectiveness)) * 500), 1000)
         if self.b0 <= 0:
             raise Refused("an assumed pitch effectiveness below 0.0005")
-        self.q = self.over(law.effort, winds)
+        self.q = self.over(law.effort)
         self.rest = self._rest()
-        self.rest_integral = self.rest / self.over(law.gamma, winds)[0]
+        self.rest_integral = self.rest / self.over(law.gamma)[0]
         reach = sides.effort + self.rest
         self.efforts = (self.q[0] - reach, self.q[1] + reach)
         self.efforts_at_rest = (self.q[0] - self.rest, self.q[1] + self.rest)
-
-    # The law's tables.
-
-    def at(self, column: Sequence[Fraction], wind: Fraction) -> Fraction:
-        """Return a column at a wind within the tables."""
-        nodes = self.law.wind
-        j = min(max(bisect_right(nodes, wind) - 1, 0), len(nodes) - 2)
-        slope = (column[j + 1] - column[j]) / (nodes[j + 1] - nodes[j])
-        return column[j] + slope * (wind - nodes[j])
-
-    def over(self, column: Sequence[Fraction], winds: Span) -> Span:
-        """Return a column's range over winds: from its values at the ends and at the nodes."""
-        inner = [
-            value
-            for node, value in zip(self.law.wind, column, strict=True)
-            if winds[0] < node < winds[1]
-        ]
-        found = [self.at(column, winds[0]), self.at(column, winds[1]), *inner]
-        return min(found), max(found)
 
     def slopes(self, column: list[Fraction]) -> Span:
         """Return the range of a column's slope over all schedule winds of the set.
 
         A secant between two of these winds is a mean of slopes, so it lies in this range.
         """
-        found = [self.law.slope(column, j) for j in self.near]
-        return min(found), max(found)
+        slopes = [self.law.slope(column, j) for j in self.near]
+        return min(slopes), max(slopes)
 
     def steps(self, column: list[Fraction]) -> Span:
         """Return the range of a column that is constant between two nodes."""
-        found = [column[j] for j in self.near]
-        return min(found), max(found)
-
-    # The surface.
-
-    def ratio(self, error: Fraction, wind_error: Fraction = NIL) -> Interval:
-        """Return R (omega* + e) / (v + d); it is monotone in each variable, so corners suffice."""
-        ends = [
-            self.plant.radius * (self.at(self.law.speed, v) + e) / (v + d)
-            for v in self.winds
-            for e in {-error, error}
-            for d in {-wind_error, wind_error}
-        ]
-        return enclose(min(ends), max(ends))
-
-    def pitch_at(self, efforts: Span) -> Interval:
-        """Return beta_min + psi(U) / b(v)."""
-        eps = self.law.overlap
-        shed = enclose(psi(efforts[0], eps), psi(efforts[1], eps))
-        return shed / enclose(*self.b) + point(self.plant.pitch_min)
+        values = [column[j] for j in self.near]
+        return min(values), max(values)
 
     @cached_property
     def pitches(self) -> Interval:
         """The pitch range on the set, not below the lower limit."""
-        rest, away = self.pitch_at(self.efforts_at_rest), point(self.sides.pitch / self.b0)
+        rest = self.pitch(self.psi(self.efforts_at_rest))
+        away = point(self.sides.pitch / self.b0)
         least = max((rest - away).low, point(self.plant.pitch_min).low)
         return Interval(least, (rest + away).high)
 
-    def pitch_gain(self, ratio: Interval, pitch: Interval) -> Interval:
-        """Return sigma = -dT_r/dbeta / (J b0)."""
-        steep = self.plant.surface.bounds(ratio, pitch, 0, 1) * self.wind.square() * self.c
-        return -steep / point(self.b0)
-
     def speed_gain(self, error: Fraction) -> Interval:
         """Return dT_r/domega / J over speeds within ``error`` of the reference."""
-        steep = self.plant.surface.bounds(self.ratio(error), self.pitches, 1, 0) * self.wind
-        return steep * (self.c * point(self.plant.radius))
+        return self.plant.torque_by_speed(self.tip_speed(error), self.pitches, self.wind)
+
+    def pitch_gain(self, pitch: Interval) -> Interval:
+        """Return sigma = -dT_r/dbeta / (J b0) at the reference speed."""
+        steep = self.plant.torque_by_pitch(self.tip_speed(), pitch, self.wind)
+        return -steep / point(self.b0)
 
     def wind_gain(self) -> Interval:
-        """Return dT_r/dv / J = c v (2 c_Q - lambda c_Q,lambda) over the observer's winds."""
-        away, bounds = self.sides.estimate, self.plant.surface.bounds
-        ratio, pitch = self.ratio(self.sides.measured, away), self.pitches
-        value = bounds(ratio, pitch)
-        inner = value + value - ratio * bounds(ratio, pitch, 1, 0)
-        return inner * enclose(self.winds[0] - away, self.winds[1] + away) * self.c
-
-    # The rest, and the efforts around it.
-
-    def _imbalance(self) -> Fraction:
-        """A bound of the tables' residual over the cell [rad/s^2], the torques at the trim."""
-        # The tables with nodes at the cell's ends, so that they are linear over the cell.
-        columns = ("speed", "effort", "effectiveness", "limit", "gamma")
-        ends: Any = {
-            name: [self.at(getattr(self.law, name), v) for v in self.winds] for name in columns
-        }
-        short = replace(self.law, wind=list(self.winds), **ends)
-        # The residual does not depend on a box; one is needed to build its cell.
-        box = Box(self.sides.speed, self.sides.pitch, self.sides.signal, FULL / 100)
-        exact = Uncertainty((FULL, FULL), False, (FULL, FULL))
-        within = Subject(self.plant, short, box, exact)
-        return Fraction(residual(Moving(within, 0, NIL), (FULL, FULL)), ONE)
+        """Return dT_r/dv / J over the observer's winds."""
+        away = self.sides.estimate
+        seen = enclose(self.winds[0] - away, self.winds[1] + away)
+        ratio = self.tip_speed(self.sides.measured, away)
+        return self.plant.torque_by_wind(ratio, self.pitches, seen)
 
     def _rest(self) -> Fraction:
         """Return a bound of |U_rest - q*|; see the module's text."""
-        left = self._imbalance()
+        imbalance = Fraction(self.residual(), ONE)
         efforts = (self.q[0] - self.sides.effort, self.q[1] + self.sides.effort)
-        least = Fraction(self._gain(efforts).low, ONE)
-        if least <= 0 or left > least * self.sides.effort:
-            raise Refused("no rest is known to lie near the trim")
-        return up(left / least)
-
-    def _gain(self, efforts: Span) -> Interval:
-        """Return the range of F sigma + (1 - F) m_E along beta = beta_min + psi(U) / b."""
-        eps, cuts = self.law.overlap, set(efforts)
-        start, stop = max(efforts[0], -eps), min(efforts[1], eps)
-        if start < stop:
-            parts = ((share(stop, eps) - share(start, eps)) / SHARE_STEP).__ceil__()
+        cuts = set(efforts)
+        if (ramp := self.on_ramp(efforts)) is not None:
+            start, stop = ramp
+            shares = (share(U, self.law.overlap) for U in (stop, start))
+            parts = ((next(shares) - next(shares)) / SHARE_STEP).__ceil__()
             cuts |= {start + (stop - start) * i / parts for i in range(parts + 1)}
-        found, ratio, m = [], self.ratio(NIL), point(self.effort_unit)
-        for low, high in pairwise(sorted(cuts)):
-            held = enclose(share(low, eps), share(high, eps))
-            if held.high <= 0:
-                found.append(m)
-                continue
-            # sigma is scaled by b0; the law's b at the wind itself turns effort into pitch.
-            to_law = point(self.b0) / enclose(*self.b)
-            scaled = self.pitch_gain(ratio, self.pitch_at((low, high))) * to_law
-            found.append(m - held * (m - scaled))
-        return hull(*found)
+        # sigma is scaled by b0; the law's b at the wind itself turns effort into pitch.
+        to_law = point(self.b0) / self.b
+        gain = self.effort_gain(cuts, lambda pitch: self.pitch_gain(pitch) * to_law)
+        least = Fraction(gain.low, ONE)
+        if least <= 0 or imbalance > least * self.sides.effort:
+            raise Refused("no rest is known to lie near the trim")
+        return up(imbalance / least)
 
     @cached_property
-    def share(self) -> Span:
+    def ramp_share(self) -> Span:
         """The range of psi's secants: of its slope over all efforts of the set."""
-        eps = self.law.overlap
-        return share(self.efforts[0], eps), share(self.efforts[1], eps)
+        low, high = (share(U, self.law.overlap) for U in self.efforts)
+        return low, high
 
     @cached_property
     def shed(self) -> Span:
         """The range of psi(U)."""
-        eps = self.law.overlap
-        return psi(self.efforts[0], eps), psi(self.efforts[1], eps)
+        low, high = (psi(U, self.law.overlap) for U in self.efforts)
+        return low, high
 
     @cached_property
     def schedule_rate(self) -> Fraction:
@@ -237,7 +154,7 @@ class Cell:
         bend, b = enclose(*self.slopes(law.effectiveness)), enclose(*self.b_reach)
         moved = enclose(*self.slopes(law.effort))
         moved += enclose(-signal, signal) * enclose(*self.slopes(law.gamma))
-        asked = enclose(*self.share) * moved - enclose(*self.shed) * (bend / b)
+        asked = self.share(self.efforts) * moved - self.psi(self.efforts) * (bend / b)
         return span(hull(asked * point(self.b0) / b * point(law.lead), Interval(0, 0)))
 
 
@@ -252,11 +169,11 @@ def factors(cell: Cell) -> dict[str, Span]:
     # gamma(v_s) (signal - x_rest) + gamma(v) x_rest: the second part depends on v_s - v.
     steep = size(cell.slopes(law.gamma)) * cell.rest_integral
     q = cell.slopes(law.effort)
-    b, b_law = enclose(*cell.b), enclose(*cell.b_reach)
+    b, b_law = cell.b, enclose(*cell.b_reach)
     bend = enclose(*cell.slopes(law.effectiveness))
-    shed_rest = enclose(*(psi(U, law.overlap) for U in cell.efforts_at_rest))
-    sigma = cell.pitch_gain(cell.ratio(NIL), cell.pitches)
-    limit = cell.over(law.limit, cell.winds)[1]
+    shed_rest = cell.psi(cell.efforts_at_rest)
+    sigma = cell.pitch_gain(cell.pitches)
+    limit = cell.over(law.limit)[1]
     late = max(limit / cell.b0 - Fraction(sigma.low, ONE), NIL)
     observed, length = machine.observer_inertia, machine.wake_length
     return {
@@ -290,7 +207,10 @@ def _drive_secant(cell: Cell) -> Fraction:
     law, sides, plant = cell.law, cell.sides, cell.plant
     shed = max(psi(U, law.overlap) for U in cell.efforts_at_rest)
     bend = size(cell.slopes(law.effectiveness))
-    moved = cell.share[1] * sides.effort + shed * bend / cell.b[0] * sides.schedule
+    moved = (
+        cell.ramp_share[1] * sides.effort
+        + shed * bend / cell.over(law.effectiveness)[0] * sides.schedule
+    )
     led = size(cell.lead) / cell.b0 * cell.schedule_rate
     most = moved / cell.b_reach[0] + led + sides.pitch / cell.b0
     return down(min(FULL, plant.rate_limit * plant.lag / most))

@@ -40,11 +40,13 @@ Derived in docs/running-loop.md.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import lcm
 
-from takagi.certificates.checker.turbine.running_loop.cell import FULL, Cell
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.turbine.effort_sharing.wind_cell import FULL
+from takagi.certificates.checker.turbine.running_loop.cell import Cell
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Span
 
 Signal = dict[int, Fraction]
@@ -234,3 +236,28 @@ def _whole(rows: Rows) -> tuple[list[list[int]], int]:
     return [
         [entry.numerator * (scale // entry.denominator) for entry in row] for row in rows
     ], scale
+
+
+BITS = 64  # of the diagonal of a rounded form
+
+
+def rounded_form(matrix: Sequence[Sequence[int]]) -> Matrix:
+    """Return a matrix with short entries that is positive definite only if M is.
+
+    With D = diag(2^-e_i), entries of D M D are rounded down to integers: D M D = R + E, E symmetric
+    with entries from 0 to 1, so its eigenvalues are at most n in size.  If R - n I > 0 then M > 0.
+    The e_i make the diagonal of D M D about 2^BITS, so that n is negligible.
+    """
+    n = len(matrix)
+    shifts = [(matrix[i][i].bit_length() - BITS) // 2 for i in range(n)]
+    return Matrix(
+        [
+            [_shifted(matrix[i][j], shifts[i] + shifts[j]) - n * (i == j) for j in range(n)]
+            for i in range(n)
+        ]
+    )
+
+
+def _shifted(value: int, places: int) -> int:
+    """Return value / 2^places, rounded down."""
+    return value >> places if places >= 0 else value << -places

@@ -13,6 +13,7 @@ from typing import Any
 from takagi.certificates.checker.controller.language import short
 from takagi.certificates.checker.kernel.reader import Number, member, number, numbers, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.turbine.rotor import nominal_inertia
 
 Span = tuple[Fraction, Fraction]
 # The members of the gain file that the claim states, and the numbers in them.
@@ -104,6 +105,8 @@ class Machine:
             stop = positive(stopped, "frequency", place), number(stopped, "passed", place)
             if not 0 <= stop[1] <= 1:
                 raise CertificateError(f"{place}.passed: a share from 0 to 1 is needed")
+        # J over the decimal of J in the gain file, which the observer divides by.
+        inertia = nominal_inertia(model)
         given, place = member(claim, "uncertainty", where), f"{where}.uncertainty"
         return cls(
             l1=l1,
@@ -113,7 +116,7 @@ class Machine:
             stop=stop,
             wind_filter=positive(gains, "wind_filter", "gains"),
             torque_rate=positive(model, "torque_rate_limit", "model"),
-            observer_inertia=_observer_inertia(model),
+            observer_inertia=inertia / Fraction(short(inertia)),
             inertia=_range(given, "inertia", place),
             wake_length=_range(given, "wake_length", place),
         )
@@ -163,14 +166,3 @@ def _range(owner: Any, key: str, where: str) -> Span:
     if not 0 < low <= high:
         raise CertificateError(f"{where}.{key}: 0 < low <= high is needed")
     return low, high
-
-
-def _observer_inertia(model: Any) -> Fraction:
-    """Return J over the decimal of J in the gain file, which the observer divides by."""
-    inertia = number(model, "rotor_inertia", "model")
-    inertia += number(model, "gear_ratio", "model") ** 2 * number(
-        model, "generator_inertia", "model"
-    )
-    if inertia <= 0:
-        raise CertificateError("model: rotor and generator need a positive inertia together")
-    return inertia / Fraction(short(inertia))

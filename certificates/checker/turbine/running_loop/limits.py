@@ -60,5 +60,5 @@ def command_rates(cell: Cell) -> tuple[Fraction, Fraction]:
     led = size(cell.lead) / cell.b0
     least, bend = cell.b_reach[0], size(cell.slopes(law.effectiveness))
     torque = share(-cell.efforts[0], law.overlap) * effort + fed * turned
-    pitch = (cell.share[1] * effort + cell.shed[1] * bend * rate / least) / least
+    pitch = (cell.ramp_share[1] * effort + cell.shed[1] * bend * rate / least) / least
     return law.effort_torque * torque, pitch + led * turned

@@ -29,19 +29,20 @@ from fractions import Fraction
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
 from takagi.certificates.checker.kernel.reader import listed, matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.members import Members, plain
+from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, cut, factors
 from takagi.certificates.checker.turbine.running_loop.equations import (
     FACTORS,
     Rows,
     decay_form,
     equations,
+    rounded_form,
     rows,
     states,
 )
@@ -52,7 +53,6 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
     other_than_the_controller,
 )
 from takagi.certificates.checker.turbine.running_loop.limits import limits
-from takagi.certificates.checker.turbine.running_loop.quadratic_forms import rounded_form
 from takagi.certificates.checker.turbine.turbine_claim import (
     DRIVES,
     PROGRAM,
@@ -60,6 +60,7 @@ from takagi.certificates.checker.turbine.turbine_claim import (
     TurbineClaim,
     row_bound,
 )
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rounded import range_within
 from takagi.certificates.checker.words.running_loop import loop_name, loop_sentence
 
@@ -214,7 +215,7 @@ def cell_obligations(
     span = factors(cell)
     yield from limits(cell)
     yield from inside_box(cell, span, stated.P)
-    parts = cut(cell.share, len(stated.multipliers))
+    parts = cut(cell.ramp_share, len(stated.multipliers))
     for tau, held in zip(stated.multipliers, parts, strict=True):
         signals, rates = equations(cell, span, held)
         for name in signals.names:

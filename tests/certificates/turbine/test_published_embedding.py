@@ -10,11 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.claims.turbine.published_search import PublishedCell, PublishedSearch
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
-from takagi.models.laws.published.loop_cells import PublishedCell, enclosed_cell
-from takagi.models.laws.published.loop_tables import LoopFigures, loop_figures
+from takagi.models.laws.published.law import (
+    PublishedLaw,
+    PublishedLawName,
+    equilibrium,
+    published_law,
+)
 from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 from tests.paper_models import loop_rate, regional_models
 
@@ -49,9 +53,9 @@ def make_law(name: PublishedLawName, variant: str = "saturated") -> PublishedLaw
 
 
 @cache
-def figures(name: PublishedLawName) -> LoopFigures:
-    """Return the numbers of the loop, made once."""
-    return loop_figures(make_law(name))
+def search(name: PublishedLawName) -> PublishedSearch:
+    """Return the search, whose ranges of the loop are the checker's; made once."""
+    return PublishedSearch.of(make_law(name))
 
 
 def centre_line(law: PublishedLaw, wind: tuple[float, float]) -> Floats:
@@ -75,8 +79,8 @@ def cell_at(name: PublishedLawName, wind: float, width: float, share: float) -> 
     box = share * BOX[: centre.shape[1]]
     while True:
         try:
-            return enclosed_cell(figures(name), ends, centre, box)
-        except ModelError:
+            return search(name).enclosed(ends, centre, box, search(name).field_at(ends, centre))
+        except Refused:
             box = box / 2
 
 
@@ -129,11 +133,11 @@ def test_the_field_at_the_centre_is_within_its_bound(name: PublishedLawName, win
 def test_what_no_enclosure_covers_is_refused() -> None:
     """The filter's other variant, and gains that depend on the premise d."""
     with pytest.raises(ModelError, match="saturated"):
-        loop_figures(make_law("paper", "sector"))
+        PublishedSearch.of(make_law("paper", "sector"))
     law = make_law("paper")
     tilted = regional_schedule(
         TURBINE, law.partial.model, k_x=-8e4 - np.arange(4.0)[:, None], k_I=-9e3 * np.ones(4)
     )
     other = published_law(TURBINE, partial=tilted, full=law.full, coupling=law.coupling)
-    with pytest.raises(ModelError, match="premise d"):
-        loop_figures(other)
+    with pytest.raises(ModelError, match="corners of d"):
+        PublishedSearch.of(other)

@@ -39,7 +39,6 @@ from functools import cached_property
 from itertools import product
 from typing import ClassVar, NamedTuple
 
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.reader import number as read_number
@@ -48,10 +47,8 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.disturbance_channel import (
     entrance,
     quadratic_change,
-    scaled_identity,
 )
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
-from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import disturbances_in_range, inside_box
 from takagi.certificates.checker.loop.polytopic_loop import Stack, bounded
 from takagi.certificates.checker.words.ellipsoid_size import (
@@ -60,6 +57,7 @@ from takagi.certificates.checker.words.ellipsoid_size import (
     square_root_below,
     volume_below,
 )
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.loop_words import about, deviations, granted
 from takagi.certificates.checker.words.rounded import at_least, exactly
 
@@ -87,7 +85,7 @@ class Disturbance(NamedTuple):
     def corners(self) -> Iterator[Matrix]:
         """Yield b I for a ball, or the corners of the box as columns, one of w and -w each."""
         if self.is_ball:
-            yield scaled_identity(self.E[0].shape[1], self.bounds[0])
+            yield self.bounds[0] * Matrix.identity(self.E[0].shape[1])
             return
         # w and -w give the same inequality, so the first sign is fixed.
         for signs in product((1, -1), repeat=len(self.bounds) - 1):
@@ -139,7 +137,7 @@ class InvariantSet(LoopClaim):
         loop, P, w = self.loop, self.P, self.disturbance
         yield positive(P, NOT_DEFINITE)
         corners = 1 if not w.bounds or w.is_ball else 1 << (len(w.bounds) - 1)
-        blends = blends_of(replace(loop, E=w.E) if w.E else loop, self.claim, self.where)
+        blends = replace(loop, E=w.E or loop.E).blends_of(self.claim, self.where)
         bounded(len(blends) * corners, loop.order + (w.E[0].shape[1] if w.is_ball else 1))
         idle = Matrix.zeros(loop.order, 1)
         for blend in blends:
@@ -150,7 +148,7 @@ class InvariantSet(LoopClaim):
                 continue
             for W in w.corners():
                 F, G, H = quadratic_change(blend.A, blend.E @ W, P, discrete=loop.is_discrete)
-                corner = scaled_identity(W.shape[1], self.multiplier * self.level) - H
+                corner = self.multiplier * self.level * Matrix.identity(W.shape[1]) - H
                 falling = F - self.multiplier * P
                 yield nonnegative(Matrix.blocks([[falling, -G], [-G.T, corner]]), failure)
         at_rest = (Fraction(0),) * len(loop.disturbances)
