@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -167,6 +167,7 @@ def premise(name: str, expression: sp.Expr, bounds: Interval) -> Data:
     return {"name": name, "expression": text_of(expression), **ends}
 
 
+@settings(max_examples=20)
 @given(drawn=plants, shares=st.tuples(st.floats(0.01, 0.99), st.floats(0.01, 0.99)))
 def test_random_plants_are_proved_and_equal_their_vertices(
     drawn: Any, shares: tuple[float, float]
@@ -202,6 +203,7 @@ def value_at(term: int, at: dict[sp.Symbol, float]) -> float:
     return float(TERMS[term][0].subs({**at, p: 7.0 / 3.0}))
 
 
+@settings(max_examples=20)
 @given(drawn=plants, number=st.integers(0, 7), upper=st.booleans())
 def test_a_bound_that_leaves_values_out_is_not_proved(drawn: Any, number: int, upper: bool) -> None:
     """A bound moved inward by a twentieth of the range, five times what it may be too wide."""
@@ -219,6 +221,7 @@ def test_a_bound_that_leaves_values_out_is_not_proved(drawn: Any, number: int, u
     assert said_of(data).verdict is Verdict.UNDECIDED
 
 
+@settings(max_examples=20)
 @given(drawn=plants, row=st.integers(0, 1), factor=st.sampled_from(["1.0000001", "-1", "0"]))
 def test_another_equation_is_not_proved(drawn: Any, row: int, factor: str) -> None:
     """One row of f times a factor, with all else as it was."""
