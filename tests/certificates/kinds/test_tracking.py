@@ -319,6 +319,7 @@ def test_the_servo_of_the_library_is_proved() -> None:
     assert [c["kind"] for c in design.document["claims"]].count("tracking") == 2
 
 
+@pytest.mark.slow
 def test_a_rate_too_fast_is_not_claimed_as_proved(tmp_path: Path) -> None:
     """At 500 deg/s nothing is proved: the claim stays open, beside a slower one that is proved."""
     plant, _ = plant_of(tmp_path, ARM.replace("rate = 5", "rate = 500"))
