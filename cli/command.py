@@ -59,7 +59,7 @@ def tell_error(message: str, status: int, *, as_json: bool) -> None:
 def _explain(error: Exception) -> tuple[str, int]:
     # ModelError, CertificateError and similar types are recognised by their module: importing them
     # here would import their packages.
-    if isinstance(error, ValueError | OSError) and _is_ours(error):
+    if isinstance(error, ValueError | OSError) and type(error).__module__.startswith("takagi."):
         return str(error), MISUSE
     if isinstance(error, OSError):
         # Imported here because most runs meet no such error.
@@ -78,10 +78,6 @@ def _explain(error: Exception) -> tuple[str, int]:
     )
 
 
-def _is_ours(error: Exception) -> bool:
-    return type(error).__module__.split(".", 1)[0] == "takagi"
-
-
 def _abandon_output() -> None:
     # The reader of the pipe is gone (`takagi ... | head`); without this the interpreter would
     # complain once more when it flushes at exit.  An output that is no real file needs nothing.
@@ -94,7 +90,7 @@ def run_command(
     function: Callable[..., int],
     arguments: Sequence[str],
     *,
-    groups: Sequence[Callable[..., None]] = (),
+    options: Sequence[inspect.Parameter] = (),
 ) -> int:
     """Parse ``arguments`` by the signature of ``function``, call it, return its exit status.
 
@@ -103,18 +99,18 @@ def run_command(
 
     Parameters
     ----------
-    groups : signatures that several verbs share; what they declare is taken by the ``**options``
-        of ``function``, and stands in the help before its keyword-only parameters.
+    options : that several verbs share; the ``**options`` of ``function`` take them, and they stand
+        in the help before its keyword-only parameters.
     """
     # Imported here: `takagi --help` and `takagi check` do without typer.
     import typer
 
-    signature = _joined(function, groups)
+    signature = _joined(function, options)
 
-    def command(**given: object) -> None:
+    def command(**values: object) -> None:
         # The error handling is inside typer, which would handle interrupts and pipes in its own
         # way.
-        raise typer.Exit(guard(lambda: function(**given), as_json=bool(given.get("as_json"))))
+        raise typer.Exit(guard(lambda: function(**values), as_json=bool(values.get("as_json"))))
 
     # typer reads the parameters from here.
     described: Any = command
@@ -137,22 +133,19 @@ def run_command(
         return end.code if isinstance(end.code, int) else 0
     except Exception as error:
         # What typer says of an option that it cannot read.
-        said = getattr(error, "format_message", None)
-        if said is None:
+        message = getattr(error, "format_message", None)
+        if message is None:
             raise
-        tell_error(said(), MISUSE, as_json=True)
+        tell_error(message(), MISUSE, as_json=True)
         return MISUSE
     return status if isinstance(status, int) else 0
 
 
 def _joined(
-    function: Callable[..., int], groups: Sequence[Callable[..., None]]
+    function: Callable[..., int], options: Sequence[inspect.Parameter]
 ) -> inspect.Signature:
-    """Return the parameters of the function with those of the groups, all by keyword."""
-    own = list(inspect.signature(function, eval_str=True).parameters.values())
-    shared = [
-        p for group in groups for p in inspect.signature(group, eval_str=True).parameters.values()
-    ]
-    first = [p for p in own if p.kind is p.POSITIONAL_OR_KEYWORD]
-    last = [p for p in own if p.kind is p.KEYWORD_ONLY]
-    return inspect.Signature([p.replace(kind=p.KEYWORD_ONLY) for p in (*first, *shared, *last)])
+    """Return the parameters of the function with the options, all by keyword."""
+    parameters = list(inspect.signature(function, eval_str=True).parameters.values())
+    first = [p for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
+    last = [p for p in parameters if p.kind is p.KEYWORD_ONLY]
+    return inspect.Signature([p.replace(kind=p.KEYWORD_ONLY) for p in (*first, *options, *last)])

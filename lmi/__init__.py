@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from takagi.lmi.condition.express import expressed as expressed
     from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
     from takagi.lmi.condition.region import NormBounded as NormBounded
+    from takagi.lmi.condition.statements import lmi_of as lmi_of
     from takagi.lmi.condition.statements import pose as pose
     from takagi.lmi.condition.term import LMI as LMI
     from takagi.lmi.condition.term import Condition as Condition
@@ -76,6 +77,8 @@ if TYPE_CHECKING:
     from takagi.lmi.expressions.expression import Expression as Expression
     from takagi.lmi.expressions.expression import He as He
     from takagi.lmi.expressions.expression import Inequality as Inequality
+    from takagi.lmi.expressions.expression import Parameter as Parameter
+    from takagi.lmi.expressions.expression import added as added
     from takagi.lmi.expressions.expression import block as block
     from takagi.lmi.expressions.expression import matrix as matrix
     from takagi.lmi.expressions.expression import trace as trace
@@ -136,6 +139,7 @@ if TYPE_CHECKING:
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
     from takagi.lmi.sums.double_sum import KnownBlock as KnownBlock
     from takagi.lmi.sums.double_sum import SumPart as SumPart
+    from takagi.lmi.sums.double_sum import double_sum_of as double_sum_of
     from takagi.lmi.sums.membership_shape import neighbouring_rules as neighbouring_rules
     from takagi.lmi.sums.membership_shape import product_bounds as product_bounds
     from takagi.lmi.sums.membership_shape import with_overlap as with_overlap

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.condition.term import Array
+from takagi.lmi.expressions.expression import Parameter
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
@@ -123,6 +124,12 @@ def rate_parameter(alpha: float | Fraction, step: float | None) -> dict[str, flo
     if step is None:
         return {"alpha": float(alpha)}
     return {"contraction": float(np.exp(-2.0 * float(alpha) * step))}
+
+
+def decay_parameter(alpha: float | Fraction, step: float | None) -> Parameter:
+    """Return ``rate_parameter`` as a named number of an expression: alpha, or rho^2."""
+    ((name, value),) = rate_parameter(alpha, step).items()
+    return Parameter(name, value, r"\alpha" if step is None else r"\rho^2")
 
 
 def corners_of(model: object) -> Indices | None:

@@ -22,7 +22,7 @@ from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Command, Law, Measurement, ProgramState, SampledLaw
 from takagi.models.plant.numeric import explicit_rows, numeric
 from takagi.models.plant.plant import Output, Plant
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, dynamics
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, plant_rate
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 
@@ -42,12 +42,12 @@ def turbine_system(plant: SimulatedTurbine) -> control.NonlinearIOSystem:
     """
     import control
 
-    run = dynamics(plant)
+    rate = plant_rate(plant)
     names = signal_names(plant.state_names)
 
     def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
         torque, reference, wind = map(float, u)
-        return run.derivative(np.asarray(x, dtype=np.float64), torque, reference, wind)
+        return rate(np.asarray(x, dtype=np.float64), torque, reference, wind)
 
     return control.nlsys(
         update, None, name="turbine", states=names, inputs=INPUTS, outputs=names, dt=0
@@ -72,7 +72,7 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
             f"at: wind = {wind!r} was given; {turbine.cut_in:g} to {turbine.cut_out:g} m/s is "
             "needed"
         )
-    run = dynamics(plant)
+    derivative = plant_rate(plant)
     state, point = plant.initial_state(wind)
     names = signal_names(plant.state_names)
     n = len(names)
@@ -80,7 +80,7 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
 
     def rate(state_and_inputs: Floats) -> Floats:
         torque, reference, v = map(float, state_and_inputs[n:])
-        return run.derivative(state_and_inputs[:n], torque, reference, v)
+        return derivative(state_and_inputs[:n], torque, reference, v)
 
     J = np.zeros((n, n + 3))
     for k, name in enumerate([*names, *INPUTS]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -34,3 +35,11 @@ def syntax(path: Path) -> Syntax:
             relative = relative or node.level > 0
             imports += [(node.module or "", alias.name) for alias in node.names]
     return Syntax(tuple(imports), relative)
+
+
+def imported_modules(folder: Path) -> Iterator[tuple[Path, str]]:
+    """Yield (file, module) of each import in a folder; none may be relative."""
+    for file in sorted(folder.rglob("*.py")):
+        source = syntax(file)
+        assert not source.relative, file.name
+        yield from ((file, module) for module, _ in source.imports)

@@ -3,54 +3,35 @@
 from __future__ import annotations
 
 import re
-import sys
-from collections.abc import Iterator
-from importlib import import_module
-from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
-PAGE = DOCS / "pendulum.md"
+from tests.docs_pages import DOCS, catalogue, text_of
+
+pendulum = catalogue("catalogue.pendulum")
 
 
 @pytest.fixture(scope="module")
-def pendulum() -> Iterator[Any]:
-    """The module that makes the page; it lies beside it, not in the package."""
-    sys.path.insert(0, str(DOCS))
-    try:
-        yield import_module("catalogue.pendulum")
-    finally:
-        sys.path.remove(str(DOCS))
-
-
-@pytest.fixture(scope="module")
-def attained(pendulum: Any) -> dict[str, tuple[float, float]]:
+def attained() -> dict[str, tuple[float, float]]:
     """Premise of the sixteen rules -> least and greatest value found."""
-    found: dict[str, tuple[float, float]] = import_module(
-        "catalogue.pendulum_bounds"
-    ).sampled_ranges(pendulum._model("cart_pole"))
+    found: dict[str, tuple[float, float]] = catalogue("catalogue.pendulum_bounds").sampled_ranges(
+        pendulum._model("cart_pole")
+    )
     return found
 
 
-def test_the_page_is_what_the_generator_gives(pendulum: Any) -> None:
-    """Run ``make docs`` when this fails."""
-    assert pendulum.page() == PAGE.read_text(encoding="utf-8")
-
-
-def test_what_the_page_calls_proved_is_proved(pendulum: Any) -> None:
+def test_what_the_page_calls_proved_is_proved() -> None:
     """From both sides of the largest rate: 1 1/s is proved, 1.5 1/s is proved impossible."""
     found = {name: one.verdict.name for name, one in pendulum.certificates().items()}
 
     assert found == {"two": "PROVED", "too much": "DISPROVED", "sixteen": "PROVED"}
-    text = PAGE.read_text(encoding="utf-8")
+    text = text_of("pendulum.md")
     assert re.findall(r"returns\s+\*\*(\w+)\*\*", text) == ["PROVED", "DISPROVED", "PROVED"]
 
 
-def test_the_textbooks_gains_place_the_poles(pendulum: Any) -> None:
+def test_the_textbooks_gains_place_the_poles() -> None:
     """Wang, Tanaka, Griffin (1996), recalled: both poles of each local model at -2 1/s."""
     model = pendulum._model("cart_pole_2rules")
     for A, B, K in zip(model.A, model.B, np.array(pendulum.TWO), strict=True):
@@ -60,15 +41,13 @@ def test_the_textbooks_gains_place_the_poles(pendulum: Any) -> None:
 
 def test_vertices_are_those_of_the_textbook() -> None:
     """Tanaka and Wang (2001), recalled: a21 17.294 and 9.360, b2 -0.1765 and -0.00524."""
-    text = PAGE.read_text(encoding="utf-8").split("## Sixteen rules")[0]
+    text = text_of("pendulum.md").split("## Sixteen rules")[0]
 
     for number in ("17.2941", "9.36002", "-0.176471", "-0.00523587"):
         assert number in text
 
 
-def test_bounds_contain_what_is_attained(
-    pendulum: Any, attained: dict[str, tuple[float, float]]
-) -> None:
+def test_bounds_contain_what_is_attained(attained: dict[str, tuple[float, float]]) -> None:
     """And exceed it by less than the thousandth of the range that is promised."""
     model = pendulum._model("cart_pole")
     for name, (low, high) in attained.items():
@@ -85,9 +64,9 @@ def test_the_extremes_are_those_of_the_formulas(attained: dict[str, tuple[float,
     assert attained["swing"] == pytest.approx((-4, 4), abs=1e-9)
 
 
-def test_the_figures_of_the_page_are_there(pendulum: Any) -> None:
+def test_the_figures_of_the_page_are_there() -> None:
     """Well-formed, with words for who cannot see them on the page."""
-    shown = re.findall(r"!\[([^\]]+)\]\(figures/([^)]+)\)", PAGE.read_text(encoding="utf-8"))
+    shown = re.findall(r"!\[([^\]]+)\]\(figures/([^)]+)\)", text_of("pendulum.md"))
 
     assert {file for _, file in shown} == set(pendulum.FIGURES.values())
     for words, file in shown:

@@ -10,20 +10,15 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import VERBS, main
+from tests.docs_pages import ROOT, fenced
 
-ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
-def code(text: str, language: str) -> list[str]:
-    """The fenced blocks of a language."""
-    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
-
-
 def test_the_python_example_runs_as_it_stands(tmp_path: Path) -> None:
     """Pasted into an empty folder, it prints what its comment says."""
-    (example,) = code(README, "python")
+    (example,) = fenced(README, "python")
     command = [sys.executable, "-c", example]
 
     ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -33,7 +28,7 @@ def test_the_python_example_runs_as_it_stands(tmp_path: Path) -> None:
 
 def test_the_first_plant_is_proved_as_it_stands(tmp_path: Path) -> None:
     """Its picture is the figure that its command writes, drawn from the same numbers."""
-    (tmp_path / "pendulum.toml").write_text(code(README, "toml")[0], encoding="utf-8")
+    (tmp_path / "pendulum.toml").write_text(fenced(README, "toml")[0], encoding="utf-8")
 
     assert main(["design", str(tmp_path / "pendulum.toml"), "--out", str(tmp_path / "out")]) == 0
     made = (tmp_path / "out/figures/phase.svg").read_text(encoding="utf-8")

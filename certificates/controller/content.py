@@ -17,7 +17,12 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.controller.content import VERSION, file_content
-from takagi.certificates.checker.files.differences import differences_between, shown
+from takagi.certificates.checker.files.differences import (
+    MOST_TOLD,
+    differences_between,
+    listed,
+    shown,
+)
 from takagi.certificates.checker.files.gain_file import expected_file, left_out
 from takagi.certificates.checker.kernel.reader import Number, digest, read_json, read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
@@ -63,7 +68,6 @@ def plain(value: Any) -> Any:
 FROM_THE_FILE = ("name", "turbine", "plant", "notes", "trim", "start", "observer",
                  "measurement", "certificate")  # fmt: skip
 NEEDED = ("trim", "observer")  # of a turbine's file
-MOST_DIFFERENCES = 3
 
 
 def bound_to_file(
@@ -122,16 +126,13 @@ def differences_in_words(document: Mapping[str, Any], path: Path) -> str:
     expected = expected_file(data) if "controller" in data else {}
     compared = file if expected else {}
     members = {key: expected.get(key) for key in compared}
-    differences = [
-        f"{change.place} is {there} there, {ours} for this model"
-        for change in islice(differences_between(compared, members), MOST_DIFFERENCES)
-        for there, ours in [shown(change)]
-    ] or left_out(file, expected, data)
-    if not differences:
+    differences = list(islice(differences_between(compared, members), MOST_TOLD))
+    words = listed(differences, "for this model") or "; ".join(left_out(file, expected, data))
+    if not words:
         return ""
     return (
         f"{path}: 'takagi check --gains' will refuse it beside this certificate: "
-        f"{'; '.join(differences)}. --gains-out FILE writes it anew for this model, with the "
+        f"{words}. --gains-out FILE writes it anew for this model, with the "
         "same law"
     )
 

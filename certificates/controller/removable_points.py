@@ -17,7 +17,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.document.plant_text import rational_symbol, text_data
+from takagi.certificates.checker.plant.table import DEGREE, at_point
+from takagi.certificates.document.plant_embedding import rational_symbol, text_data
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -339,9 +340,6 @@ def _written(terms: list[sp.Expr], factor: str) -> str:
     return text.replace("t_", factor if factor.isidentifier() else f"({factor})")
 
 
-DEGREE = 3
-
-
 def one_sided(
     expression: sp.Expr, symbol: sp.Symbol, point: sp.Expr
 ) -> tuple[sp.Expr, sp.Expr, float] | None:
@@ -397,32 +395,8 @@ def _piece(curve: Curve, x: Fraction, side: int) -> list[Fraction]:
         if (knots[k] < x <= knots[k + 1] if side < 0 else knots[k] <= x < knots[k + 1])
     ]
     span = inside[0] if inside else (spans[0] if side < 0 else spans[-1])
-    # The cubic through four values, by Newton's divided differences about x.
-    points = [x + Fraction(k) * (knots[span + 1] - knots[span]) / 3 for k in range(DEGREE + 1)]
-    table = [_de_boor(knots, coefficients, span, point) for point in points]
-    for level in range(1, DEGREE + 1):
-        for k in range(DEGREE, level - 1, -1):
-            table[k] = (table[k] - table[k - 1]) / (points[k] - points[k - level])
-    polynomial = [Fraction(0)] * (DEGREE + 1)
-    for value, point in zip(table[::-1], points[::-1], strict=True):
-        shifted = [Fraction(0), *polynomial[:-1]]
-        offset = point - x
-        polynomial = [a - offset * b for a, b in zip(shifted, polynomial, strict=True)]
-        polynomial[0] += value
-    return polynomial
-
-
-def _de_boor(
-    knots: list[Fraction], coefficients: list[Fraction], span: int, x: Fraction
-) -> Fraction:
-    """Return the value at x of the polynomial that the spline is on one span."""
-    d = coefficients[span - DEGREE : span + 1]
-    for r in range(1, DEGREE + 1):
-        for j in range(DEGREE, r - 1, -1):
-            low = knots[j + span - DEGREE]
-            share = (x - low) / (knots[j + 1 + span - r] - low)
-            d[j] = (1 - share) * d[j - 1] + share * d[j]
-    return d[DEGREE]
+    near, active = knots[span - 2 : span + 4], coefficients[span - DEGREE : span + 1]
+    return [at_point(near, active, x, k) / math.factorial(k) for k in range(DEGREE + 1)]
 
 
 def _reach(curve: Curve, x: Fraction) -> float:

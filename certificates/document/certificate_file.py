@@ -11,34 +11,23 @@ from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from takagi.certificates.checker.files.model_content import model_content
 from takagi.certificates.checker.kernel.reader import Number, digest
 from takagi.certificates.checker.replay.certificate import FORMAT, VERSION
-from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.law import PublishedLaw, schedule_band
 from takagi.models.laws.published.regional_schedule import (
     RegionalSchedule,
-    premise_band,
-    premise_evaluators,
 )
 from takagi.models.splines.spline import Surface
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.operating_band import OperatingBand
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
-
-
-# Largest accepted difference between a premise of a schedule and the same of its trim table.
-SAME_PREMISE = 1e-9
 
 
 def certificate_document(
@@ -199,7 +188,7 @@ def published_law_data(law: PublishedLaw) -> dict[str, Any]:
 
 
 def _region(law: PublishedLaw, schedule: RegionalSchedule) -> dict[str, Any]:
-    band, model = _schedule_band(law, schedule), schedule.model
+    band, model = schedule_band(law, schedule), schedule.model
     return {
         "wind": band.wind.tolist(),
         "rotor_speed": band.rotor_speed.tolist(),
@@ -210,29 +199,6 @@ def _region(law: PublishedLaw, schedule: RegionalSchedule) -> dict[str, Any]:
         "k_pitch": schedule.k_x[:, 1].tolist(),
         "k_integral": schedule.k_I.tolist(),
     }
-
-
-def _schedule_band(law: PublishedLaw, schedule: RegionalSchedule) -> OperatingBand:
-    """Return the trim table that a schedule's premises refer to.
-
-    Raises
-    ------
-    ModelError : the schedule was made with another table.
-    """
-    rated = law.speed_setpoint == law.turbine.rated_rotor_speed
-    band = premise_band(law.turbine, schedule.model, None if rated else law.speed_setpoint)
-    low, high = float(band.wind[0]), float(band.wind[-1])
-    names = [p.name for p in schedule.model.premises]
-    mine = premise_evaluators(band, with_pitch="b" in names)
-    for first, last in pairwise(np.linspace(low, high, 9).tolist()):
-        at = (law.reference_speed(first) + 0.01, 0.1, (first + last) / 2)
-        for name, theirs in zip(names, schedule.evaluators, strict=True):
-            if abs(mine[name](*at) - theirs(*at)) > SAME_PREMISE:
-                raise ModelError(
-                    f"{schedule.model.name}: premise {name} of the schedule refers to another "
-                    "trim table; make the schedule by regional_schedule"
-                )
-    return band
 
 
 def provenance(settings: object, solver_words: Mapping[str, str]) -> dict[str, Any]:

@@ -13,7 +13,6 @@ import numpy as np
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt
@@ -72,14 +71,13 @@ class Tracking:
         ------
         ModelError : the model has no references, or there are no gains.
         """
-        search_and_evidence = self._best_evidence(loop, quick=False)
-        if search_and_evidence is not None:
-            search, evidence = search_and_evidence
-            tried = f"the best of {len(SHARES)} decay rates: {evidence['decay_rate']:g} 1/s"
-        else:
-            search = self._search(loop)
+        search = self._search(loop)
+        evidence = search.evidence()
+        if evidence is None:
             evidence = search.nearest()
             tried = "no set was found in which outputs follow their references, within the ranges"
+        else:
+            tried = f"the best of {len(SHARES)} decay rates: {evidence['decay_rate']:g} 1/s"
         claim = {"name": search.name(), "kind": "tracking", **evidence}
         return Attempt(claim, search.replay(claim), (tried,))
 
@@ -90,16 +88,7 @@ class Tracking:
         ------
         ModelError : as ``attempt``.
         """
-        search_and_evidence = self._best_evidence(loop, quick=True)
-        return None if search_and_evidence is None else search_and_evidence[1]
-
-    def _best_evidence(
-        self, loop: ClaimedLoop, *, quick: bool
-    ) -> tuple[_Search, dict[str, Any]] | None:
-        """Return evidence about a linear function of the signals, else about a quadratic one."""
-        search = self._search(loop, quick=quick)
-        evidence = search.evidence(quick=quick)
-        return None if evidence is None else (search, evidence)
+        return self._search(loop, quick=True).evidence(quick=True)
 
     def _search(self, loop: ClaimedLoop, *, quick: bool = False) -> _Search:
         """Return the search about a linear function of the signals, or a quadratic one.
@@ -371,7 +360,7 @@ class _Search:
             json.dumps({"model": self.loop.model_data, "gains": self.loop.gains_data}), "claim"
         )
         read = read_text(json.dumps(claim), "claim")
-        return in_words(replay(read, data, self.loop.exact, [], "claim"))
+        return replay(read, data, self.loop.exact, [], "claim").in_words()
 
 
 def _of_the_middle(A: Floats) -> Floats:

@@ -1,15 +1,19 @@
-"""Which options of a verb were given, found from their declarations, and their text as typed."""
+"""Options that verbs share: their declaration, which of them were given, their text as typed."""
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
-from typing import Any
+from inspect import Parameter
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
 
 from takagi.models.errors import ModelError
 
-# Functions whose parameters declare options.
-Groups = tuple[Callable[..., None], ...]
+Options = tuple[Parameter, ...]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")]
+OutFolder = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")]
 # Options of a certificate for given gains; all other options of a design concern making gains.
 _OF_GIVEN_GAINS = (
     "inertia",
@@ -28,9 +32,34 @@ def option_of(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
-def defaults_of(groups: Groups) -> dict[str, Any]:
-    """Return option -> default of groups of options."""
-    return {p.name: p.default for g in groups for p in inspect.signature(g).parameters.values()}
+def option(
+    declared: str,
+    words: str,
+    kind: Any = str,
+    *,
+    default: Any = None,
+    callback: Callable[..., Any] | None = None,
+) -> Parameter:
+    """Return the declaration of an option as a parameter, which ``run_command`` reads.
+
+    Parameters
+    ----------
+    declared : name of the parameter, and behind a space what stands for its value in the help.
+    words : the help;  kind : the type of its value, bool for one without.
+    """
+    name, _, metavar = declared.partition(" ")
+    if kind is bool:
+        default = False
+    taken = kind if default is not None else kind | None
+    stated = typer.Option(option_of(name), metavar=metavar or None, help=words, callback=callback)
+    annotated: Any = Annotated
+    annotation = annotated[taken, stated]
+    return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+
+def defaults_of(options: Options) -> dict[str, Any]:
+    """Return name -> default of options."""
+    return {option.name: option.default for option in options}
 
 
 def as_typed(options: Mapping[str, object]) -> str:
@@ -41,7 +70,7 @@ def as_typed(options: Mapping[str, object]) -> str:
             continue
         option = option_of(name)
         if isinstance(value, list):
-            shown += [f"{option} {one}" for one in value]
+            shown += [f"{option} {entry}" for entry in value]
             continue
         words = [] if value is True else value if isinstance(value, tuple) else [value]
         shown.append(" ".join([option, *map(str, words)]))

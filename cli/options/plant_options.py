@@ -6,11 +6,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from takagi.cli.options.given import Groups, option_of
+from takagi.cli.options.given import Options, option, option_of
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
@@ -19,19 +17,6 @@ if TYPE_CHECKING:
     from takagi.models.plant_files.loader import PlantFile
 
 _TIME = re.compile(r"\s*([-+]?[0-9]{0,9}\.?[0-9]{1,9})\s*(\S*)\s*")
-
-
-def time_options(
-    time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help="Plants: time that a gain for every rule may take, such as 60s or 5min, by an "
-            "estimate; where it takes longer, fewer gains are sought. 120s unless given.",
-        ),
-    ] = None,
-) -> None:
-    """Declare the option for the time that a plant's design may take."""
 
 
 def budget_asked(written: str | None, default: float) -> float:
@@ -60,122 +45,68 @@ _PAIR = re.compile(
 )
 
 
-def plant_design_options(
-    *,
-    decay_rate: Annotated[
-        str | None,
-        typer.Option(
-            metavar="RATE", help='Plants: decay rate [1/s], or "max"; a moderate one unless given.'
-        ),
-    ] = None,
-    settle: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help="Plants: time in which the square root of V falls to 2 %, such as 2s, in place "
-            "of a decay rate.",
-        ),
-    ] = None,
-    effort: Annotated[
-        str | None,
-        typer.Option(
-            metavar="HOW",
-            help="Plants: small (half of every input's range at most, slower), moderate, or large "
-            "(faster, for a smaller set or larger gains); moderate unless given.",
-        ),
-    ] = None,
-    relaxation: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Plants: relaxation of the double sum, such as tanaka-wang, or auto; all pairs of "
-            "rules unless given.",
-        ),
-    ] = None,
-    input_limit: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="INPUT=VALUE",
-            help="Plants: largest deviation of an input from rest, in its unit or with one: "
-            "force=2kN; may be repeated. Ranges of inputs unless given.",
-        ),
-    ] = None,
-    initial: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="STATE=VALUE",
-            help="Plants: half-width of the box of initial states, in the state's unit or with "
-            "one: angle=10deg; may be repeated. A state not named starts at rest.",
-        ),
-    ] = None,
-    gain_bound: Annotated[
-        float | None, typer.Option(help="Plants: bound on the spectral norm of every gain [SI].")
-    ] = None,
-    damping: Annotated[
-        float | None, typer.Option(help="Plants: least damping ratio of the poles, below 1.")
-    ] = None,
-    fastest: Annotated[
-        float | None, typer.Option(help="Plants: largest size of the poles [1/s].")
-    ] = None,
-) -> None:
-    """Declare what the loop of a plant must do: only the signature is read."""
-
-
-def plant_model_options(
-    *,
-    choice: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Plants: how premises are chosen, fewest-rules or least-conservative.",
-        ),
-    ] = None,
-    solve_rest: Annotated[
-        bool,
-        typer.Option(
-            "--solve-rest", help="Plants: solve for the inputs that hold the states at rest."
-        ),
-    ] = False,
-) -> None:
-    """Declare how a plant's model is derived: only the signature is read."""
-
-
-PLANT_OPTIONS: Groups = (plant_design_options, plant_model_options)
-
-
-def sampled_options(
-    sample_time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help="Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds "
-            "its command; continuous time alone unless given.",
-        ),
-    ] = None,
-) -> None:
-    """Declare a further option of a plant's certificate; a simulation has its own --sample-time."""
-
-
-def noise_options(
-    noise: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="DISTURBANCE=VALUE",
-            help="Plants: a disturbance without a range is white noise; VALUE is the root of its "
-            "intensity (two-sided spectral density), in the disturbance's unit times sqrt(s): "
-            "gust=0.3; may be repeated.",
-        ),
-    ] = None,
-    horizon: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help="Plants: bound the probability that the noise drives the state out of a set in "
-            "its box within TIME, such as 10min.",
-        ),
-    ] = None,
-) -> None:
-    """Declare the options of a plant's claim about white noise."""
+# Of the loop and of the model.
+PLANT_OPTIONS: Options = (
+    option("decay_rate RATE", 'Plants: decay rate [1/s], or "max"; a moderate one unless given.'),
+    option(
+        "settle TIME",
+        "Plants: time in which the square root of V falls to 2 %, such as 2s, in place of a decay "
+        "rate.",
+    ),
+    option(
+        "effort HOW",
+        "Plants: small (half of every input's range at most, slower), moderate, or large (faster, "
+        "for a smaller set or larger gains); moderate unless given.",
+    ),
+    option(
+        "relaxation NAME",
+        "Plants: relaxation of the double sum, such as tanaka-wang, or auto; all pairs of rules "
+        "unless given.",
+    ),
+    option(
+        "input_limit INPUT=VALUE",
+        "Plants: largest deviation of an input from rest, in its unit or with one: force=2kN; may "
+        "be repeated. Ranges of inputs unless given.",
+        list[str],
+    ),
+    option(
+        "initial STATE=VALUE",
+        "Plants: half-width of the box of initial states, in the state's unit or with one: "
+        "angle=10deg; may be repeated. A state not named starts at rest.",
+        list[str],
+    ),
+    option("gain_bound", "Plants: bound on the spectral norm of every gain [SI].", float),
+    option("damping", "Plants: least damping ratio of the poles, below 1.", float),
+    option("fastest", "Plants: largest size of the poles [1/s].", float),
+    option("choice NAME", "Plants: how premises are chosen, fewest-rules or least-conservative."),
+    option("solve_rest", "Plants: solve for the inputs that hold the states at rest.", bool),
+)
+# Of a design and its certificate; a simulation has its own --sample-time and --noise.
+PLANT_DESIGN_OPTIONS: Options = (
+    *PLANT_OPTIONS,
+    option(
+        "sample_time TIME",
+        "Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds its "
+        "command; continuous time alone unless given.",
+    ),
+    option(
+        "noise DISTURBANCE=VALUE",
+        "Plants: a disturbance without a range is white noise; VALUE is the root of its intensity "
+        "(two-sided spectral density), in the disturbance's unit times sqrt(s): gust=0.3; may be "
+        "repeated.",
+        list[str],
+    ),
+    option(
+        "horizon TIME",
+        "Plants: bound the probability that the noise drives the state out of a set in its box "
+        "within TIME, such as 10min.",
+    ),
+    option(
+        "time TIME",
+        "Plants: time that a gain for every rule may take, such as 60s or 5min, by an estimate; "
+        "where it takes longer, fewer gains are sought. 120s unless given.",
+    ),
+)
 
 
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:
@@ -213,8 +144,8 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
         if given.get(name):
             changes[name] = values_in_si(option_of(name), given[name], variables)
     try:
-        asked = replace(settings, **changes)
-        asked.require_names(
+        changed = replace(settings, **changes)
+        changed.require_names(
             states=tuple(entry.all_states),
             inputs=tuple(entry.commanded),
             disturbances=tuple(entry.disturbances),
@@ -222,9 +153,9 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]
-        place = f"option {option_of(field)}: " if field in changes else ""
-        raise ModelError(f"{place}{error}") from error
-    return asked
+        prefix = f"option {option_of(field)}: " if field in changes else ""
+        raise ModelError(f"{prefix}{error}") from error
+    return changed
 
 
 def values_in_si(
@@ -241,12 +172,12 @@ def values_in_si(
     """
     from takagi.models.files.units import parse_unit
 
-    found: dict[str, float] = {}
-    for part in (part for text in written for part in text.split(",")):
-        match = _PAIR.fullmatch(part)
+    values: dict[str, float] = {}
+    for pair in (pair for text in written for pair in text.split(",")):
+        match = _PAIR.fullmatch(pair)
         if match is None:
             raise ModelError(
-                f"option {option}: {part!r} was given; NAME=VALUE is needed, such as angle=0.2 or "
+                f"option {option}: {pair!r} was given; NAME=VALUE is needed, such as angle=0.2 or "
                 "angle=10deg"
             )
         name, value, unit = match.groups()
@@ -255,18 +186,18 @@ def values_in_si(
                 f"option {option}: there is no {name}{did_you_mean(name, variables)}; the plant "
                 f"has {', '.join(variables) or 'none'}"
             )
-        own = parse_unit(variables[name].unit)
+        file_unit = parse_unit(variables[name].unit)
         try:
-            meant = parse_unit(unit) if unit.strip() else own
+            typed_unit = parse_unit(unit) if unit.strip() else file_unit
         except ModelError as error:
-            raise ModelError(f"option {option} {part}: {error}") from error
-        if meant.dimension != own.dimension:
+            raise ModelError(f"option {option} {pair}: {error}") from error
+        if typed_unit.dimension != file_unit.dimension:
             raise ModelError(
-                f"option {option} {part}: {name} is in {own.text}, which {unit.strip()!r} does not "
-                "fit"
+                f"option {option} {pair}: {name} is in {file_unit.text}, which {unit.strip()!r} "
+                "does not fit"
             )
-        found[name] = float(meant.to_si(Fraction(value)))
-    return found
+        values[name] = float(typed_unit.to_si(Fraction(value)))
+    return values
 
 
 def _rate(written: str) -> float | str:
@@ -314,9 +245,9 @@ def seconds_of(number: str, unit: str, option: str) -> float:
     from takagi.models.files.units import parse_unit
 
     try:
-        meant = parse_unit(unit)
+        typed_unit = parse_unit(unit)
     except ModelError as error:
         raise ModelError(f"{option}: {error}") from error
-    if meant.dimension != parse_unit("s").dimension:
+    if typed_unit.dimension != parse_unit("s").dimension:
         raise ModelError(f"{option}: {unit!r} is no unit of time; 60s and 10ms have one")
-    return float(meant.to_si(Fraction(number)))
+    return float(typed_unit.to_si(Fraction(number)))

@@ -7,7 +7,7 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from takagi.cli.options.given import Groups
+from takagi.cli.options.given import Options, option
 
 Given = TypeVar("Given", str, list[str], None)
 
@@ -39,8 +39,7 @@ ModelOrFolder = Annotated[
     ),
 ]
 Folder = Annotated[
-    Path,
-    typer.Argument(metavar="DIR", help="A folder of `takagi design`.", show_default=False),
+    Path, typer.Argument(metavar="DIR", help="A folder of `takagi design`.", show_default=False)
 ]
 
 
@@ -56,229 +55,141 @@ def typed_name(law: str) -> str:
     return {filed: name for name, filed in (IN_FILES | _REFERENCE).items()}.get(law, law)
 
 
-def turbine_law(
-    *,
-    law: Annotated[
-        str | None,
-        typer.Option(
-            "--law",
-            help="Turbines: effort-sharing (one law for all winds, which hands its effort from "
-            "torque to pitch), or the law of Schulte (2024), with regions and filters between "
-            "them: schulte (one integrator) or schulte-two-integrators (one a region); "
-            "effort-sharing unless given.",
-            callback=law_in_files,
-            metavar="NAME",
-        ),
-    ] = None,
-    overlap: Annotated[
-        float | None,
-        typer.Option(
-            help="Turbines: half the width of effort over which torque and pitch both act "
-            "[rad/s^2]; 0.01 unless given. Effort-sharing law."
-        ),
-    ] = None,
-    speed_overlap: Annotated[
-        float | None,
-        typer.Option(
-            help="Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.1 unless "
-            "given. Schulte's laws."
-        ),
-    ] = None,
-    torque_overlap: Annotated[
-        float | None,
-        typer.Option(
-            help="Turbines: overlap of the coupling filter in torque [N m]; 2000 unless given. "
-            "Schulte's laws."
-        ),
-    ] = None,
-    speed_setpoint: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SPEED",
-            help="Turbines: de-rated rotor speed with its unit, 11.5rpm or 1.2rad/s; rated speed "
-            "unless given.",
-        ),
-    ] = None,
-    torque_setpoint: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TORQUE",
-            help="Turbines: de-rated generator torque with its unit, 34.5kNm, or a share of the "
-            "rated one, 80%; rated torque unless given.",
-        ),
-    ] = None,
-    pitch_effectiveness_share: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SHARE",
-            help="Turbines: pitch effectiveness that the law assumes, as a share of the frozen "
-            "wake's [-]; 1 unless given. A smaller one moves pitch more. Effort-sharing law.",
-        ),
-    ] = None,
-) -> None:
-    """Declare the law, its overlaps and set-points: only the signature is read."""
-
-
-def turbine_filters(
-    *,
-    ramp_shape: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Turbines: ramp of the coupling filter in speed: smooth (C1) or linear; smooth "
-            "unless given. Schulte's laws.",
-        ),
-    ] = None,
-    ramp_placement: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SHARE",
-            help="Turbines: share of the speed overlap that lies above the set-point [-], 0 to 1; "
-            "0.5 unless given. Schulte's laws.",
-        ),
-    ] = None,
-    tracking_time: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS",
-            help="Turbines: time constant of the anti-windup [s]; 5 unless given. Law "
-            "schulte-two-integrators.",
-        ),
-    ] = None,
-    wind_filter: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS",
-            help="Turbines: low-pass on the wind estimate [s]; 12 unless given. A fast one, 0.05, "
-            "is for a wind that is measured, by a lidar say: the wind rate that is proved is then "
-            "larger, but with an estimate from rotor speed the loop oscillates. Effort-sharing "
-            "law.",
-        ),
-    ] = None,
-    speed_filter: Annotated[
-        float | None,
-        typer.Option(
-            metavar="RAD/S",
-            help="Turbines: corner of the low-pass on the measured rotor speed [rad/s], which the "
-            "gain file contains, 0 for none; 30 unless given, 8 without a torsion filter. Only "
-            "the claim running-loop covers it. Effort-sharing law.",
-        ),
-    ] = None,
-    torsion_filter: Annotated[
-        float | None,
-        typer.Option(
-            metavar="RAD/S",
-            help="Turbines: frequency of the band-stop on the measured rotor speed [rad/s], which "
-            "the gain file contains, 0 for none; 0.9 of the drivetrain's torsion mode unless "
-            "given, if the turbine's file states one. It removes that mode from the loop. Only "
-            "the claim running-loop covers it. Effort-sharing law.",
-        ),
-    ] = None,
-) -> None:
-    """Declare the law's ramp and filters: only the signature is read."""
-
-
-def turbine_gains(
-    *,
-    bandwidth: Annotated[
-        float | None,
-        typer.Option(
-            help="Turbines: wanted proportional gain [1/s]; 0.6 unless given. Effort-sharing law."
-        ),
-    ] = None,
-    bandwidth_growth: Annotated[
-        float | None,
-        typer.Option(
-            metavar="FACTOR",
-            help="Turbines: factor on --bandwidth from 1.25 times the wind where pitch begins to "
-            "act [-]; 1 unless given, more for a rotor larger than the NREL 5-MW turbine's. "
-            "Effort-sharing law.",
-        ),
-    ] = None,
-    margins: Annotated[
-        str | None,
-        typer.Option(
-            "--margins",
-            metavar="TEXT",
-            help="Turbines: margins that the loop that runs must have, as `takagi check --margins` "
-            'takes them: "gain 1.5, phase 20deg, delay 15ms". Settings that were not given are '
-            "changed, as little as possible, until the margins are met. Effort-sharing law.",
-        ),
-    ] = None,
-) -> None:
-    """Declare what the gains aim at: only the signature is read."""
-
-
-def turbine_claims(
-    *,
-    inertia: Annotated[
-        tuple[str, str] | None,
-        typer.Option(
-            metavar="LOW HIGH",
-            help="Turbines: true over nominal inertia that gains and certificate must cover; 0.9 "
-            "1.1 unless given. Effort-sharing law.",
-        ),
-    ] = None,
-    power_coefficient: Annotated[
-        tuple[str, str] | None,
-        typer.Option(
-            metavar="LOW HIGH",
-            help="Turbines: true over tabulated power coefficient that the certificate must cover, "
-            "such as 0.99 1.01; the table's own unless given. Effort-sharing law.",
-        ),
-    ] = None,
-    equilibrium_wake: Annotated[
-        bool,
-        typer.Option(
-            "--equilibrium-wake",
-            help="Turbines: leave the frozen wake out of the pitch effectiveness that the "
-            "certificate covers: wider wind limits, for a smaller family of plants.",
-        ),
-    ] = False,
-) -> None:
-    """Declare the plants and winds that claims are about: only the signature is read."""
-
-
-def turbine_synthesis(
-    *,
-    two_step: Annotated[
-        bool,
-        typer.Option(
-            "--two-step",
-            help="Turbines: find the gains wind by wind and prove them afterwards. This is the "
-            "default unless --one-step or --objective is given. Effort-sharing law.",
-        ),
-    ] = False,
-    one_step: Annotated[
-        bool,
-        typer.Option(
-            "--one-step",
-            help="Turbines: change gains and proof together, starting from the two-step gains. "
-            "This takes about two minutes more and gives wider wind limits and faster decay; "
-            "pitch then travels more. Effort-sharing law.",
-        ),
-    ] = False,
-    objective: Annotated[
-        str | None,
-        typer.Option(
-            "--objective",
-            metavar="NAME",
-            help="Turbines: what the one-step search improves: balanced (wind limits, and some "
-            "decay), wind-class (the limits alone), decay, calm-pitch or calm-tower; --one-step "
-            "alone means balanced. With the first three the wind limits are no narrower than those "
-            "of the two-step gains, on average and at the weakest wind; with the calm ones by up "
-            "to 15 %. Effort-sharing law.",
-        ),
-    ] = None,
-) -> None:
-    """Declare how gains are found: only the signature is read."""
-
-
 # In the order in which the help lists them.
-TURBINE_OPTIONS: Groups = (
-    turbine_law,
-    turbine_filters,
-    turbine_gains,
-    turbine_claims,
-    turbine_synthesis,
+TURBINE_OPTIONS: Options = (
+    option(
+        "law NAME",
+        "Turbines: effort-sharing (one law for all winds, which hands its effort from torque to "
+        "pitch), or the law of Schulte (2024), with regions and filters between them: schulte (one "
+        "integrator) or schulte-two-integrators (one a region); effort-sharing unless given.",
+        callback=law_in_files,
+    ),
+    option(
+        "overlap",
+        "Turbines: half the width of effort over which torque and pitch both act [rad/s^2]; 0.01 "
+        "unless given. Effort-sharing law.",
+        float,
+    ),
+    option(
+        "speed_overlap",
+        "Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.1 unless given. "
+        "Schulte's laws.",
+        float,
+    ),
+    option(
+        "torque_overlap",
+        "Turbines: overlap of the coupling filter in torque [N m]; 2000 unless given. Schulte's "
+        "laws.",
+        float,
+    ),
+    option(
+        "speed_setpoint SPEED",
+        "Turbines: de-rated rotor speed with its unit, 11.5rpm or 1.2rad/s; rated speed unless "
+        "given.",
+    ),
+    option(
+        "torque_setpoint TORQUE",
+        "Turbines: de-rated generator torque with its unit, 34.5kNm, or a share of the rated one, "
+        "80%; rated torque unless given.",
+    ),
+    option(
+        "pitch_effectiveness_share SHARE",
+        "Turbines: pitch effectiveness that the law assumes, as a share of the frozen wake's [-]; "
+        "1 unless given. A smaller one moves pitch more. Effort-sharing law.",
+        float,
+    ),
+    option(
+        "ramp_shape NAME",
+        "Turbines: ramp of the coupling filter in speed: smooth (C1) or linear; smooth unless "
+        "given. Schulte's laws.",
+    ),
+    option(
+        "ramp_placement SHARE",
+        "Turbines: share of the speed overlap that lies above the set-point [-], 0 to 1; 0.5 "
+        "unless given. Schulte's laws.",
+        float,
+    ),
+    option(
+        "tracking_time SECONDS",
+        "Turbines: time constant of the anti-windup [s]; 5 unless given. Law "
+        "schulte-two-integrators.",
+        float,
+    ),
+    option(
+        "wind_filter SECONDS",
+        "Turbines: low-pass on the wind estimate [s]; 12 unless given. A fast one, 0.05, is for a "
+        "wind that is measured, by a lidar say: the wind rate that is proved is then larger, but "
+        "with an estimate from rotor speed the loop oscillates. Effort-sharing law.",
+        float,
+    ),
+    option(
+        "speed_filter RAD/S",
+        "Turbines: corner of the low-pass on the measured rotor speed [rad/s], which the gain file "
+        "contains, 0 for none; 30 unless given, 8 without a torsion filter. Only the claim "
+        "running-loop covers it. Effort-sharing law.",
+        float,
+    ),
+    option(
+        "torsion_filter RAD/S",
+        "Turbines: frequency of the band-stop on the measured rotor speed [rad/s], which the gain "
+        "file contains, 0 for none; 0.9 of the drivetrain's torsion mode unless given, if the "
+        "turbine's file states one. It removes that mode from the loop. Only the claim "
+        "running-loop covers it. Effort-sharing law.",
+        float,
+    ),
+    option(
+        "bandwidth",
+        "Turbines: wanted proportional gain [1/s]; 0.6 unless given. Effort-sharing law.",
+        float,
+    ),
+    option(
+        "bandwidth_growth FACTOR",
+        "Turbines: factor on --bandwidth from 1.25 times the wind where pitch begins to act [-]; 1 "
+        "unless given, more for a rotor larger than the NREL 5-MW turbine's. Effort-sharing law.",
+        float,
+    ),
+    option(
+        "margins TEXT",
+        "Turbines: margins that the loop that runs must have, as `takagi check --margins` takes "
+        'them: "gain 1.5, phase 20deg, delay 15ms". Settings that were not given are changed, as '
+        "little as possible, until the margins are met. Effort-sharing law.",
+    ),
+    option(
+        "inertia LOW HIGH",
+        "Turbines: true over nominal inertia that gains and certificate must cover; 0.9 1.1 unless "
+        "given. Effort-sharing law.",
+        tuple[str, str],
+    ),
+    option(
+        "power_coefficient LOW HIGH",
+        "Turbines: true over tabulated power coefficient that the certificate must cover, such as "
+        "0.99 1.01; the table's own unless given. Effort-sharing law.",
+        tuple[str, str],
+    ),
+    option(
+        "equilibrium_wake",
+        "Turbines: leave the frozen wake out of the pitch effectiveness that the certificate "
+        "covers: wider wind limits, for a smaller family of plants.",
+        bool,
+    ),
+    option(
+        "two_step",
+        "Turbines: find the gains wind by wind and prove them afterwards. This is the default "
+        "unless --one-step or --objective is given. Effort-sharing law.",
+        bool,
+    ),
+    option(
+        "one_step",
+        "Turbines: change gains and proof together, starting from the two-step gains. This takes "
+        "about two minutes more and gives wider wind limits and faster decay; pitch then travels "
+        "more. Effort-sharing law.",
+        bool,
+    ),
+    option(
+        "objective NAME",
+        "Turbines: what the one-step search improves: balanced (wind limits, and some decay), "
+        "wind-class (the limits alone) or decay; --one-step alone means balanced. The wind limits "
+        "are no narrower than those of the two-step gains, on average and at the weakest wind. "
+        "Effort-sharing law.",
+    ),
 )

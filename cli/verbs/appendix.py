@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from shutil import which
 from typing import Annotated
@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.given import AsJson
 from takagi.cli.options.turbine_options import Folder
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
@@ -23,16 +24,11 @@ _NO_TEX = (
 )
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Run the verb; return its exit status."""
-    return run_command("appendix", appendix, arguments)
-
-
 def appendix(
     folder: Folder,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="OUT", help="The folder to write.")],
     *,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Write the LaTeX appendix of the design in DIR; nothing is designed again.
 
@@ -52,6 +48,9 @@ def appendix(
         write_folder(out, files)
     _print(finished.verdict_words, out, list(files), as_json=as_json)
     return PROVED if finished.proved else UNPROVED
+
+
+run = partial(run_command, "appendix", appendix)
 
 
 def _print(verdict: str, out: Path, names: list[str], *, as_json: bool) -> None:

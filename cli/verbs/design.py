@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from functools import partial
 from importlib import import_module
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.given import AsJson, OutFolder
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
@@ -19,16 +19,11 @@ from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.terminal.files import FOLDERS, PURPOSES, print_files, tell_none
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Run the verb; return its exit status."""
-    return run_command("design", design, arguments, groups=DESIGN_OPTIONS)
-
-
 def design(
     model: Model,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")],
+    out: OutFolder,
     *,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    as_json: AsJson = False,
     force: Annotated[
         bool, typer.Option("--force", help="Replace the design that DIR holds.")
     ] = False,
@@ -72,3 +67,6 @@ def design(
             verbs += [f"simulate {out}", f"export {out} --to c --out {out / 'c'}"]
         print("\n  takagi ".join(["\nNext", *verbs]))
     return PROVED if finished.proved else UNPROVED
+
+
+run = partial(run_command, "design", design, options=DESIGN_OPTIONS)

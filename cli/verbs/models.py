@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from typing import Annotated
-
-import typer
+from functools import partial
 
 from takagi.cli.command import PROVED, run_command
+from takagi.cli.options.given import AsJson
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Run the verb; return its exit status."""
-    return run_command("models", list_models, arguments)
-
-
-def list_models(
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
-) -> int:
+def list_models(as_json: AsJson = False) -> int:
     """List the built-in models: wind turbines, then plants.
 
     The other verbs take such a name as MODEL, or the path of a TOML file of your own; from Python
@@ -27,12 +18,15 @@ def list_models(
     from takagi.models.files.library import built_in_kinds, built_in_models
 
     kinds = built_in_kinds()
-    found = sorted(built_in_models(), key=lambda pair: (kinds[pair[0]] != "turbine", pair[0]))
+    models = sorted(built_in_models(), key=lambda pair: (kinds[pair[0]] != "turbine", pair[0]))
     if as_json:
-        rows = [{"name": name, "kind": kinds[name], "description": text} for name, text in found]
+        rows = [{"name": name, "kind": kinds[name], "description": text} for name, text in models]
         print(json.dumps(rows, indent=2))
         return PROVED
-    width = max((len(name) for name, _ in found), default=0)
-    for name, text in found:
+    width = max((len(name) for name, _ in models), default=0)
+    for name, text in models:
         print(f"{name:<{width}}  {kinds[name]:<7}  {text}")
     return PROVED
+
+
+run = partial(run_command, "models", list_models)

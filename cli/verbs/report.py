@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -12,11 +12,6 @@ from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.turbine_options import Folder
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
-
-
-def run(arguments: Sequence[str]) -> int:
-    """Run the verb; return its exit status."""
-    return run_command("report", report, arguments)
 
 
 def report(
@@ -33,10 +28,13 @@ def report(
     from takagi.reports.design_folder import FIGURES, REPORT, read_design, report_files
     from takagi.reports.output import write_folder
 
-    place = out or folder
-    require_folder_place(place, files=[REPORT], folders=[FIGURES])
+    target = out or folder
+    require_folder_place(target, files=[REPORT], folders=[FIGURES])
     with progress(f"takagi report {folder}") as tell:
         design = read_design(folder, tell=tell)
-        write_folder(place, report_files(design, tell=tell))
-    print(f"{place / REPORT}: {design.verdict_words}")
+        write_folder(target, report_files(design, tell=tell))
+    print(f"{target / REPORT}: {design.verdict_words}")
     return PROVED if design.proved else UNPROVED
+
+
+run = partial(run_command, "report", report)

@@ -10,24 +10,24 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from takagi.cli.command import run_command
-from takagi.cli.options.given import Groups
+from takagi.cli.options.given import AsJson, Options
 from takagi.cli.options.turbine_options import ModelOrFolder
 from takagi.cli.runs.makers import MAKERS, own_options
 
 if TYPE_CHECKING:
-    from takagi.models.loading import ModelFile
+    pass
 
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
-    # Turbines and plants share a group.
-    groups = list(dict.fromkeys(group for own in _groups().values() for group in own))
-    return run_command("simulate", simulate, arguments, groups=groups)
+    # Turbines and plants share some.
+    every = {option.name: option for options in _declared().values() for option in options}
+    return run_command("simulate", simulate, arguments, options=tuple(every.values()))
 
 
-def _groups() -> dict[str, Groups]:
+def _declared() -> dict[str, Options]:
     """Return kind of model -> the options that its simulation has."""
-    return {kind: import_module(maker.simulation).GROUPS for kind, maker in MAKERS.items()}
+    return {kind: import_module(maker.simulation).OPTIONS for kind, maker in MAKERS.items()}
 
 
 def simulate(
@@ -44,7 +44,7 @@ def simulate(
             "plants some time constants."
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    as_json: AsJson = False,
     **options: Any,
 ) -> int:
     """Simulate laws on the nonlinear plant. A simulation proves nothing.
@@ -70,21 +70,19 @@ def simulate(
     """
     from takagi.models.loading import read_model
 
-    source, gains = _designed(Path(model)) if Path(model).is_dir() else (read_model(model), None)
+    gains: Path | None = None
+    if Path(model).is_dir():
+        from takagi.reports.design_folder import design_folder
+
+        design = design_folder(Path(model))
+        source, gains = read_model(design.model), design.gains
+    else:
+        source = read_model(model)
     if gains is not None and options["certificate"] is None:
         name = "gains" if source.kind == "plant" else "law_from"
         options[name] = options[name] or gains
-    asked = own_options(source, options, _groups())
+    requested = own_options(source, options, _declared())
     status: int = import_module(MAKERS[source.kind].simulation).simulate(
-        source, out, asked, duration=duration, as_json=as_json
+        source, out, requested, duration=duration, as_json=as_json
     )
     return status
-
-
-def _designed(folder: Path) -> tuple[ModelFile, Path | None]:
-    """Return model and gain file of a design's folder."""
-    from takagi.models.loading import read_model
-    from takagi.reports.design_folder import design_folder
-
-    parts = design_folder(folder)
-    return read_model(parts.model), parts.gains

@@ -7,12 +7,10 @@ import tempfile
 from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import PROVED, UNPROVED
-from takagi.cli.options.given import defaults_of, option_of
+from takagi.cli.options.given import Options, defaults_of, option, option_of
 from takagi.cli.progress import progress
 from takagi.models.errors import ModelError
 
@@ -22,39 +20,29 @@ if TYPE_CHECKING:
 RUNS, RUNS_BEYOND = 10_000, 2000
 
 
-def campaign_options(
-    certificate: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Turbines: random runs of the loop that a certificate speaks of, each compared "
-            "with every bound that it claims, in place of a scenario.",
-        ),
-    ] = None,
-    runs: Annotated[
-        int | None,
-        typer.Option(
-            help=f"With --certificate: how many; {RUNS} unless given, {RUNS_BEYOND} with --beyond."
-        ),
-    ] = None,
-    beyond: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="WHAT",
-            help="With --certificate: runs outside of the claim, to see which bound fails first: "
-            "3 or wind=3 (the wind limits times 3), wind-error=3, wind-rate=3, start=4 (starts "
-            "with V up to 4), inertia=0.8:1.2, wake=1.5, or all. May be repeated.",
-        ),
-    ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="With --certificate: processes; as many as there are cores unless given.",
-        ),
-    ] = None,
-) -> None:
-    """Declare what a campaign of random runs may be asked for."""
+CAMPAIGN_OPTIONS: Options = (
+    option(
+        "certificate FILE",
+        "Turbines: random runs of the loop that a certificate speaks of, each compared with every "
+        "bound that it claims, in place of a scenario.",
+        Path,
+    ),
+    option(
+        "runs",
+        f"With --certificate: how many; {RUNS} unless given, {RUNS_BEYOND} with --beyond.",
+        int,
+    ),
+    option(
+        "beyond WHAT",
+        "With --certificate: runs outside of the claim, to see which bound fails first: 3 or "
+        "wind=3 (the wind limits times 3), wind-error=3, wind-rate=3, start=4 (starts with V up to "
+        "4), inertia=0.8:1.2, wake=1.5, or all. May be repeated.",
+        list[str],
+    ),
+    option(
+        "workers N", "With --certificate: processes; as many as there are cores unless given.", int
+    ),
+)
 
 
 def simulate_campaign(
@@ -70,7 +58,7 @@ def simulate_campaign(
 
     Parameters
     ----------
-    options : those of ``campaign_options``, ``seed``, and those of a scenario.
+    options : those of ``CAMPAIGN_OPTIONS``, ``seed``, and those of a scenario.
     scenario : the defaults of the latter; of them only ``seed`` may be given.
 
     Raises
@@ -148,11 +136,11 @@ def without_campaign(options: Mapping[str, Any]) -> dict[str, Any]:
     ------
     ModelError : an option that needs --certificate.
     """
-    own = defaults_of((campaign_options,))
-    for name in own:
+    declared = defaults_of(CAMPAIGN_OPTIONS)
+    for name in declared:
         if options[name] not in (None, []):
             raise ModelError(
                 f"option --{name} is about random runs of a certified loop; give the certificate "
                 "too: --certificate FILE"
             )
-    return {name: value for name, value in options.items() if name not in own}
+    return {name: value for name, value in options.items() if name not in declared}

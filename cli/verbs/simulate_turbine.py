@@ -5,17 +5,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import PROVED, UNPROVED
-from takagi.cli.options.given import Groups, defaults_of
+from takagi.cli.options.given import Options, defaults_of, option
 from takagi.cli.options.plant_options import time_asked
-from takagi.cli.options.simulation_options import shared_simulation
+from takagi.cli.options.simulation_options import SHARED_SIMULATION
 from takagi.cli.options.turbine_options import law_in_files
 from takagi.cli.progress import progress
-from takagi.cli.verbs.simulate_campaign import campaign_options, without_campaign
+from takagi.cli.verbs.simulate_campaign import CAMPAIGN_OPTIONS, without_campaign
 
 if TYPE_CHECKING:
     from takagi.models.simulation.turbine_plant import SimulatedTurbine
@@ -26,73 +24,55 @@ _MAKING, _SIMULATING = 0.45, 0.95
 _DESIGN_STEPS = 7
 
 
-def turbine_simulation(
-    law: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="Turbines: effort-sharing (one law for all winds), schulte or "
-            "schulte-two-integrators (with one integrator or one a region), or reference (the "
-            "reference controller, K w^2 + PI); may be repeated. Without it: effort-sharing, "
-            "schulte and reference.",
-            callback=law_in_files,
-        ),
-    ] = None,
-    law_from: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Turbines: simulate the law of a gain file, with its observer; of the named laws, "
-            "only reference can be simulated with it.",
-        ),
-    ] = None,
-    scenario: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME", help="Turbines: paper (three turbulent winds), step, gust or ramp."
-        ),
-    ] = "paper",
-    wake: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="Turbines: dynamic (a wake with states) or equilibrium.",
-        ),
-    ] = "dynamic",
-    without: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PART",
-            help="Turbines: tower, flap, torsion or torque-lag is left out; may be repeated.",
-        ),
-    ] = None,
-    speed_filter: Annotated[
-        float | None,
-        typer.Option(
-            metavar="RAD/S",
-            help="Turbines: corner of a low-pass on the measured speed [rad/s], 0 for none; each "
-            "law's own unless given.",
-        ),
-    ] = None,
-    ripple: Annotated[
+SCENARIO_OPTIONS: Options = (
+    option(
+        "law NAME",
+        "Turbines: effort-sharing (one law for all winds), schulte or schulte-two-integrators "
+        "(with one integrator or one a region), or reference (the reference controller, K w^2 + "
+        "PI); may be repeated. Without it: effort-sharing, schulte and reference.",
+        list[str],
+        callback=law_in_files,
+    ),
+    option(
+        "law_from FILE",
+        "Turbines: simulate the law of a gain file, with its observer; of the named laws, only "
+        "reference can be simulated with it.",
+        Path,
+    ),
+    option(
+        "scenario NAME",
+        "Turbines: paper (three turbulent winds), step, gust or ramp.",
+        default="paper",
+    ),
+    option(
+        "wake NAME", "Turbines: dynamic (a wake with states) or equilibrium.", default="dynamic"
+    ),
+    option(
+        "without PART",
+        "Turbines: tower, flap, torsion or torque-lag is left out; may be repeated.",
+        list[str],
+    ),
+    option(
+        "speed_filter RAD/S",
+        "Turbines: corner of a low-pass on the measured speed [rad/s], 0 for none; each law's own "
+        "unless given.",
         float,
-        typer.Option(
-            metavar="SHARE",
-            help="Turbines: amplitude of a wind oscillation three times a turn, over the wind [-].",
-        ),
-    ] = 0.0,
-    computation_time: Annotated[
+    ),
+    option(
+        "ripple SHARE",
+        "Turbines: amplitude of a wind oscillation three times a turn, over the wind [-].",
         float,
-        typer.Option(
-            metavar="SECONDS",
-            help="Turbines: from measuring to sending [s]; at most the sample time.",
-        ),
-    ] = 0.0,
-) -> None:
-    """Declare what a simulation of a wind turbine may be asked for."""
-
-
-GROUPS: Groups = (turbine_simulation, shared_simulation, campaign_options)
+        default=0.0,
+    ),
+    option(
+        "computation_time SECONDS",
+        "Turbines: from measuring to sending [s]; at most the sample time.",
+        float,
+        default=0.0,
+    ),
+    *SHARED_SIMULATION,
+)
+OPTIONS: Options = (*SCENARIO_OPTIONS, *CAMPAIGN_OPTIONS)
 # How often a turbine's law runs unless it is said [s].
 SAMPLE_TIME = 0.02
 
@@ -109,7 +89,7 @@ def simulate(
     if asked["certificate"] is not None:
         from takagi.cli.verbs.simulate_campaign import simulate_campaign
 
-        defaults = defaults_of((turbine_simulation, shared_simulation))
+        defaults = defaults_of(SCENARIO_OPTIONS)
         return simulate_campaign(source, out, asked, defaults, duration=duration, as_json=as_json)
     return _laws(source, out, without_campaign(asked), duration=duration, as_json=as_json)
 
@@ -152,8 +132,8 @@ def _laws(
     )
     plant = simulation_plant(turbine, parts)
     winds = scenario_winds(turbine, asked["scenario"], duration=duration, seed=asked["seed"])
-    given = asked["sample_time"]
-    step = SAMPLE_TIME if given is None else time_asked("--sample-time", given)
+    step_text = asked["sample_time"]
+    step = SAMPLE_TIME if step_text is None else time_asked("--sample-time", step_text)
     require_sampling(step, asked["computation_time"])
     _tell_slow_sampling(plant, step)
     written: list[str] = []
@@ -168,7 +148,7 @@ def _laws(
         laws = filed or chosen_laws(turbine, names, files=source.files, tell=making)
         begin = _MAKING if steps else 0.0
         same = ("scenario", "computation_time")
-        found = run_simulation(
+        simulation = run_simulation(
             turbine,
             laws,
             winds,
@@ -182,28 +162,28 @@ def _laws(
             from takagi.reports.simulation.tables import simulation_files
 
             tell("figures and tables", _SIMULATING)
-            content = simulation_files(found)
+            content = simulation_files(simulation)
             write_folder(out, content)
             written = [str(out / name) for name in content]
     if as_json:
         from takagi.reports.simulation.tables import as_json as json_text
 
-        print(json_text(found, files=written), end="")
+        print(json_text(simulation, files=written), end="")
     else:
         from takagi.cli.terminal.simulation_table import print_simulation
 
-        print_simulation(found, written)
-    return UNPROVED if found.diverged else PROVED
+        print_simulation(simulation, written)
+    return UNPROVED if simulation.diverged else PROVED
 
 
 def _tell_slow_sampling(plant: SimulatedTurbine, step: float) -> None:
     """Say before the long work that a mode has too few samples; the simulation shows the rest."""
     from takagi.reports.margins.running_over_wind import plant_modes, slow_sampling
 
-    found = slow_sampling(step, plant_modes(plant))
-    if found is not None:
+    words = slow_sampling(step, plant_modes(plant))
+    if words is not None:
         print(
-            f"note: {found}; what the law then sees of this mode is made by the sampling, and an "
+            f"note: {words}; what the law then sees of this mode is made by the sampling, and an "
             "exported law refuses or reports such a time",
             file=sys.stderr,
             flush=True,

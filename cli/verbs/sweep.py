@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.given import AsJson, OutFolder
 from takagi.cli.options.turbine_options import IN_FILES, Model, law_in_files, typed_name
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
@@ -22,14 +24,9 @@ if TYPE_CHECKING:
     from takagi.models.turbine.loader import TurbineFile
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Run the verb; return its exit status."""
-    return run_command("sweep", sweep, arguments)
-
-
 def sweep(
     model: Model,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")],
+    out: OutFolder,
     over: Annotated[
         list[str] | None,
         typer.Option(
@@ -52,7 +49,7 @@ def sweep(
         int | None,
         typer.Option(metavar="N", help="Processes; as many as there are cores unless given."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Map where a law of MODEL, a wind turbine, is proved, over a grid of its parameters.
 
@@ -80,6 +77,9 @@ def sweep(
         write_folder(out, files)
     print(_as_json(result, out, files) if as_json else _as_text(result, out, files))
     return UNPROVED if "FAILED" in result.counted() else PROVED
+
+
+run = partial(run_command, "sweep", sweep)
 
 
 def _turbine(model: str) -> TurbineFile:

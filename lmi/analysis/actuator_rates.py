@@ -41,6 +41,7 @@ from takagi.lmi.argument_checks import (
 )
 from takagi.lmi.condition.term import Array
 from takagi.models import TSModel
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import finite_array
 
@@ -88,7 +89,7 @@ def of_pairs(answer: Answer, gains: ArrayLike | None) -> Answer:
     return replace(answer, diagnosis=f"{answer.diagnosis} ({words})")
 
 
-# The most rules for which the corners of the set of membership rates are listed, about r 2^(r-1).
+# The most memberships whose rates' corners are listed, about r 2^(r-1) of them.
 MOST_RULES = 12
 
 
@@ -176,28 +177,54 @@ def membership_rates(rate_bounds: ArrayLike | None, K: Array, *, discrete: bool)
     return None if alike else np.broadcast_to(phi, (len(K),))
 
 
-def membership_corners(phi: Array) -> Array:
-    """Return the corners of {d : |d_j| <= phi_j, sum_j d_j = 0}, (., r); all but one at a bound.
+def velocity_corners(bound: Floats) -> Floats:
+    """Return the corners of the velocities, (count, corners of the simplex).
+
+    All but one of the v_c are at their bounds, and the last balances them.
+
+    Parameters
+    ----------
+    bound : phi, (corners of the simplex,), in 1/s; at most one is infinite.
 
     Raises
     ------
-    ModelError : so many rules that they are not listed.
+    ModelError : too many memberships for a list of corners.
     """
-    r = len(phi)
-    if r > MOST_RULES:
+    phi = balanced_bounds(bound)
+    moving = np.flatnonzero(phi > 0)
+    if not len(moving):
+        return np.zeros((1, len(phi)))
+    if len(moving) > MOST_RULES:
         raise ModelError(
-            f"{r} rules have up to {r * 2 ** (r - 1)} corners of membership rates; at most "
-            f"{MOST_RULES} rules are listed: bound the rate with input_rate_bound instead"
+            f"{len(moving)} memberships move with rates of their own, more than {MOST_RULES}; "
+            "give the model its premises, with a rate for each"
         )
-    corners = []
-    for free in range(r):
-        other_bounds = np.delete(phi, free)
-        for signs in product((1.0, -1.0), repeat=r - 1):
-            others = np.array(signs) * other_bounds
-            last = -others.sum()
-            if abs(last) <= phi[free]:
-                corners.append(np.insert(others, free, last))
-    return np.unique(np.array(corners), axis=0)
+    signs = np.array(list(product((-1.0, 1.0), repeat=len(moving) - 1)))
+    corner_groups = []
+    for free in range(len(moving)):
+        other_rates = np.delete(moving, free)
+        other_values = signs * phi[other_rates]
+        balance = -other_values.sum(axis=1)
+        # A rate that balances the others exactly is a corner, although rounding may exceed its
+        # bound.
+        fits = np.abs(balance) <= phi[moving[free]] * (1 + 1e-12)
+        corners = np.zeros((int(fits.sum()), len(phi)))
+        corners[:, other_rates] = other_values[fits]
+        corners[:, moving[free]] = balance[fits]
+        corner_groups.append(corners)
+    return distinct_rows(np.concatenate(corner_groups), float(phi.max()))
+
+
+def balanced_bounds(bound: Floats) -> Floats:
+    """Return the bounds that matter: what the others cannot balance, no membership can do."""
+    sums_of_others = np.array([np.delete(bound, c).sum() for c in range(len(bound))])
+    return np.asarray(np.minimum(bound, sums_of_others))
+
+
+def distinct_rows(corners: Floats, size: float) -> Floats:
+    """Return the rows that differ by more than rounding."""
+    _, first = np.unique(np.round(corners / size, 9), axis=0, return_index=True)
+    return np.asarray(corners[np.sort(first)])
 
 
 def _largest(rows: Array, Q: Array) -> Array:
@@ -209,7 +236,7 @@ def _largest(rows: Array, Q: Array) -> Array:
 def _largest_of_rates(K: Array, phi: Array, Q: Array) -> Array:
     """Return (m,): a bound on |sum_j h_j' K_j x|."""
     if len(K) <= MOST_RULES:
-        return _largest(np.tensordot(membership_corners(phi), K, axes=1), Q)
+        return _largest(np.tensordot(np.unique(velocity_corners(phi), axis=0), K, axes=1), Q)
     # The rates sum to zero, so the same gain may be subtracted from all gains.
     apart = np.stack([_norms(K - reference, Q) for reference in (*K, K.mean(axis=0))])
     return np.asarray((phi[:, None] * apart).sum(axis=1).min(axis=0))

@@ -49,12 +49,14 @@ from takagi.lmi.argument_checks import (
     vertex_stack,
 )
 from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.statements import pose
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, exactly_held
 from takagi.lmi.decision.rounds import decide_by_vertices
+from takagi.lmi.expressions.expression import He, added, matrix
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
 
@@ -251,60 +253,17 @@ def impossibility_condition(
     """
     count, n = A.shape[:2]
     Z = Unknown("Z", n, n, symmetric=True, count=count)
-    eye = np.eye(n)[None]
-    every = np.arange(count)
-    positive = LMI(
-        name="multiplier",
-        blocks=(n,),
-        terms=(Term(unknown=Z, left=eye, right=eye, items=every, members=every),),
-        count=count,
-        strict=False,
-    )
-    bounded = LMI(
-        name="scale of the multiplier",
-        blocks=(n,),
-        terms=(Term(unknown=Z, left=eye, right=eye, items=every, members=every),),
-        constants=(Constant(value=-eye, latex="-I"),),
-        sign=-1,
-        count=count,
-        strict=False,
-    )
-    alternative = LMI(name="alternative", blocks=(n,), terms=_sum(A, Z, decay_rate, sample_time))
-    return Condition(
+    if sample_time is None:
+        change = He(added(matrix(A + decay_rate * np.eye(n), r"(A_{i} + \alpha I)") @ Z))
+    else:
+        A_i, contraction = matrix(A, "A_{i}"), np.exp(-2.0 * decay_rate * sample_time)
+        change = added(A_i @ Z @ A_i.T - matrix([[contraction]], r"\rho^2") * Z)
+    return pose(
+        (Z >= 0).named("multiplier"),
+        (Z <= np.eye(n)).named("scale of the multiplier"),
+        (change >> 0).named("alternative"),
         name="no common quadratic function",
-        unknowns=(Z,),
-        lmis=(positive, bounded, alternative),
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3",
-    )
-
-
-def _sum(A: Floats, Z: Unknown, rate: float, step: float | None) -> tuple[Term, ...]:
-    count, n = A.shape[:2]
-    eye, every, first = np.eye(n)[None], np.arange(count), np.zeros(count, dtype=np.intp)
-    if step is None:
-        shifted = A + rate * np.eye(n)
-        motion_term = Term(
-            unknown=Z,
-            left=shifted,
-            right=eye,
-            plus_transpose=True,
-            items=first,
-            members=every,
-            latex=("A_{i}", ""),
-        )
-        return (motion_term,)
-    ahead = A.transpose(0, 2, 1)
-    decay = -np.exp(-2.0 * rate * step) * eye
-    return (
-        Term(
-            unknown=Z,
-            left=A,
-            right=ahead,
-            items=first,
-            members=every,
-            latex=("A_{i}", r"A_{i}^\top"),
-        ),
-        Term(unknown=Z, left=decay, right=eye, items=first, members=every, latex=(r"-\rho^2", "")),
     )
 
 

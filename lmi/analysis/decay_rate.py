@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -11,13 +12,14 @@ from numpy.typing import ArrayLike
 from takagi.lmi.answer import Answer, Try
 from takagi.lmi.argument_checks import (
     Vertices,
+    decay_parameter,
     number,
-    rate_parameter,
     sample_time_of,
     vertex_stack,
 )
 from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, identity_like, positive
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.decide import decide
@@ -29,6 +31,7 @@ from takagi.lmi.decision.outcome import (
     promised,
 )
 from takagi.lmi.decision.rounds import CHUNK, first_vertices
+from takagi.lmi.expressions.expression import Expression, He, Parameter, matrix
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
@@ -65,57 +68,53 @@ def common_lyapunov_condition(
     and Wang (2001), theorem 2, for discrete time.
     """
     A = vertex_stack(model)
-    alpha = number("decay_rate", decay_rate)
     step = sample_time_of(model, sample_time)
+    rate = decay_parameter(number("decay_rate", decay_rate), step)
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    eye = identity_like(A, A.shape[1])
-    decay = LMI(
-        name="vertex",
-        blocks=(n,),
-        terms=_continuous(P, A, eye) if step is None else _discrete(P, A, eye),
-        sign=-1,
-        count=len(A),
-        weight=vertex_weight(A, step=step) if weight is None else weight,
-        index=rf"i = 1, \dots, {len(A)}",
-    )
-    return Condition(
+    decay = change_of(P, matrix(A, "A_{i}"), rate, step) << 0
+    weight = vertex_weight(A, step=step) if weight is None else weight
+    return pose(
+        positive_definite(P),
+        scale_bound(P),
+        decay.named("vertex", rf"i = 1, \dots, {len(A)}", weight=weight),
         name="common quadratic Lyapunov function",
-        unknowns=(P,),
-        lmis=(positive(P), bounded(P), decay),
-        parameters=rate_parameter(alpha, step),
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1"
         if step is None
         else "Tanaka and Wang (2001), theorem 2",
     )
 
 
-def _continuous(P: Unknown, A: Array, eye: Array) -> tuple[Term, ...]:
-    return (
-        Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
-    )
-
-
-def _discrete(P: Unknown, A: Array, eye: Array) -> tuple[Term, ...]:
-    behind = A.transpose(0, 2, 1)
-    return (
-        Term(unknown=P, left=behind, right=A, latex=(r"A_{i}^\top", "A_{i}")),
-        Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
-    )
+def change_of(
+    P: Unknown, A: Expression, rate: Parameter | Expression, step: float | None
+) -> Expression:
+    """Return He(P A) + 2 alpha P, or A' P A - rho^2 P in discrete time."""
+    return He(P @ A) + 2 * rate * P if step is None else A.T @ P @ A - rate * P
 
 
 def answer_in_states(
-    condition: Condition, outcome: Outcome, A: Floats, s: Floats, *, step: float | None = None
+    condition: Condition,
+    outcome: Outcome,
+    A: Floats,
+    s: Floats,
+    *,
+    step: float | None = None,
+    diagnose: Callable[[Condition, Outcome], str] | None = None,
 ) -> Answer:
-    """Return the outcome with P in the model's own states, its smallest eigenvalue made 1."""
+    """Return the outcome with P in the model's own states, its smallest eigenvalue made 1.
+
+    Parameters
+    ----------
+    A : vertices in these states; the condition is posed in x / s.
+    diagnose : why there is no P; None for the words of one quadratic function.
+    """
     P, rate = None, None
     if outcome.status == "candidate":
         scaled = outcome.values["P"][0]
         scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
         P = scaled / s / s[:, None]
         rate = rate_of(A * s / s[:, None], scaled, step=step)
-    diagnosis = "" if P is not None else _diagnosis(condition, outcome)
+    diagnosis = "" if P is not None else (diagnose or _diagnosis)(condition, outcome)
     return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
 
 

@@ -40,9 +40,11 @@ from itertools import product
 import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.statements import pose
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import optimise
+from takagi.lmi.expressions.expression import Expression, He, block, matrix
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
@@ -98,38 +100,31 @@ def invariant_ellipsoid_condition(
         raise ModelError(f"multiplier {alpha.min():.4g} of vertex {alpha.argmin()}: give alpha > 0")
     P = Unknown("P", n, n, symmetric=True)
     eta = Unknown("eta", 1, 1, symmetric=True, latex=r"\eta")
-    eye = np.eye(n)[None]
-    invariant = LMI(
-        name="invariance",
-        blocks=(n, 1),
-        terms=(
-            Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{k}")),
-            Term(unknown=P, left=alpha[:, None, None] * eye, right=eye, latex=(r"\alpha_{k}", "")),
-            Term(unknown=P, left=eye, right=d[:, :, None], at=(0, 1), latex=("", "d_{k}")),
-        ),
-        constants=(Constant(value=-alpha[:, None, None], at=(1, 1), latex=r"-\alpha_{k}"),),
-        sign=-1,
-        count=count,
-        index=rf"k = 1, \dots, {count}",
-    )
-    inside = LMI(
-        name="inside the bounds",
-        blocks=(n, 1),
-        terms=(
-            Term(unknown=P, left=eye, right=eye),
-            Term(unknown=eta, left=np.ones((1, 1, 1)), right=np.ones((1, 1, 1)), at=(1, 1)),
-        ),
-        constants=(Constant(value=directions[:, :, None], at=(0, 1), latex="h_{i}"),),
-        count=len(directions),
-        index=rf"i = 1, \dots, {len(directions)}",
-    )
-    return Condition(
+    A_k, d_k = matrix(A, "A_{k}"), matrix(d[:, :, None], "d_{k}")
+    alpha_k = matrix(alpha[:, None, None], r"\alpha_{k}")
+    invariant = block([[He(P @ A_k) + alpha_k * P, P @ d_k], [None, -alpha_k]]) << 0
+    inside = bordered(P, directions, "h_{i}", eta) >> 0
+    return pose(
+        invariant.named("invariance", rf"k = 1, \dots, {count}"),
+        inside.named("inside the bounds", rf"i = 1, \dots, {len(directions)}"),
+        minimise=eta,
         name="invariant ellipsoid",
-        unknowns=(P, eta),
-        lmis=(invariant, inside),
-        objective={"eta": np.ones((1, 1, 1))},
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3",
     )
+
+
+def bordered(P: Unknown, rows: Floats, latex: str, corner: object) -> Expression:
+    """Return [[P, h'], [h, corner]] for each row h."""
+    return block([[P, matrix(rows[:, :, None], latex)], [None, corner]])
+
+
+def diagonal_of(u: Unknown) -> Expression:
+    """Return diag(u_1, ..., u_n) of the n members of a scalar unknown."""
+    total = u.member(0) * matrix(np.diag(np.eye(u.count)[0]), r"e_{1} e_{1}^\top")
+    for k in range(1, u.count):
+        e = rf"e_{{{k + 1}}}"
+        total += u.member(k) * matrix(np.diag(np.eye(u.count)[k]), rf"{e} {e}^\top")
+    return total if u.count > 1 else u.as_expression()
 
 
 def invariant_ellipsoid(

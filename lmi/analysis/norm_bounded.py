@@ -24,7 +24,6 @@ and Zhou (1990), IEEE Trans. Automatic Control 35(3), for the equivalence.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 
@@ -32,23 +31,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.actuator_rates import gain_stack, of_pairs, pair_means, pairs_of
-from takagi.lmi.analysis.decay_rate import vertex_weight
-from takagi.lmi.analysis.pole_region import coefficient_latex
+from takagi.lmi.analysis.decay_rate import answer_in_states, change_of, vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,
+    decay_parameter,
     input_stack,
     number,
-    rate_parameter,
     sample_time_of,
     vertex_stack,
 )
 from takagi.lmi.condition.region import Uncertainty, UncertaintyBlock, blocks_of
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, bounded, positive
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power, state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, binding_items
+from takagi.lmi.expressions.expression import block, matrix
 from takagi.lmi.solver.time_limit import limited
 
 
@@ -121,18 +121,10 @@ def robust_lyapunov(
     inputs = np.ones(channels[0].F.shape[2])
     scaled = tuple(channel.scaled(s, inputs) for channel in channels)
     condition = _condition(A * s / s[:, None], scaled, alpha, step)
-    outcome = decide(condition)
-    P = None
-    if outcome.status == "candidate":
-        P = outcome.values["P"][0]
-        P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0]))) / s / s[:, None]
-    answer = replace(
-        outcome.as_answer(condition, s),
-        P=P,
-        decay_rate=None if P is None else alpha,
-        diagnosis="" if P is not None else _diagnosis(condition, outcome),
-    )
-    return of_pairs(answer, gains)
+    answer = answer_in_states(condition, decide(condition), A, s, step=step, diagnose=_diagnosis)
+    # The rate of the vertices themselves may be larger.
+    rate = alpha if answer.found else None
+    return of_pairs(replace(answer, decay_rate=rate), gains)
 
 
 def _loop(
@@ -165,30 +157,46 @@ def _condition(
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
     taus = tuple(_tau(channel, k) for k, channel in enumerate(channels, start=1))
-    nominal: Callable[[Array, Unknown], tuple[Term, ...]] = _flow if step is None else _step
+    by_vertex = [
+        tau.members(np.arange(tau.count), rf"\tau_{{{k}{'i' if tau.count > 1 else ''}}}")
+        for k, tau in enumerate(taus, start=1)
+    ]
+    A_i, rate = matrix(A, "A_{i}"), decay_parameter(alpha, step)
     weight = vertex_weight(A) if step is None else 1.0
-    first = (n,) if step is None else (n, n)
-    sizes = [size for c in channels for size in (c.D.shape[2], c.E.shape[1])]
     # The channels' rows are measured so that their multipliers weigh as much as the rest.
     unit = float(nearest_power(np.array(np.sqrt(weight))))
-    terms = list(nominal(A, P))
-    for k, (channel, tau) in enumerate(zip(channels, taus, strict=True)):
-        terms += _channel_terms(channel, P, tau, len(first) - 1, len(first) + 2 * k, unit)
-    decay = LMI(
-        name="uncertain vertex",
-        blocks=(*first, *sizes),
-        terms=tuple(terms),
-        sign=-1,
-        count=len(A),
-        weight=weight,
-        labels=tuple(f"vertex {i + 1} of {len(A)}" for i in range(len(A))),
-        index=rf"i = 1, \dots, {len(A)}",
-    )
-    return Condition(
-        name="common quadratic Lyapunov function, norm-bounded uncertainty",
+    enters = 0 if step is None else 1
+    size = enters + 1 + 2 * len(channels)
+    theta: list[list[object]] = [[0] * size for _ in range(size)]
+    if step is None:
+        theta[0][0] = change_of(P, A_i, rate, step)
+    else:
+        theta[0][0], theta[0][1] = -rate * P, None
+        theta[1][0], theta[1][1] = P @ A_i, -P
+    for k, (channel, tau_i) in enumerate(zip(channels, by_vertex, strict=True), start=1):
+        driven = enters + 2 * k - 1
+        seen = driven + 1
+        D, E = matrix(channel.D, f"D_{{{k}i}}"), matrix(channel.E, f"E_{{{k}i}}")
+        theta[enters][driven], theta[driven][enters] = unit * (P @ D), None
+        theta[0][seen], theta[seen][0] = unit * (tau_i * E.T), None
+        theta[driven][driven] = -(unit**2) * tau_i * np.eye(D.shape[1])
+        theta[seen][seen] = -(unit**2) * tau_i * np.eye(E.shape[0])
+    return pose(
+        positive_definite(P),
+        scale_bound(P),
+        # No loss, as P and the multipliers may be divided by any number.
+        *(
+            (tau_i <= 100 * np.eye(1)).named(f"scale of {tau.name}")
+            for tau, tau_i in zip(taus, by_vertex, strict=True)
+        ),
+        (block(theta) << 0).named(
+            "uncertain vertex",
+            rf"i = 1, \dots, {len(A)}",
+            weight=weight,
+            labels=tuple(f"vertex {i + 1} of {len(A)}" for i in range(len(A))),
+        ),
         unknowns=(P, *taus),
-        lmis=(positive(P), bounded(P), *(_bounded(tau) for tau in taus), decay),
-        parameters=rate_parameter(alpha, step),
+        name="common quadratic Lyapunov function, norm-bounded uncertainty",
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1",
     )
 
@@ -198,77 +206,6 @@ def _tau(channel: UncertaintyBlock, k: int) -> Unknown:
     by_vertex = channel.enters_alike or channel.driven_alike
     count = len(channel.D) if by_vertex else 1
     return Unknown(f"tau{k}", 1, 1, count=count, latex=rf"\tau_{{{k}}}")
-
-
-def _bounded(tau: Unknown) -> LMI:
-    """Pose tau <= 100: no loss, as P and tau may be divided by any number."""
-    return LMI(
-        name=f"scale of {tau.name}",
-        blocks=(1,),
-        terms=(Term(unknown=tau, left=np.ones((1, 1, 1)), members=np.arange(tau.count)),),
-        constants=(Constant(value=np.full((1, 1, 1), -100.0), latex="-100"),),
-        sign=-1,
-        count=tau.count,
-        strict=False,
-    )
-
-
-def _flow(A: Array, P: Unknown) -> tuple[Term, ...]:
-    eye = np.eye(A.shape[1])[None]
-    return (
-        Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
-    )
-
-
-def _step(A: Array, P: Unknown) -> tuple[Term, ...]:
-    eye = np.eye(A.shape[1])[None]
-    return (
-        Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
-        Term(unknown=P, left=eye, right=A, at=(1, 0), latex=("", "A_{i}")),
-        Term(unknown=P, left=-eye, right=eye, at=(1, 1), latex=("-", "")),
-    )
-
-
-def _channel_terms(
-    channel: UncertaintyBlock, P: Unknown, tau: Unknown, enters: int, block: int, unit: float
-) -> tuple[Term, ...]:
-    """Return the block's terms: P D in block row ``enters``, tau E' in the first."""
-    n = P.rows
-    p, q = channel.D.shape[2], channel.E.shape[1]
-    square = -(unit**2)
-    k, minus = tau.name.removeprefix("tau"), coefficient_latex(square)
-    by_vertex = tau.count > 1
-    members = np.arange(tau.count) if by_vertex else None
-    symbol = rf"\tau_{{{k}i}}" if by_vertex else tau.symbol
-    return (
-        Term(
-            unknown=P,
-            left=np.eye(n)[None],
-            right=unit * channel.D,
-            at=(enters, block),
-            latex=(coefficient_latex(unit), f"D_{{{k}i}}"),
-        ),
-        Term(
-            unknown=tau,
-            left=unit * channel.E.transpose(0, 2, 1),
-            at=(0, block + 1),
-            members=members,
-            latex=(coefficient_latex(unit), rf"E_{{{k}i}}^\top"),
-            symbol=symbol,
-        ),
-        *(
-            Term(
-                unknown=tau,
-                left=square * np.eye(size)[None],
-                at=(block + where, block + where),
-                members=members,
-                latex=(minus, "I"),
-                symbol=symbol,
-            )
-            for where, size in enumerate((p, q))
-        ),
-    )
 
 
 def _diagnosis(condition: Condition, outcome: Outcome) -> str:

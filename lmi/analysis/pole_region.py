@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.actuator_rates import gain_stack, of_pairs, pairs_of
+from takagi.lmi.analysis.decay_rate import answer_in_states
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
-from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, identity_like, positive
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, binding_items
+from takagi.lmi.expressions.expression import Inequality, block, matrix
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -44,14 +46,12 @@ def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Conditio
     _check_region(region)
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    region_lmis = (
-        _part_lmi(A, P, part, label)
-        for part, label in zip(region.parts, region.labels, strict=True)
-    )
-    return Condition(
+    parts = zip(region.parts, region.labels, strict=True)
+    return pose(
+        positive_definite(P),
+        scale_bound(P),
+        *(_part(A, P, part, label) for part, label in parts),
         name=f"eigenvalues in {region}",
-        unknowns=(P,),
-        lmis=(positive(P), bounded(P), *region_lmis),
         source="Chilali and Gahinet (1996), theorem 2.2",
     )
 
@@ -108,7 +108,8 @@ def d_stability(
     if outside is not None:
         return of_pairs(_no_by_one_vertex(scaled, region, s, outside), gains)
     condition = d_stability_condition(scaled, region)
-    return of_pairs(_answer(condition, decide(condition), scaled, s, step), gains)
+    answer = answer_in_states(condition, decide(condition), A, s, step=step, diagnose=_diagnosis)
+    return of_pairs(answer, gains)
 
 
 def region_weight(part: RegionPart, A: Array) -> float:
@@ -123,45 +124,21 @@ def coefficient_latex(number: float | Fraction) -> str:
     return {1.0: "", -1.0: "-"}.get(float(number), f"{float(number):.4g}\\,")
 
 
-def _part_lmi(A: Array, P: Unknown, part: RegionPart, label: str) -> LMI:
+def _part(A: Array, P: Unknown, part: RegionPart, label: str) -> Inequality:
+    """Pose the inequality of one part at every vertex."""
     L, M = part.matrices
-    n, k = A.shape[1], len(L)
-    eye = identity_like(L, n)
-    terms = [
-        Term(
-            unknown=P,
-            left=L[a, b] * eye,
-            right=eye,
-            at=(a, b),
-            latex=(coefficient_latex(L[a, b]), ""),
-        )
-        for a in range(k)
-        for b in range(a, k)
-        if L[a, b]
-    ]
-    # Block (b, a) of M (x) P A stands below the diagonal for its transpose above it.
-    terms += [
-        Term(
-            unknown=P,
-            left=M[a, b] * eye,
-            right=A,
-            at=(a, b),
-            plus_transpose=a == b,
-            latex=(coefficient_latex(M[a, b]), "A_{i}"),
-        )
-        for a in range(k)
-        for b in range(k)
-        if M[a, b]
-    ]
-    return LMI(
-        name=label,
-        blocks=(n,) * k,
-        terms=tuple(terms),
-        sign=-1,
-        count=len(A),
+    A_i, indices = matrix(A, "A_{i}"), range(len(L))
+
+    def entry(a: int, b: int) -> object:
+        summands = ((L[a, b], P), (M[a, b], P @ A_i), (M[b, a], A_i.T @ P))
+        return sum((number * summand for number, summand in summands if number), start=0)
+
+    rows = [[entry(a, b) if a <= b else None for b in indices] for a in indices]
+    return (block(rows) << 0).named(
+        label,
+        rf"i = 1, \dots, {len(A)}",
         weight=region_weight(part, A),
         labels=tuple(f"vertex {i + 1} of {len(A)} in {part.name}" for i in range(len(A))),
-        index=rf"i = 1, \dots, {len(A)}",
     )
 
 
@@ -212,28 +189,6 @@ def _no_by_one_vertex(
             f"is not in {part.name}; widen the region, or move this vertex"
         ),
     )
-
-
-def _answer(
-    condition: Condition, outcome: Outcome, A: Floats, s: Floats, step: float | None
-) -> Answer:
-    P, rate = None, None
-    if outcome.status == "candidate":
-        scaled = outcome.values["P"][0]
-        scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
-        P, rate = scaled / s / s[:, None], _rate(A, scaled, step)
-    diagnosis = "" if P is not None else _diagnosis(condition, outcome)
-    return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
-
-
-def _rate(A: Floats, P: Floats, step: float | None) -> float:
-    """Return the largest alpha in 1/s that P shows, in continuous or in discrete time."""
-    R = np.linalg.cholesky(P).T
-    inside = np.linalg.solve(R.T, (R @ A).transpose(0, 2, 1)).transpose(0, 2, 1)
-    if step is None:
-        return -float(np.linalg.eigvalsh(inside + inside.transpose(0, 2, 1))[:, -1].max()) / 2
-    largest = float(np.linalg.norm(inside, 2, axis=(1, 2)).max())
-    return -np.log(largest) / step if largest > 0 else np.inf
 
 
 def _diagnosis(condition: Condition, outcome: Outcome) -> str:

@@ -24,9 +24,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, bounded, positive
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide
+from takagi.lmi.expressions.expression import He, matrix
 from takagi.models.arrays import Floats
 
 
@@ -61,98 +63,37 @@ def sampled_loop_condition(
     smallest : how near to I, the function of which these are the coordinates, P has to be.
     """
     r, n, m = B.shape
-    d, eye = degree, np.eye(n + m)[None]
+    d = degree
     P = Unknown("P", n, n, symmetric=True)
     Q = Unknown("Q", n + m, n + m, symmetric=True, count=d + 1)
-    lift = np.eye(n + m, n)[None]
-    started = np.concatenate([np.broadcast_to(np.eye(n), (len(K), n, n)), -K], axis=1)
-    plain = Term(unknown=P, left=np.eye(n)[None], right=np.eye(n)[None])
-    contraction = float(np.exp(-2 * decay_rate * sample_time))
+    lift = matrix(np.eye(n + m, n), "E")
+    L_j = matrix(np.concatenate([np.broadcast_to(np.eye(n), (len(K), n, n)), -K], axis=1), "L_{j}")
+    contraction = matrix([[float(np.exp(-2 * decay_rate * sample_time))]], r"\rho^2")
     # What T seconds can change: the margins of one interval are as small as that.
     change = sample_time * float(np.linalg.norm(A[:, None] - B[:, None] @ K, 2, axis=(2, 3)).max())
     weight = min(1.0, change)
-    end = LMI(
-        name="end",
-        blocks=(n + m,),
-        terms=(
-            Term(unknown=Q, left=eye, right=eye, members=np.array([d]), symbol="Q_d"),
-            Term(unknown=P, left=-lift, right=lift.transpose(0, 2, 1)),
-        ),
-        weight=weight,
-    )
-    sample = LMI(
-        name="sample",
-        blocks=(n,),
-        terms=(
-            Term(unknown=P, left=contraction * np.eye(n)[None], right=np.eye(n)[None]),
-            Term(unknown=Q, left=-started.transpose(0, 2, 1), right=started, symbol="Q_0"),
-        ),
-        count=len(K),
-        weight=weight,
-    )
-    return Condition(
-        name="sampled loop",
-        unknowns=(P, Q),
-        lmis=(
-            positive(P),
-            LMI(
-                name="P near the function given",
-                blocks=(n,),
-                terms=(plain,),
-                constants=(Constant(value=-smallest * np.eye(n)[None], latex=f"-{smallest:g} I"),),
-                strict=False,
-            ),
-            bounded(P),
-            LMI(
-                name="function",
-                blocks=(n + m,),
-                terms=(Term(unknown=Q, left=eye, right=eye, members=np.arange(d + 1)),),
-                count=d + 1,
-                weight=weight,
-            ),
-            end,
-            sample,
-            _flow(Q, A, B, sample_time, weight),
-        ),
-        source="Briat (2013), Automatica 49(11)",
-    )
-
-
-def _flow(Q: Unknown, A: Floats, B: Floats, sample_time: float, weight: float) -> LMI:
-    r, n, m = B.shape
-    d, eye = Q.count - 1, np.eye(n + m)[None]
     M = np.zeros((r, n + m, n + m))
     M[:, :n] = sample_time * np.concatenate([A, B], axis=2)
-    member = np.repeat(np.arange(d + 1), r)
-    items = np.arange(len(member))
-
-    def weighed(factor: Floats, shift: int) -> Term:
-        nonzero = np.flatnonzero(factor)
-        return Term(
-            unknown=Q,
-            left=factor[nonzero, None, None] * eye,
-            right=eye,
-            items=items[nonzero],
-            members=member[nonzero] + shift,
-            symbol="Q_l" if not shift else f"Q_{{l{shift:+d}}}",
-        )
-
-    flow = Term(
-        unknown=Q,
-        left=eye,
-        right=np.tile(M, (d + 1, 1, 1)),
-        items=items,
-        members=member,
-        plus_transpose=True,
-        latex=("T", "M_i"),
-        symbol="Q_l",
+    l = np.repeat(np.arange(d + 1), r)  # noqa: E741
+    here, ahead = Q.members(l, "Q_l"), Q.members(np.minimum(l + 1, d), "Q_{l+1}")
+    behind = Q.members(np.maximum(l - 1, 0), "Q_{l-1}")
+    flow = (
+        He(here @ matrix(np.tile(M, (d + 1, 1, 1)), "T M_i"))
+        + matrix((d - l).astype(float)[:, None, None], "(d - l)") * ahead
+        - matrix(l.astype(float)[:, None, None], "l") * behind
+        + matrix((2 * l - d).astype(float)[:, None, None], "(2 l - d)") * here
     )
-    terms = [flow, weighed((d - member).astype(float), 1), weighed(-member.astype(float), -1)]
-    own_factor = (2 * member - d).astype(float)
-    if own_factor.any():
-        terms.append(weighed(own_factor, 0))
-    return LMI(
-        name="flow", blocks=(n + m,), terms=tuple(terms), sign=-1, count=len(member), weight=weight
+    return pose(
+        positive_definite(P),
+        (P >= smallest * np.eye(n)).named("P near the function given"),
+        scale_bound(P),
+        (Q >> 0).named("function", weight=weight),
+        (Q.member(d) - lift @ P @ lift.T >> 0).named("end", weight=weight),
+        (contraction * P - L_j.T @ Q.member(0) @ L_j >> 0).named("sample", weight=weight),
+        (flow << 0).named("flow", weight=weight),
+        unknowns=(P, Q),
+        name="sampled loop",
+        source="Briat (2013), Automatica 49(11)",
     )
 
 

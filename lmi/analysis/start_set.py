@@ -45,9 +45,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.analysis.decay_rate import change_of
+from takagi.lmi.analysis.invariant_ellipsoid import bordered, diagonal_of
+from takagi.lmi.condition.statements import pose
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import optimise
+from takagi.lmi.expressions.expression import added, block, matrix, trace
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -95,43 +99,18 @@ def start_set_condition(
             "(n, n) are needed"
         )
     P = Unknown("P", n, n, symmetric=True)
-    eye = np.eye(n)[None]
+    G_k = matrix(G, "G_{k}")
     if sample_time is None:
-        falls = (
-            Term(unknown=P, left=eye, right=G, plus_transpose=True, latex=("", "G_{k}")),
-            Term(unknown=P, left=2 * decay_rate * eye, right=eye, latex=(r"2\alpha", "")),
-        )
+        rate = matrix([[decay_rate]], r"\alpha")
     else:
-        shrink = math.exp(-2 * decay_rate * sample_time)
-        back = G.transpose(0, 2, 1)
-        falls = (
-            Term(unknown=P, left=back, right=G, latex=(r"G_{k}^\top", "G_{k}")),
-            Term(unknown=P, left=-shrink * eye, right=eye, latex=(r"-e^{-2\alpha T}", "")),
-        )
-    decrease = LMI(
-        name="decrease",
-        blocks=(n,),
-        terms=falls,
-        sign=-1,
-        count=count,
-        index=rf"k = 1, \dots, {count}",
-    )
-    inside = LMI(
-        name="inside the limits",
-        blocks=(n, 1),
-        terms=(Term(unknown=P, left=eye, right=eye),),
-        constants=(
-            Constant(value=rows[:, :, None], at=(0, 1), latex=r"r_{t}^\top"),
-            Constant(value=np.ones((1, 1, 1)), at=(1, 1), latex="1"),
-        ),
-        count=len(rows),
-        index=rf"t = 1, \dots, {len(rows)}",
-    )
-    return Condition(
+        rate = matrix([[math.exp(-2 * decay_rate * sample_time)]], r"e^{-2\alpha T}")
+    decrease = change_of(P, G_k, rate, sample_time) << 0
+    inside = bordered(P, rows, r"r_{t}^\top", np.eye(1)) >> 0
+    return pose(
+        decrease.named("decrease", rf"k = 1, \dots, {count}"),
+        inside.named("inside the limits", rf"t = 1, \dots, {len(rows)}"),
+        minimise=trace(matrix(weight, "W") @ P),
         name="set of starts",
-        unknowns=(P,),
-        lmis=(decrease, inside),
-        objective={"P": weight[None]},
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.1 and 5.2",
     )
 
@@ -235,119 +214,39 @@ def tracking_condition(
         raise ModelError(f"decay rate {alpha:.4g}: give one above 0, and jumps or errors")
     P = Unknown("P", n, n, symmetric=True)
     eta = Unknown("eta", 1, 1, symmetric=True, latex=r"\eta")
-    eye, unit = np.eye(n)[None], np.ones((1, 1, 1))
-    falls = LMI(
-        name="decay",
-        blocks=(n,),
-        terms=(
-            Term(unknown=P, left=eye, right=A, plus_transpose=True, latex=("", "A_{k}")),
-            Term(unknown=P, left=2 * alpha * eye, right=eye, latex=(r"2\alpha", "")),
-        ),
-        sign=-1,
-        count=count,
-        index=rf"k = 1, \dots, {count}",
-    )
-    lmis = [falls]
+    A_k, rate = matrix(A, "A_{k}"), matrix([[alpha]], r"\alpha")
+    change = change_of(P, A_k, rate, None)
+    each = rf"k = 1, \dots, {count}"
+    statements = [(change << 0).named("decay", each)]
     if len(rows):
-        lmis.append(_bordered("inside the ranges", P, rows, "h", "i"))
+        ranges = bordered(P, rows, "h_{i}", np.eye(1)) >> 0
+        statements.append(ranges.named("inside the ranges", rf"i = 1, \dots, {len(rows)}"))
     if len(pushes):
-        unit_bound = Constant(value=unit, at=(0, 0), latex="1")
-        lmis.append(_moved("the set is kept", P, pushes, "v", "j", constants=(unit_bound,)))
-    unknowns: tuple[Unknown, ...] = (P, eta)
+        v = matrix(pushes[:, :, None], "v_{j}")
+        kept = -v.T @ P @ v + np.eye(1) >> 0
+        statements.append(kept.named("the set is kept", rf"j = 1, \dots, {len(pushes)}"))
     if residuals is not None:
-        U = Unknown("u", 1, 1, symmetric=True, count=n)
-        lmis += _forgotten(P, U, A, alpha, residuals, left)
-        unknowns = (P, eta, U)
+        u = Unknown("u", 1, 1, symmetric=True, count=n)
+        E = matrix(np.diag(residuals), "E")
+        forgotten = block([[-change, P @ E], [None, diagonal_of(u)]])
+        share = np.array([[2 * alpha * left**2]]) - added(u)
+        statements += [
+            (forgotten >> 0).named("the residuals are forgotten", each),
+            (share >> 0).named("their share"),
+        ]
     if jumps is not None:
-        eta_term = Term(unknown=eta, left=unit, right=unit)
-        lmis.append(_moved("jumps", P, jumps, "m", "j", terms=(eta_term,)))
+        m = matrix(jumps[:, :, None], "m_{j}")
+        reached = -m.T @ P @ m + eta >> 0
+        statements.append(reached.named("jumps", rf"j = 1, \dots, {len(jumps)}"))
     if errors is not None:
-        lmis.append(_bordered("the error", P, errors, "c", "k", eta))
-    return Condition(
+        seen = bordered(P, errors, "c_{k}", eta) >> 0
+        statements.append(seen.named("the error", rf"k = 1, \dots, {len(errors)}"))
+    return pose(
+        *statements,
+        minimise=eta,
+        unknowns=(P, eta),
         name="tracking",
-        unknowns=unknowns,
-        lmis=tuple(lmis),
-        objective={"eta": unit},
         source="docs/plant-theorems.md",
-    )
-
-
-def _forgotten(
-    P: Unknown, U: Unknown, A: Floats, alpha: float, residuals: Floats, left_over: float
-) -> list[LMI]:
-    """Pose the two LMIs of the residuals."""
-    count, n = A.shape[:2]
-    eye, every = np.eye(n)[None], np.arange(n)
-    diagonal = np.zeros((n, n, n))
-    diagonal[every, every, every] = 1.0
-    # The weight of each row stands at its place of the diagonal, in every item.
-    row, item = np.tile(every, count), np.repeat(np.arange(count), n)
-    weights = Term(unknown=U, left=diagonal[row], items=item, members=row, at=(1, 1))
-    balance = LMI(
-        name="the residuals are forgotten",
-        blocks=(n, n),
-        terms=(
-            Term(unknown=P, left=-eye, right=A, plus_transpose=True, latex=("-", "A_{k}")),
-            Term(unknown=P, left=-2 * alpha * eye, right=eye, latex=(r"-2\alpha", "")),
-            Term(unknown=P, left=eye, right=np.diag(residuals)[None], at=(0, 1), latex=("", "E")),
-            weights,
-        ),
-        count=count,
-        index=rf"k = 1, \dots, {count}",
-    )
-    bound = Constant(value=np.full((1, 1, 1), 2 * alpha * left_over**2))
-    total = Term(unknown=U, left=-np.ones((n, 1, 1)), items=0 * every, members=every)
-    return [balance, LMI(name="their share", blocks=(1,), terms=(total,), constants=(bound,))]
-
-
-def _moved(
-    name: str,
-    P: Unknown,
-    rows: Floats,
-    symbol: str,
-    letter: str,
-    *,
-    terms: tuple[Term, ...] = (),
-    constants: tuple[Constant, ...] = (),
-) -> LMI:
-    """Pose the other terms less v'Pv >= 0 for each row v."""
-    latex = f"{symbol}_{{{letter}}}"
-    quadratic = Term(
-        unknown=P,
-        left=-rows[:, None, :],
-        right=rows[:, :, None],
-        latex=(rf"-{latex}^\top", latex),
-    )
-    return LMI(
-        name=name,
-        blocks=(1,),
-        terms=(quadratic, *terms),
-        constants=constants,
-        count=len(rows),
-        index=rf"{letter} = 1, \dots, {len(rows)}",
-    )
-
-
-def _bordered(
-    name: str, P: Unknown, rows: Floats, symbol: str, letter: str, eta: Unknown | None = None
-) -> LMI:
-    """Pose [[P, row'], [row, 1]] >= 0 for each row, or with eta instead of 1."""
-    n, unit = rows.shape[1], np.ones((1, 1, 1))
-    corner: tuple[Term, ...] = ()
-    fixed: tuple[Constant, ...] = (
-        Constant(value=rows[:, :, None], at=(0, 1), latex=f"{symbol}_{{{letter}}}"),
-    )
-    if eta is None:
-        fixed = (*fixed, Constant(value=unit, at=(1, 1), latex="1"))
-    else:
-        corner = (Term(unknown=eta, left=unit, right=unit, at=(1, 1)),)
-    return LMI(
-        name=name,
-        blocks=(n, 1),
-        terms=(Term(unknown=P, left=np.eye(n)[None], right=np.eye(n)[None]), *corner),
-        constants=fixed,
-        count=len(rows),
-        index=rf"{letter} = 1, \dots, {len(rows)}",
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import TypeAlias
@@ -15,10 +15,12 @@ from takagi.lmi.expressions.expression import (
     Equation,
     Expression,
     Inequality,
+    Parameter,
     expression_of,
+    matrix,
     pieces_at,
 )
-from takagi.lmi.expressions.piece import Letter, Piece, number_text
+from takagi.lmi.expressions.piece import Letter, NamedNumber, Piece, number_text, turned
 from takagi.models.errors import ModelError
 
 Statement: TypeAlias = Inequality | Equation
@@ -29,8 +31,10 @@ ROUNDED = 1e-11
 
 
 def pose(
-    *statements: Statement,
+    *statements: Statement | LMI,
     minimise: object = None,
+    unknowns: Sequence[Unknown] = (),
+    parameters: Sequence[Parameter] = (),
     name: str = "a condition of one's own",
     source: str = "",
 ) -> Condition:
@@ -39,8 +43,11 @@ def pose(
     Parameters
     ----------
     statements : comparisons of expressions: ``X << Y`` and ``X >> Y`` (definite, with a margin),
-        ``X <= Y`` and ``X >= Y`` (semidefinite), ``X == Y``; ``.named("...")`` names one.
+        ``X <= Y`` and ``X >= Y`` (semidefinite), ``X == Y``; ``.named("...")`` names one. An
+        ``LMI``, as from ``lmi_of``, is taken as it is.
     minimise : a 1 x 1 expression that is linear in the unknowns, e.g. ``trace(P)`` or ``gamma``.
+    unknowns : those that come first among the solver's variables; the others follow as written.
+    parameters : values of those that stand in an ``LMI``; statements bring their own.
     name, source : of the condition.
 
     Returns
@@ -58,8 +65,10 @@ def pose(
     lmis: list[LMI] = []
     equalities: list[Equality] = []
     for number, statement in enumerate(statements, start=1):
-        if isinstance(statement, Inequality):
-            lmis.append(_lmi(statement, statement.name or f"inequality {number}"))
+        if isinstance(statement, LMI):
+            lmis.append(statement)
+        elif isinstance(statement, Inequality):
+            lmis.append(lmi_of(statement, f"inequality {number}"))
         elif isinstance(statement, Equation):
             equalities.append(_equality(statement, statement.name or f"equality {number}"))
         else:
@@ -68,20 +77,27 @@ def pose(
                 "needed, e.g. He(P @ A) << 0 or P @ B == C.T"
             )
     goal = None if minimise is None else expression_of(minimise, "the objective")
-    named: dict[str, Unknown] = {}
-    for unknown in _unknowns(
-        [*(stated.expression for stated in statements), *([goal] if goal else [])]
-    ):
-        if named.setdefault(unknown.name, unknown) != unknown:
-            raise ModelError(
-                f"pose: two unknowns have the name {unknown.name} and are not alike; rename one"
-            )
+    values = {parameter.name: float(parameter.value) for parameter in parameters}
+    named = {unknown.name: unknown for unknown in unknowns}
+    for stated in (*statements, goal):
+        for unknown in _unknowns(stated):
+            if named.setdefault(unknown.name, unknown) != unknown:
+                raise ModelError(
+                    f"pose: two unknowns have the name {unknown.name} and are not alike; rename one"
+                )
+        for symbol in _parameters(stated):
+            if values.setdefault(symbol.name, float(symbol.value)) != float(symbol.value):
+                raise ModelError(
+                    f"pose: the parameter {symbol.name} has two values, {values[symbol.name]:g} "
+                    f"and {float(symbol.value):g}; give one"
+                )
     return Condition(
         name=name,
         unknowns=tuple(named.values()),
         lmis=tuple(lmis),
         equalities=tuple(equalities),
         objective={} if goal is None else _objective(goal),
+        parameters=values,
         source=source,
     )
 
@@ -105,15 +121,39 @@ def condition_of(statements: StatedCondition, caller: str) -> Condition:
     )
 
 
-def _unknowns(expressions: Iterable[Expression]) -> Iterator[Unknown]:
-    for expression in expressions:
-        for piece in expression.pieces:
-            if piece.unknown is not None:
-                assert isinstance(piece.unknown, Unknown)  # no other class is one
-                yield piece.unknown
+def _unknowns(stated: Statement | LMI | Expression | None) -> Iterator[Unknown]:
+    if isinstance(stated, LMI):
+        yield from (term.unknown for term in stated.terms)
+        return
+    for piece in _pieces(stated):
+        if piece.unknown is not None:
+            assert isinstance(piece.unknown, Unknown)  # no other class is one
+            yield piece.unknown
 
 
-def _lmi(statement: Inequality, name: str) -> LMI:
+def _parameters(stated: Statement | LMI | Expression | None) -> Iterator[NamedNumber]:
+    if not isinstance(stated, LMI):
+        yield from (piece.parameter for piece in _pieces(stated) if piece.parameter is not None)
+
+
+def _pieces(stated: Statement | Expression | None) -> tuple[Piece, ...]:
+    if stated is None:
+        return ()
+    return (stated if isinstance(stated, Expression) else stated.expression).pieces
+
+
+def lmi_of(statement: Inequality, name: str = "inequality") -> LMI:
+    r"""Return an inequality as data, e.g. of ``(He(P @ A) << 0).named("vertex", weight=2.0)``.
+
+    Parameters
+    ----------
+    name : where the inequality has none.
+
+    Raises
+    ------
+    ModelError : a matrix that is not square or not symmetric, or without an unknown.
+    """
+    name = statement.name or name
     expression = statement.expression
     if expression.shape[0] != expression.shape[1]:
         raise ModelError(
@@ -123,34 +163,67 @@ def _lmi(statement: Inequality, name: str) -> LMI:
         raise ModelError(f"{name}: no unknown is in it; leave it out")
     if expression.rows != expression.columns:
         expression = expression.flat()
+    if len(expression.lead) > 1:
+        raise ModelError(f"{name}: it has two rules i, j; give it to double_sum_of")
     _check_symmetric(expression, name)
-    terms: list[Term] = []
-    constants: list[Constant] = []
-    size = len(expression.rows)
-    for i in range(size):
-        for lowered_piece in _diagonal(list(pieces_at(expression, (i, i)))):
-            (terms if isinstance(lowered_piece, Term) else constants).append(lowered_piece)  # type: ignore[arg-type]
-        for j in range(i + 1, size):
-            for piece in pieces_at(expression, (i, j)):
-                lowered = _off_diagonal(piece)
-                (terms if isinstance(lowered, Term) else constants).append(lowered)  # type: ignore[arg-type]
+    summands = [_lowered(*summand) for summand in symmetric_summands(expression)]
     return LMI(
         name=name,
         blocks=expression.rows,
-        terms=tuple(terms),
-        constants=tuple(constants),
+        terms=tuple(summand for summand in summands if isinstance(summand, Term)),
+        constants=tuple(summand for summand in summands if isinstance(summand, Constant)),
         sign=statement.sign,
         count=expression.count,
+        weight=statement.weight,
         strict=statement.strict,
+        labels=statement.labels,
         index=statement.index or _counted(expression.count),
     )
+
+
+def whole_terms(expression: Expression) -> tuple[Term, ...]:
+    """Return a symmetric matrix of unknowns as terms on the whole of an LMI."""
+    summands = (_lowered(*summand) for summand in symmetric_summands(expression))
+    return tuple(replace(term, at=None) for term in summands if isinstance(term, Term))
+
+
+def positive_definite(P: Unknown) -> Inequality:
+    """Pose P > 0."""
+    return (P >> 0).named(f"{P.name} positive definite")
+
+
+def scale_bound(P: Unknown, largest: float = 1.0, *, latex: str = "") -> Inequality:
+    """Pose P <= largest I, which fixes the scale of a condition that is homogeneous in P.
+
+    Parameters
+    ----------
+    latex : the bound; empty for I, or I times the number.
+    """
+    bound = largest * np.eye(P.rows)
+    return (P <= (matrix(bound, latex) if latex else bound)).named(f"scale of {P.name}")
+
+
+def symmetric_summands(expression: Expression) -> Iterator[tuple[Piece, bool]]:
+    """Yield the pieces on and above the diagonal, each with whether its transpose is added.
+
+    A transposed unknown above the diagonal is written as its mirror image below it, and so is what
+    ``block`` was given below it.
+    """
+    for j in range(len(expression.rows)):
+        for i in range(j):
+            for piece in pieces_at(expression, (i, j)):
+                turns = piece.mirror and (piece.unknown is None or not piece.T.transposed)
+                yield piece.T if turns or piece.transposed else piece, False
+        yield from _diagonal(list(pieces_at(expression, (j, j))))
+    yield from _diagonal(list(pieces_at(expression, None)))
 
 
 def _equality(statement: Equation, name: str) -> Equality:
     expression = statement.expression.flat()
     if expression.known:
         raise ModelError(f"{name}: no unknown is in it; leave it out")
-    lowered = [_off_diagonal(replace(piece, at=(0, 1))) for piece in expression.pieces]
+    pieces = [replace(piece, at=(0, 1)) for piece in expression.pieces]
+    lowered = [_lowered(piece.T if piece.transposed else piece) for piece in pieces]
     return Equality(
         name=name,
         shape=expression.shape,
@@ -165,38 +238,43 @@ def _counted(count: int) -> str:
     return "" if count == 1 else rf"i = 1, \dots, {count}"
 
 
-def _off_diagonal(piece: Piece) -> Term | Constant:
-    """Return a piece above the diagonal; a transposed unknown as the mirror below it."""
-    return _lowered(piece.T if piece.transposed else piece)
-
-
-def _diagonal(pieces: list[Piece]) -> Iterator[Term | Constant]:
+def _diagonal(pieces: list[Piece]) -> Iterator[tuple[Piece, bool]]:
     """Yield the pieces of a diagonal block: each with its transpose, or half of each twice."""
     remaining = list(pieces)
     while remaining:
         piece = remaining.pop(0)
         if piece.unknown is None:
             # The whole is symmetric, so the symmetric parts of its constants add up to the same.
-            symmetric = bool(np.all(piece.left == piece.left.transpose(0, 2, 1)))
+            symmetric = bool(np.all(piece.left == turned(piece.left)))
             twin = None if symmetric else _twin(piece, remaining)
             if symmetric:
-                yield _lowered(piece)
+                yield piece, False
             elif twin is not None:
                 remaining.remove(twin)
-                symmetrised = replace(piece, left=piece.left + piece.left.transpose(0, 2, 1))
-                yield _lowered(replace(symmetrised, before=(_he(piece.before),)))
+                symmetrised = replace(piece, left=piece.left + turned(piece.left))
+                yield replace(symmetrised, before=(_he(piece.before),)), False
             else:
-                half = replace(piece.times(Fraction(1, 2) if _exact(piece) else 0.5))
-                yield _lowered(replace(half, left=half.left + half.left.transpose(0, 2, 1)))
-        elif _alike(piece, piece.T):
-            yield _lowered(piece)
+                half = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
+                yield replace(half, left=half.left + turned(half.left)), False
+        elif (twin := _twin(piece, remaining)) is not None:
+            remaining.remove(twin)
+            yield piece.T if piece.transposed else piece, True
+        elif _is_multiple(piece) or _alike(piece, piece.T):
+            yield piece, False
         else:
-            twin = _twin(piece, remaining)
-            if twin is not None:
-                remaining.remove(twin)
-            else:
-                piece = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
-            yield _lowered(piece.T if piece.transposed else piece, plus_transpose=True)
+            half = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
+            yield half.T if half.transposed else half, True
+
+
+def _is_multiple(piece: Piece) -> bool:
+    """Return whether it is a number times a symmetric unknown, or one of 1 x 1."""
+    assert piece.unknown is not None
+    return (piece.unknown.symmetric or piece.unknown.scalar) and all(
+        array.shape[-1] == array.shape[-2]
+        and np.array_equal(array, array[..., :1, :1] * np.eye(array.shape[-1], dtype=np.intp))
+        for array in (piece.left, piece.right)
+        if array is not None
+    )
 
 
 def _exact(piece: Piece) -> bool:
@@ -214,13 +292,13 @@ def _twin(piece: Piece, candidates: list[Piece]) -> Piece | None:
 
 
 def _alike(first: Piece, second: Piece) -> bool:
-    if (first.unknown, first.transposed, first.factor) != (
-        second.unknown,
-        second.transposed,
-        second.factor,
+    same = ("unknown", "transposed", "factor", "parameter", "item_count")
+    if (first.unknown is None) != (second.unknown is None) or any(
+        getattr(first, key) != getattr(second, key) for key in same
     ):
         return False
     pairs = (
+        (first.items, second.items),
         (first.left, second.left),
         (first.right, second.right),
         (first.members, second.members),
@@ -231,13 +309,16 @@ def _alike(first: Piece, second: Piece) -> bool:
     )
 
 
-def _lowered(piece: Piece, *, plus_transpose: bool = False) -> Term | Constant:
-    sign = "-" if piece.factor < 0 else ""
-    size = piece.factor if piece.factor >= 0 else -piece.factor
-    factor = "" if size == 1 else number_text(size)
-    before = " ".join(letter.text for letter in piece.before)
-    behind = " ".join(letter.text for letter in piece.behind)
+def _lowered(piece: Piece, plus_transpose: bool = False) -> Term | Constant:
+    sign, factor, before, behind = printed_factors(piece)
     if piece.unknown is None:
+        if piece.items is not None:
+            raise ModelError("a sum has a known matrix; add it up beforehand")
+        if piece.parameter is not None:
+            raise ModelError(
+                f"the parameter {piece.parameter.name} multiplies a known matrix alone; it can "
+                "multiply an unknown: introduce an unknown for the product, or give its value"
+            )
         identity = "" if before else _identity(piece.left)
         return Constant(
             value=piece.scaled_left(),
@@ -251,11 +332,23 @@ def _lowered(piece: Piece, *, plus_transpose: bool = False) -> Term | Constant:
         right=piece.right,
         at=piece.at,
         plus_transpose=plus_transpose,
+        items=piece.items,
         members=piece.members,
+        parameter=None if piece.parameter is None else piece.parameter.name,
         latex=(_joined(sign, before), behind),
-        symbol=_member_symbol(piece, piece.unknown),
-        factor=factor,
+        symbol=piece.symbol or _member_symbol(piece, piece.unknown),
+        factor=_joined(piece.sums, factor),
     )
+
+
+def printed_factors(piece: Piece) -> tuple[str, str, str, str]:
+    """Return the sign, the number, and the symbols before and behind the unknown."""
+    sign = "-" if piece.factor < 0 else ""
+    size = piece.factor if piece.factor >= 0 else -piece.factor
+    factor = "" if size == 1 else number_text(size)
+    before = " ".join(letter.text for letter in piece.before)
+    behind = " ".join(letter.text for letter in piece.behind)
+    return sign, factor, before, behind
 
 
 def _signed(sign: str, text: str) -> str:
@@ -285,7 +378,7 @@ def _member_symbol(piece: Piece, unknown: Unknown) -> str:
 def _check_symmetric(expression: Expression, name: str) -> None:
     """Raise unless the matrix is symmetric for all values: at two draws, to within rounding."""
     random = np.random.default_rng(1)
-    unknowns = {unknown.name: unknown for unknown in _unknowns([expression])}
+    unknowns = {unknown.name: unknown for unknown in _unknowns(expression)}
     count, rows, columns = expression.count, expression.rows, expression.columns
     for _ in range(2):
         values = {
@@ -295,12 +388,14 @@ def _check_symmetric(expression: Expression, name: str) -> None:
         total = np.zeros((count, *expression.shape))
         size = np.zeros(total.shape)
         for piece in expression.pieces:
-            i, j = piece.at
-            block_slices = (
-                slice(None),
-                slice(sum(rows[:i]), sum(rows[: i + 1])),
-                slice(sum(columns[:j]), sum(columns[: j + 1])),
-            )
+            block_slices = slice(None), slice(None), slice(None)
+            if piece.at is not None:
+                i, j = piece.at
+                block_slices = (
+                    slice(None),
+                    slice(sum(rows[:i]), sum(rows[: i + 1])),
+                    slice(sum(columns[:j]), sum(columns[: j + 1])),
+                )
             block = piece.value(values, count)
             total[block_slices] += block
             size[block_slices] += np.abs(block).max(axis=(1, 2), keepdims=True)
@@ -324,6 +419,10 @@ def _objective(goal: Expression) -> dict[str, Array]:
         )
     costs: dict[str, Array] = {}
     for piece in goal.pieces:
+        if piece.parameter is not None:
+            raise ModelError(
+                f"the objective has the parameter {piece.parameter.name}; give its value"
+            )
         if piece.unknown is None:
             raise ModelError(
                 "the objective has a constant; leave it out, it does not move the minimum"
@@ -335,8 +434,7 @@ def _objective(goal: Expression) -> dict[str, Array]:
         left = piece.scaled_left().astype(np.float64)
         weight = left.transpose(0, 2, 1) @ right.transpose(0, 2, 1)
         weight = weight.transpose(0, 2, 1) if piece.transposed else weight
-        member = 0 if piece.members is None else piece.members[0]
-        cost[member] += weight[0]
+        np.add.at(cost, np.zeros(1, int) if piece.members is None else piece.members, weight)
     if not costs:
         raise ModelError("the objective has no unknown; leave it out")
     return costs

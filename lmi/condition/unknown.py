@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.expressions.expression import Equation, Expression, Operators
+from takagi.lmi.expressions.expression import Equation, Expression, Operators, by_rule
 from takagi.lmi.expressions.piece import Piece
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
@@ -89,9 +89,23 @@ class Unknown(Operators):
             )
         return self._expression(np.array([number], dtype=np.intp))
 
-    def _expression(self, members: Indices | None) -> Expression:
+    def over(self, rule: str) -> Expression:
+        """Return the member of a rule of a Theta_ij: "i" the vertex's, "j" the gain's.
+
+        One member is the same for all rules.
+        """
+        if self.count == 1:
+            return self.as_expression()
+        members = by_rule(np.arange(self.count, dtype=np.intp), rule)
+        return self._expression(members, f"{self.symbol}_{{{rule}}}")
+
+    def members(self, numbers: Indices, latex: str) -> Expression:
+        """Return a member for each number (N,), or (r, r) for a Theta_ij, by the given symbol."""
+        return self._expression(np.asarray(numbers, dtype=np.intp), latex)
+
+    def _expression(self, members: Indices | None, symbol: str = "") -> Expression:
         left, right = np.eye(self.rows)[None], np.eye(self.cols)[None]
-        piece = Piece(unknown=self, left=left, right=right, members=members)
+        piece = Piece(unknown=self, left=left, right=right, members=members, symbol=symbol)
         return Expression((self.rows,), (self.cols,), (piece,))
 
     @property

@@ -9,12 +9,16 @@
 
 No statement is solved or tested here: ``takagi.lmi.pose`` makes a condition of statements.
 An unknown with several members, or known matrices (N, p, q), mean one statement for each of N.
+A ``Parameter`` is a number with a name, such as a decay rate: the condition keeps it, so that a
+search can change its value. ``over="i"`` and ``over="j"`` make a matrix Theta_ij of two rules, for
+``takagi.lmi.double_sum_of``.
 """
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from numbers import Real
@@ -31,7 +35,9 @@ from takagi.lmi.expressions.piece import (
     exact_product,
     identity_multiple,
     product,
+    single_parameter,
     symbol_of,
+    turned,
 )
 from takagi.models.errors import ModelError
 
@@ -141,11 +147,14 @@ class Expression(Operators):
     pieces: tuple[Piece, ...]
 
     def __post_init__(self) -> None:
-        lengths = sorted({piece.count for piece in self.pieces} - {1})
-        if len(lengths) > 1:
+        lengths = sorted({piece.lead for piece in self.pieces if set(piece.lead) != {1}})
+        if len(lengths) < 2:
+            return
+        if any(len(lead) == 1 for lead in lengths) or len(set(sum(lengths, ()))) > 2:
+            sizes = " and for ".join(" x ".join(map(str, lead)) for lead in lengths)
             raise ModelError(
-                f"an expression has parts for {' and for '.join(map(str, lengths))} items; all "
-                "parts must be of one number, or the same for all"
+                f"an expression has parts for {sizes} items; all parts must be of one number, or "
+                "the same for all"
             )
 
     def as_expression(self) -> Expression:
@@ -158,8 +167,13 @@ class Expression(Operators):
 
     @property
     def count(self) -> int:
-        """Return how many matrices it stands for."""
-        return max((piece.count for piece in self.pieces), default=1)
+        """Return how many matrices it stands for; r x r for a Theta_ij."""
+        return math.prod(self.lead)
+
+    @property
+    def lead(self) -> tuple[int, ...]:
+        """Return (N,), or (r, r) for a Theta_ij."""
+        return np.broadcast_shapes((1,), *(piece.lead for piece in self.pieces))
 
     @property
     def known(self) -> bool:
@@ -204,10 +218,21 @@ class Inequality(Statement):
     strict: bool
     name: str = ""
     index: str = ""
+    weight: float = 1.0
+    labels: Sequence[str] = ()
 
-    def named(self, name: str, index: str = "") -> Inequality:
-        r"""Return it with a name, and LaTeX of an index range such as ``i = 1, \dots, 8``."""
-        return replace(self, name=name, index=index)
+    def named(
+        self, name: str, index: str = "", *, weight: float = 1.0, labels: Sequence[str] = ()
+    ) -> Inequality:
+        r"""Return it with a name.
+
+        Parameters
+        ----------
+        index : LaTeX of an index range such as ``i = 1, \dots, 8``.
+        weight : a strict inequality holds with the margin t when X >= t weight I.
+        labels : a name for each of several matrices; "<name> 3 of 8" without.
+        """
+        return replace(self, name=name, index=index, weight=weight, labels=labels)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -256,11 +281,13 @@ def matrix_product(first: Expression, second: Expression) -> Expression:
             f"a product of {first.shape[0]} x {first.shape[1]} and {second.shape[0]} x "
             f"{second.shape[1]} matrices; the inner sizes must be equal"
         )
-    if first.columns != second.rows:
+    parts = (*first.pieces, *second.pieces)
+    if first.columns != second.rows or any(piece.at is None for piece in parts):
         first, second = first.flat(), second.flat()
     pieces = []
     for left_piece in first.pieces:
         for two in second.pieces:
+            assert left_piece.at is not None and two.at is not None  # flat() leaves none
             if left_piece.at[1] == two.at[0]:
                 new_piece = (
                     two.before_it(left_piece)
@@ -314,15 +341,30 @@ def total(first: Expression, summand: object, sign: int) -> Expression:
             "stands for c * np.eye(n) nowhere: write it out)"
         )
     if (first.rows, first.columns) != (second.rows, second.columns):
-        first, second = first.flat(), second.flat()
+        first, second = _fitted(first, second), _fitted(second, first)
     return Expression(first.rows, first.columns, first.pieces + second.scaled(sign).pieces)
+
+
+def _fitted(summand: Expression, other: Expression) -> Expression:
+    """Return a matrix in one block as one on the whole of the other's blocks; else flat."""
+    if len(summand.rows) == len(summand.columns) == 1:
+        pieces = tuple(replace(piece, at=None) for piece in summand.pieces)
+        return Expression(other.rows, other.columns, pieces)
+    return summand if len(other.rows) == len(other.columns) == 1 else summand.flat()
 
 
 def _scaling(scalar: Piece, two: Piece) -> Piece:
     """Return the 1 x 1 piece ``scalar`` times the piece ``two``; one of them is known."""
+    parameter = single_parameter(scalar, two)
+    factor = exact_product(scalar.factor, two.factor)
     if scalar.unknown is None:
-        left = entrywise(scalar.scaled_left(), two.left)
-        return replace(two, left=left, before=scalar.before + two.before)
+        return replace(
+            two,
+            left=entrywise(scalar.left, two.left),
+            factor=factor,
+            parameter=parameter,
+            before=scalar.before + two.before,
+        )
     if not scalar.unknown.scalar:
         raise ModelError(
             f"a 1 x 1 matrix with the unknown {scalar.unknown.name}, which is not a number itself, "
@@ -333,22 +375,31 @@ def _scaling(scalar: Piece, two: Piece) -> Piece:
         scalar,
         left=entrywise(left, two.left),
         right=None,
-        factor=exact_product(scalar.factor, two.factor),
+        factor=factor,
+        parameter=parameter,
         at=two.at,
         before=(),
-        behind=scalar.before + scalar.behind + (two.before or (Letter("I", symmetric=True),)),
+        behind=scalar.before + scalar.behind + (two.before or _identity_letter(two)),
     )
+
+
+def _identity_letter(piece: Piece) -> tuple[Letter, ...]:
+    """Return I for a multiple of the identity; nothing for a ``placement``."""
+    square = piece.shape[0] == piece.shape[1] and len(piece.left) == 1
+    return (Letter("I", symmetric=True),) if square and identity_multiple(piece.left) else ()
 
 
 def _lifted(piece: Piece, rows: tuple[int, ...], columns: tuple[int, ...]) -> Piece:
     """Return the piece of a block as a piece of the whole matrix."""
+    if piece.at is None:
+        return replace(piece, at=(0, 0))
     i, j = piece.at
     E, F = _block_column(rows, i), _block_column(columns, j)
     left = Piece(unknown=None, left=E, before=() if len(rows) == 1 else (Letter(f"E_{{{i + 1}}}"),))
     right = Piece(
         unknown=None,
-        left=F.transpose(0, 2, 1),
-        before=() if len(columns) == 1 else (Letter(rf"E_{{{j + 1}}}^\top"),),
+        left=turned(F),
+        before=() if len(columns) == 1 else (Letter(f"E_{{{j + 1}}}", transposed=True),),
     )
     return replace(piece.before_it(left).behind_it(right), at=(0, 0))
 
@@ -358,12 +409,12 @@ def _block_column(sizes: tuple[int, ...], k: int) -> Any:
     return np.eye(sum(sizes))[None, :, start : start + sizes[k]]
 
 
-def pieces_at(expression: Expression, at: tuple[int, int]) -> Iterator[Piece]:
-    """Yield the pieces of one block."""
+def pieces_at(expression: Expression, at: tuple[int, int] | None) -> Iterator[Piece]:
+    """Yield the pieces of one block, or those on the whole."""
     return (piece for piece in expression.pieces if piece.at == at)
 
 
-def matrix(value: object, latex: str) -> Expression:
+def matrix(value: object, latex: str, *, over: str = "") -> Expression:
     r"""Return a known matrix that formulas show by a symbol, e.g. ``matrix(A, "A_i")``.
 
     An unknown is an ``Unknown``.
@@ -372,6 +423,8 @@ def matrix(value: object, latex: str) -> Expression:
     ----------
     value : (p, q), or (N, p, q) for one matrix a vertex; Fractions and decimal strings stay exact.
     latex : the symbol.
+    over : "i" or "j": (r, p, q) is by this rule of a Theta_ij, and the symbol has ``{i}`` or
+        ``{j}``; "ij": (r, r, p, q) is by both.
 
     Raises
     ------
@@ -385,10 +438,95 @@ def matrix(value: object, latex: str) -> Expression:
         )
     if not latex.strip():
         raise ModelError("matrix: the symbol is empty; give one, or use the array itself")
-    array = data_stack(value, f"matrix {latex}")
-    symmetric = array.shape[1] == array.shape[2] and bool(np.all(array == array.transpose(0, 2, 1)))
+    pairs: tuple[int, ...] = np.asarray(value).shape if over == "ij" else ()
+    stack = np.asarray(value).reshape(-1, *pairs[2:]) if pairs else value
+    array = data_stack(stack, f"matrix {latex}")
+    p, q = array.shape[1:]
+    symmetric = p == q and bool(np.all(array == turned(array)))
+    if over and (pairs or len(array) > 1):
+        array = array.reshape(*pairs[:2], p, q) if pairs else by_rule(array, over)
     piece = Piece(unknown=None, left=array, before=(Letter(latex, symmetric),))
-    return Expression((array.shape[1],), (array.shape[2],), (piece,))
+    return Expression((p,), (q,), (piece,))
+
+
+def placement(value: object) -> Expression:
+    """Return a known matrix that formulas leave out: it only puts what it multiplies in places."""
+    known_matrix = matrix(value, "E")
+    return replace(known_matrix, pieces=(replace(known_matrix.pieces[0], before=()),))
+
+
+def identity(size: int) -> Expression:
+    """Return I, printed as such whatever its size."""
+    return matrix(np.eye(size), "I")
+
+
+def by_rule(array: Any, over: str) -> Any:
+    """Return (r, ...) as (r, 1, ...) over "i", as (1, r, ...) over "j".
+
+    Raises
+    ------
+    ModelError : another name of a rule.
+    """
+    if over not in ("i", "j"):
+        raise ModelError(f"over is {over!r}; 'i' (the vertex's rule) or 'j' (the gain's) is needed")
+    return np.expand_dims(array, 1 if over == "i" else 0)
+
+
+def added(
+    value: object, items: Any = None, *, count: int = 1, latex: str = r"\sum_i"
+) -> Expression:
+    """Return the sum of several matrices: X_1 + ... + X_N, or several such sums.
+
+    Parameters
+    ----------
+    value : an expression with N items.
+    items : (N,) the sum to which each belongs; None adds all to one.
+    count : number of sums.
+    latex : the sum as it is written before a term.
+
+    Raises
+    ------
+    ModelError : another number of items, an item of a sum that there is not.
+    """
+    X = expression_of(value)
+    N = X.count
+    target = np.zeros(N, dtype=np.intp) if items is None else np.asarray(items, dtype=np.intp)
+    if target.shape != (N,) or not 0 <= target.min() <= target.max() < count:
+        raise ModelError(
+            f"a sum of {N} matrices into {count} with the items {target.tolist()}; {N} numbers "
+            f"from 0 to {count - 1} are needed"
+        )
+    pieces = tuple(
+        replace(piece, items=target, item_count=count, sums=latex, left=_repeated(piece.left, N))
+        for piece in X.pieces
+    )
+    return replace(X, pieces=pieces)
+
+
+def _repeated(array: Any, count: int) -> Any:
+    return array if len(array) == count else np.broadcast_to(array, (count, *array.shape[1:]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parameter(Operators):
+    """A number with a name that a condition keeps, so that a search can change its value.
+
+    Attributes
+    ----------
+    name : the key of its value in ``Condition.parameters``, e.g. ``"alpha"``.
+    value : the present value.
+    latex : symbol; the name when empty.
+    """
+
+    name: str
+    value: float | Fraction
+    latex: str = ""
+
+    def as_expression(self) -> Expression:
+        """Return it as a 1 x 1 matrix, which scales what it multiplies."""
+        letter = Letter(self.latex or self.name, symmetric=True)
+        piece = Piece(unknown=None, left=np.eye(1)[None], parameter=self, before=(letter,))
+        return Expression((1,), (1,), (piece,))
 
 
 def He(value: object) -> Expression:
@@ -420,14 +558,14 @@ def trace(value: object) -> Expression:
     for piece in X.pieces:
         for row in rows:
             e = Piece(unknown=None, left=row)
-            column = Piece(unknown=None, left=row.transpose(0, 2, 1))
+            column = Piece(unknown=None, left=turned(row))
             entry = piece.before_it(e).behind_it(column)
             if entry.left.any() and (entry.right is None or entry.right.any()):
                 pieces.append(entry)
     return Expression((1,), (1,), tuple(pieces))
 
 
-def block(rows: Sequence[Sequence[object]]) -> Expression:
+def block(rows: Sequence[Any]) -> Expression:
     """Return a block matrix; None stands for the transpose of the mirrored block, 0 for zeros.
 
     Parameters
@@ -466,8 +604,29 @@ def block(rows: Sequence[Sequence[object]]) -> Expression:
                 f"block: entry ({i + 1}, {j + 1}) is {placed.shape[0]} x {placed.shape[1]}; its "
                 f"row and column make it {heights[i]} x {widths[j]}"
             )
-        pieces += [replace(piece, at=(i, j)) for piece in placed.flat().pieces]
+        mirror = grid[i][j] is None
+        pieces += [replace(piece, at=(i, j), mirror=mirror) for piece in placed.flat().pieces]
     return Expression(tuple(heights), tuple(widths), tuple(pieces))
+
+
+def symmetric_block(
+    sizes: Sequence[int], cells: Mapping[tuple[int, int], Expression]
+) -> Expression:
+    """Return the symmetric block matrix with these blocks and their mirror images, else zero.
+
+    Parameters
+    ----------
+    sizes : of the diagonal blocks.
+    cells : (block row, block column) -> the block; the mirror image of one below the diagonal is
+        added to the block above it.
+    """
+    pieces: list[Piece] = []
+    for (i, j), cell in cells.items():
+        pieces += [replace(piece, at=(i, j)) for piece in cell.flat().pieces]
+        if i != j:
+            mirrored = cell.flat().T.pieces
+            pieces += [replace(piece, at=(j, i), mirror=True) for piece in mirrored]
+    return Expression(tuple(sizes), tuple(sizes), tuple(pieces))
 
 
 def _zero(entry: object) -> bool:

@@ -20,18 +20,29 @@ PRINTED = 9
 
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """A symbol in a product; a symmetric one is its own transpose."""
+    """A symbol in a product, or its transpose; a symmetric one is its own transpose."""
 
-    text: str
+    symbol: str
     symmetric: bool = False
+    transposed: bool = False
+
+    @property
+    def text(self) -> str:
+        if not self.transposed:
+            return self.symbol
+        if self.symbol.endswith(r"^\top"):
+            return self.symbol.removesuffix(r"^\top")
+        # TeX refuses a second superscript without braces.
+        return (f"{{{self.symbol}}}" if "^" in self.symbol else self.symbol) + r"^\top"
 
     @property
     def T(self) -> Letter:
-        if self.symmetric:
-            return self
-        if self.text.endswith(r"^\top"):
-            return Letter(self.text.removesuffix(r"^\top"))
-        return Letter(self.text + r"^\top")
+        return self if self.symmetric else replace(self, transposed=not self.transposed)
+
+
+def turned(array: Data) -> Data:
+    """Return the transposes of a stack of matrices."""
+    return array.swapaxes(-1, -2)
 
 
 def data_stack(value: object, owner: str) -> Data:
@@ -100,6 +111,18 @@ def symbol_of(array: Data) -> Letter:
 Word = tuple[Letter, ...]
 
 
+Members = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+
+
+class NamedNumber(Protocol):
+    """The properties of a parameter that an expression uses."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def value(self) -> float | Fraction: ...
+
+
 class Symbol(Protocol):
     """The properties of an unknown that an expression uses."""
 
@@ -125,50 +148,64 @@ class Piece:
     ----------
     unknown : X, or None for a known matrix, which is ``left``.
     left, right : (N, p, a) and (N, b, q), or N = 1 for the same in all; right is None for a known
-        matrix and for a scalar X, then left is (N, p, q).
-    members : (N,) index of the member of X; None for the first.
+        matrix and for a scalar X, then left is (N, p, q). For two rules (r, r, ., .), with 1 in the
+        place of a rule that it does not change with.
+    members : (N,), or (r, r), index of the member of X; None for the first.
+    items, item_count : (N,) to which of how many items each of the N is added; None for one each.
+    transposed : X is.
     factor : a number that is not yet multiplied into ``left``.
-    at : block row, block column.
+    parameter : name and value of a named number that multiplies it.
+    at : block row, block column; None is the whole matrix.
+    mirror : it is what ``None`` in ``block`` stands for, so the other block is printed and solved.
     before, behind : symbols of left and of right, in order; a known matrix has ``before`` only.
+    symbol : X with its index; empty for the default.
+    sums : LaTeX of the sum over the N that are added to an item.
     """
 
     unknown: Symbol | None
     left: Data
     right: Data | None = None
-    members: np.ndarray[tuple[int, ...], np.dtype[np.intp]] | None = None
+    members: Members | None = None
+    items: Members | None = None
+    item_count: int = 1
     transposed: bool = False
     factor: float | Fraction = 1
-    at: tuple[int, int] = (0, 0)
+    parameter: NamedNumber | None = None
+    at: tuple[int, int] | None = (0, 0)
+    mirror: bool = False
     before: Word = ()
     behind: Word = ()
+    symbol: str = ""
+    sums: str = ""
 
     @property
     def shape(self) -> tuple[int, int]:
         columns = self.left if self.right is None else self.right
-        return int(self.left.shape[1]), int(columns.shape[2])
+        return int(self.left.shape[-2]), int(columns.shape[-1])
 
     @property
-    def count(self) -> int:
-        lengths = [
-            len(array) for array in (self.left, self.right, self.members) if array is not None
-        ]
-        return max(lengths)
+    def lead(self) -> tuple[int, ...]:
+        """Return (N,), or (r, r) with 1 in the place of a rule that it does not change with."""
+        if self.items is not None:
+            return (self.item_count,)
+        shapes = [array.shape[:-2] for array in (self.left, self.right) if array is not None]
+        members = () if self.members is None else self.members.shape
+        return np.broadcast_shapes(*shapes, members)
 
     @property
     def T(self) -> Piece:
         """Return the transpose, in the mirrored block."""
-        at = self.at[::-1]
-        turned = self.left.transpose(0, 2, 1)
+        at = None if self.at is None else self.at[::-1]
         if self.right is None:
             # A scalar unknown and a known matrix have symbols in ``before`` only.
-            return replace(self, left=turned, at=at, before=transposed(self.before))
+            return replace(self, left=turned(self.left), at=at, before=transposed(self.before))
         assert self.unknown is not None  # a right factor belongs to an unknown
         return replace(
             self,
-            left=self.right.transpose(0, 2, 1),
-            right=turned,
+            left=turned(self.right),
+            right=turned(self.left),
             at=at,
-            transposed=not self.transposed and not self.unknown.symmetric,
+            transposed=not (self.transposed or self.unknown.symmetric or self.unknown.scalar),
             before=transposed(self.behind),
             behind=transposed(self.before),
         )
@@ -182,19 +219,23 @@ class Piece:
             self,
             left=product(known_piece.left, self.left),
             factor=exact_product(known_piece.factor, self.factor),
+            parameter=single_parameter(known_piece, self),
             before=known_piece.before + self.before,
         )
 
     def behind_it(self, known_piece: Piece) -> Piece:
         """Return this piece times known."""
         factor = exact_product(self.factor, known_piece.factor)
+        parameter = single_parameter(self, known_piece)
         if self.right is None:
             left = product(self.left, known_piece.left)
-            return replace(self, left=left, factor=factor, before=self.before + known_piece.before)
+            before = self.before + known_piece.before
+            return replace(self, left=left, factor=factor, parameter=parameter, before=before)
         return replace(
             self,
             right=product(self.right, known_piece.left),
             factor=factor,
+            parameter=parameter,
             behind=self.behind + known_piece.before,
         )
 
@@ -217,7 +258,26 @@ class Piece:
             ]
             X = X.transpose(0, 2, 1) if self.transposed else X
             block = X * left if self.right is None else left @ X @ self.right.astype(np.float64)
+        if self.items is not None:
+            total = np.zeros((self.item_count, *block.shape[1:]))
+            np.add.at(total, self.items, block)
+            block = total
         return np.broadcast_to(block, (count, *block.shape[1:]))
+
+
+def single_parameter(first: Piece, second: Piece) -> NamedNumber | None:
+    """Return the named number of a product.
+
+    Raises
+    ------
+    ModelError : both factors have one.
+    """
+    if first.parameter is not None and second.parameter is not None:
+        raise ModelError(
+            f"a product of the parameters {first.parameter.name} and {second.parameter.name}; one "
+            "parameter can multiply a term: give a Parameter for the product"
+        )
+    return first.parameter or second.parameter
 
 
 def transposed(word: Word) -> Word:
@@ -226,9 +286,18 @@ def transposed(word: Word) -> Word:
 
 def product(first: Data, second: Data) -> Data:
     """Return the products of two stacks of matrices; exact where either is."""
+    if _is_identity(first):
+        return second
+    if _is_identity(second):
+        return first
     if first.dtype != second.dtype:
         first, second = exact_array(first), exact_array(second)
     return np.asarray(first @ second)
+
+
+def _is_identity(array: Data) -> bool:
+    p, q = array.shape[-2:]
+    return p == q and array.size == p * q and np.array_equal(array.reshape(p, q), np.eye(p))
 
 
 def exact_array(array: Data) -> Data:

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -104,8 +105,7 @@ def _diagonals(program: ConeProgram) -> Iterator[tuple[Indices, Indices]]:
 def _alive(program: ConeProgram, z: Floats, share: float) -> NDArray[np.bool_]:
     """Return which rows may differ from zero: entries of multipliers that nothing forces to be 0.
 
-    If a variable, or the constant, only has diagonal entries, and all of one sign, the equality
-    forces these to be zero. A semidefinite multiplier then has zeros in their rows and columns.
+    A semidefinite multiplier with a zero diagonal entry has zeros in that row and column.
     """
     A = sp.csr_array(program.A[:, :-1])
     A.eliminate_zeros()
@@ -124,21 +124,41 @@ def _alive(program: ConeProgram, z: Floats, share: float) -> NDArray[np.bool_]:
         alive[diagonal] &= z[diagonal] > share * largest
         _spread(groups, alive)
     while True:
-        here = alive[row]
-        count = np.bincount(variable[here], minlength=A.shape[1])
-        on = np.bincount(variable[here], diagonal[row[here]], minlength=A.shape[1])
-        signs = np.abs(np.bincount(variable[here], sign[here], minlength=A.shape[1]))
-        closed = (count > 0) & (on == count) & (signs == count)
-        dead = np.zeros(len(alive), dtype=bool)
-        dead[row[here][closed[variable[here]]]] = True
-        constant = alive & (program.b != 0)
-        if constant.any() and (diagonal[constant] & (program.b[constant] > 0)).all():
-            dead |= constant
-        dead &= alive
+        dead = forced_to_zero(alive, diagonal, variable, row, sign, program.b)
         if not dead.any():
             return alive
         alive &= ~dead
         _spread(groups, alive)
+
+
+def forced_to_zero(
+    alive: NDArray[np.bool_],
+    diagonal: NDArray[np.bool_],
+    row: Indices,
+    column: Indices,
+    sign: Floats,
+    constant: NDArray[Any],
+) -> NDArray[np.bool_]:
+    """Return which entries of multipliers, of those that are alive, an equality forces to be 0.
+
+    A row, or the constant, whose living entries are all diagonal and of one sign forces them.
+
+    Parameters
+    ----------
+    row, column, sign : of the entries of the equalities; a column is an entry of a multiplier.
+    """
+    here = alive[column]
+    row, column, rows = row[here], column[here], int(row.max(initial=-1)) + 1
+    count = np.bincount(row, minlength=rows)
+    signs = np.abs(np.bincount(row, sign[here], minlength=rows))
+    on_diagonal = np.bincount(row, diagonal[column], minlength=rows)
+    closed = (signs == count) & (on_diagonal == count)
+    dead = np.zeros(len(alive), dtype=bool)
+    dead[column[closed[row]]] = True
+    in_constant = alive & (constant != 0)
+    if diagonal[in_constant].all() and (constant[in_constant] > 0).all():
+        dead |= in_constant
+    return dead
 
 
 def _spread(groups: list[tuple[Indices, Indices]], alive: NDArray[np.bool_]) -> None:

@@ -252,79 +252,30 @@ def _joined(entries: list[_Entries], columns: int) -> tuple[Indices, Indices, Ar
     return row, column, total[keep]
 
 
-# The first test keeps only so many leading bits of the entries, which is fast.  It succeeds unless
-# the matrix is singular to that accuracy.
-SHORT = 96
-
-
 def is_semidefinite(matrix: Array) -> bool:
     """Return whether x' M x >= 0 for all x; M is (n, n), symmetric, of Fractions or ints.
 
     Both answers are exact.
     """
-    integers, _ = over_one_denominator(np.asarray(matrix))
-    if _clearly_definite(integers):
-        return True
-    # M is semidefinite if its restriction to a complement of its null space is.  The kept
-    # coordinates span such a complement.
-    coordinates = _without_null(integers)
-    inside = integers[np.ix_(coordinates, coordinates)]
-    return _clearly_definite(inside) or _pivots_hold(inside, zero=True)
+    return _signs_alternate(matrix, zero=True)
 
 
 def is_definite(matrix: Array) -> bool:
     """Return whether x' M x > 0 for all x other than 0; both answers are exact."""
-    integers, _ = over_one_denominator(np.asarray(matrix))
-    return _clearly_definite(integers) or _pivots_hold(integers, zero=False)
+    return _signs_alternate(matrix, zero=False)
 
 
-def _clearly_definite(integers: Array) -> bool:
-    """Return True if the leading bits of the entries prove definiteness; False decides nothing.
+def _signs_alternate(matrix: Array, *, zero: bool) -> bool:
+    """Return whether the roots of the characteristic polynomial, all real, are positive.
 
-    After the shift the omitted part is a symmetric matrix with entries in [0, 1).  Its norm is at
-    most n, so the truncated matrix minus n I is a lower bound of the shifted matrix.
+    They are just where its signs alternate (Descartes); ``zero`` also allows zeros.
     """
-    n = len(integers)
-    bits = max((abs(entry).bit_length() for entry in integers.flat), default=0)
-    if bits <= SHORT:
-        return _pivots_hold(integers, zero=False)
-    cut = np.right_shift(integers, bits - SHORT) - n * np.eye(n, dtype=object)
-    return _pivots_hold(cut, zero=False)
-
-
-def _without_null(integers: Array) -> Indices:
-    """Return coordinates whose span contains no null vector but 0; there are rank(M) of them."""
     import flint
 
-    n = len(integers)
-    vectors, count = flint.fmpz_mat(integers.tolist()).nullspace()
-    if not count:
-        return np.arange(n)
-    rows = [[vectors[i, k] for i in range(n)] for k in range(count)]
-    reduced, _, rank = flint.fmpz_mat(rows).rref()
-    pivots = [next(i for i in range(n) if reduced[k, i] != 0) for k in range(rank)]
-    return np.setdiff1d(np.arange(n), pivots)
-
-
-def _pivots_hold(integers: Array, *, zero: bool) -> bool:
-    """Return whether all pivots are positive; ``zero`` also allows zero pivots in zero rows.
-
-    The elimination is fraction-free: all divisions are exact.
-
-    Source: Bareiss (1968), Sylvester's identity and multistep integer-preserving Gaussian
-    elimination, Mathematics of Computation 22.
-    """
-    M, previous = integers.copy(), 1
-    for k in range(len(M)):
-        pivot = M[k, k]
-        if pivot < 0 or (pivot == 0 and (not zero or any(M[k, k + 1 :]))):
-            return False
-        if pivot == 0:
-            continue
-        complement = M[k + 1 :, k + 1 :] * pivot - np.outer(M[k + 1 :, k], M[k, k + 1 :])
-        M[k + 1 :, k + 1 :] = complement // previous
-        previous = pivot
-    return True
+    integers, _ = over_one_denominator(np.asarray(matrix))
+    highest_first = flint.fmpz_mat(integers.tolist()).charpoly().coeffs()[::-1]
+    signed = [-c if k % 2 else c for k, c in enumerate(highest_first)]
+    return all(c > 0 or (zero and c == 0) for c in signed)
 
 
 # Binary digits to which the function is rounded, and items that are tried.

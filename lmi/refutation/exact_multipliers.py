@@ -24,6 +24,7 @@ from scipy.linalg import qr
 
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.refutation.contradiction import forced_to_zero
 from takagi.lmi.refutation.exact_algebra import Adjoint, over_one_denominator, packed_places
 from takagi.models.arrays import Floats, Indices
 
@@ -91,9 +92,7 @@ class Face:
 def open_face(read: Adjoint) -> Face:
     """Return the face of the entries that may differ from 0 in a contradiction.
 
-    If a row, or the constant, only has diagonal entries, and all of one sign, the equality forces
-    these to be zero. A semidefinite multiplier with a zero diagonal entry has zeros in that row and
-    column. This happens for normalisations, and for unknowns that enlarge the margin in one
+    Others are forced to 0 by normalisations, and by unknowns that enlarge the margin in one
     direction.
     """
     owner = np.full((read.columns, 2), -1)
@@ -102,12 +101,9 @@ def open_face(read: Adjoint) -> Face:
         owner[np.diag(block.index)] = block_positions
     diagonal = owner[:, 0] >= 0
     alive = np.ones(read.columns, dtype=bool)
-    sign = np.array([1 if value > 0 else -1 for value in read.value], dtype=np.intp)
+    sign = np.array([1.0 if value > 0 else -1.0 for value in read.value])
     while True:
-        dead = _forced(read, alive, diagonal, sign)
-        first = (read.constant != 0) & alive
-        if first.any() and diagonal[first].all() and (read.constant[first] > 0).all():
-            dead |= first
+        dead = forced_to_zero(alive, diagonal, read.row, read.column, sign, read.constant)
         if not dead.any():
             break
         for number, a in owner[dead]:
@@ -203,19 +199,6 @@ def _product(
     keep = np.flatnonzero(total != 0)
     row, column = np.divmod(positions[keep], max(columns, 1))
     return row, column, total[keep]
-
-
-def _forced(read: Adjoint, alive: Array, diagonal: Array, sign: Indices) -> Array:
-    """Return which diagonal entries a row forces to be zero."""
-    here = alive[read.column]
-    row, column = read.row[here], read.column[here]
-    count = np.bincount(row, minlength=read.rows)
-    signs = np.abs(np.bincount(row, sign[here], minlength=read.rows))
-    on_diagonal = np.bincount(row, diagonal[column], minlength=read.rows)
-    closed = (count > 0) & (signs == count) & (on_diagonal == count)
-    dead = np.zeros(read.columns, dtype=bool)
-    dead[column[closed[row]]] = True
-    return dead
 
 
 def _range(Z: Floats, largest: float, singular: float, tolerance: float) -> Array | None:

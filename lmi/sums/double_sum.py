@@ -22,8 +22,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from takagi.lmi.condition.statements import printed_factors, symmetric_summands, whole_terms
 from takagi.lmi.condition.term import LMI, Array, Constant, Labels, Position, Term
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import Expression, Inequality
+from takagi.lmi.expressions.piece import Piece
 from takagi.lmi.sums.corner_rules import Corners, product_rules
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
@@ -350,7 +353,7 @@ class DoubleSum:
         self,
         name: str,
         summands: Sequence[Summand],
-        slack: Sequence[Term] = (),
+        slack: Expression | None = None,
         *,
         count: int,
         label: Callable[[int], str],
@@ -362,6 +365,7 @@ class DoubleSum:
 
         Parameters
         ----------
+        slack : of the size of Theta, the same for all items or one for each.
         label : a function from k to the name of item k.
         scale : a positive factor, not printed.
         printed : the ratio of the solved sum to the formula that is printed.
@@ -380,7 +384,7 @@ class DoubleSum:
         return LMI(
             name=f"{prefix}{name}",
             blocks=self.blocks,
-            terms=(*terms, *slack),
+            terms=(*terms, *(whole_terms(slack) if slack is not None else ())),
             constants=tuple(constants),
             sign=-1,
             count=count,
@@ -426,6 +430,90 @@ class DoubleSum:
                 f"active has shape {active.shape}; ({r}, {r}), symmetric, with every rule active "
                 "by itself is needed; leave out a rule that never acts"
             )
+
+
+def double_sum_of(
+    statement: Inequality,
+    *,
+    rules: int,
+    corners: Corners | None = None,
+    active: NDArray[np.bool_] | None = None,
+    active_rules: int | None = None,
+) -> DoubleSum:
+    """Return sum_ij h_i h_j Theta_ij < 0 of ``Theta << 0``, which is written with operators.
+
+    Matrices ``over="i"`` and ``over="j"``, and unknowns ``.over("i")``, ``.over("j")``, change with
+    the rule of the vertex and of the gain: ``He(A_i @ Q - B_i @ M_j) + 2 * alpha * Q << 0``.
+
+    Parameters
+    ----------
+    statement : its name and its weight are those of the double sum.
+    rules : r.
+    corners, active, active_rules : as in ``DoubleSum``.
+
+    Raises
+    ------
+    ModelError : ``>>``, ``<=`` or ``>=``; blocks that differ by row and column; other rules.
+    """
+    theta = statement.expression
+    if statement.sign > 0 or not statement.strict:
+        raise ModelError("double_sum_of of another comparison than <<; write Theta << 0")
+    if theta.rows != theta.columns:
+        raise ModelError(f"Theta has blocks of {theta.rows} rows and {theta.columns} columns")
+    summands = list(symmetric_summands(theta))
+    return DoubleSum(
+        rules=rules,
+        blocks=theta.rows,
+        parts=tuple(_part(*summand, rules) for summand in summands if summand[0].unknown),
+        fixed=tuple(_fixed(piece, rules) for piece, _ in summands if not piece.unknown),
+        weight=statement.weight,
+        name=statement.name,
+        corners=corners,
+        active=active,
+        active_rules=active_rules,
+    )
+
+
+def _part(piece: Piece, plus_transpose: bool, rules: int) -> SumPart:
+    sign, factor, before, behind = printed_factors(piece)
+    assert isinstance(piece.unknown, Unknown)  # no other class is one
+    member: Member = "first"
+    if piece.members is not None:
+        members, every = piece.members, np.arange(rules)
+        if np.array_equal(members, every[:, None]):
+            member = "vertex"
+        elif np.array_equal(members, every[None]):
+            member = "gain"
+        else:
+            member = np.broadcast_to(members, (rules, rules))
+    glue = "" if before.startswith("\\") else " "
+    return SumPart(
+        unknown=piece.unknown,
+        left=_by_rules(piece.scaled_left(), rules),
+        right=None if piece.right is None else _by_rules(piece.right, rules),
+        member=member,
+        at=piece.at,
+        plus_transpose=plus_transpose,
+        parameter=None if piece.parameter is None else piece.parameter.name,
+        latex=(sign + glue.join(text for text in (factor, before) if text), behind),
+        symbol=piece.symbol,
+    )
+
+
+def _fixed(piece: Piece, rules: int) -> KnownBlock:
+    sign, factor, before, _ = printed_factors(piece)
+    latex = sign + " ".join(text for text in (factor, before or "I") if text)
+    return KnownBlock(value=_by_rules(piece.scaled_left(), rules), at=piece.at, latex=latex)
+
+
+def _by_rules(array: Array, rules: int) -> Array:
+    """Return (1, p, q), (r, p, q) by the vertex's rule, or (r, r, p, q)."""
+    lead, matrix_shape = array.shape[:-2], array.shape[-2:]
+    if set(lead) == {1}:
+        return array.reshape(1, *matrix_shape)
+    if lead == (rules, 1):
+        return array[:, 0]
+    return np.broadcast_to(array, (rules, rules, *matrix_shape))
 
 
 def selections(rules: int, states: int) -> Array:

@@ -38,11 +38,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.condition.term import LMI, Array, Term
+from takagi.lmi.condition.statements import lmi_of
+from takagi.lmi.condition.term import LMI, Array
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import Expression, added, matrix
 from takagi.lmi.polynomials import Basis
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, SumPart, double_sum_of
 from takagi.lmi.sums.product_premises import count_of, multisets
 from takagi.lmi.sums.slack_matrices import SLACK_SHARE, slack_unknown
 from takagi.models.arrays import Floats, Indices
@@ -72,10 +74,10 @@ def swapped_rules(corners: Indices, premise: int, corner: int) -> Indices:
     return np.asarray(rule[number(changed)])
 
 
-def rate_parts(
+def rate_of(
     P: Unknown, corners: Indices, velocity: Sequence[Floats], *, members: Indices | None = None
-) -> tuple[SumPart, ...]:
-    """Return dP/dt at one velocity of the memberships, as parts of block (0, 0).
+) -> Expression | int:
+    """Return dP/dt at one velocity of the memberships, by the rule of the vertex.
 
     Parameters
     ----------
@@ -83,9 +85,8 @@ def rate_parts(
     velocity : dw^k/dt, one array for each simplex.
     members : (r,), the member of P for each rule; None for the rules' own order.
     """
-    eye = np.eye(P.rows)[None]
     rule_members = np.arange(len(corners)) if members is None else members
-    rate_terms = []
+    total: Expression | int = 0
     for k, rates in enumerate(velocity):
         for corner in np.flatnonzero(rates):
             rules = rule_members[swapped_rules(corners, k, int(corner))]
@@ -93,30 +94,19 @@ def rate_parts(
             index = f"{k + 1},{corner + 1}" if len(velocity) > 1 else f"{corner + 1}"
             rate = rf"\dot w_{{{index}}}" if len(velocity) > 1 else rf"\dot h_{{{index}}}"
             at = f"{{i}}|{index}" if len(velocity) > 1 else index
-            symbol = f"{P.symbol}_{{{at}}}"
-            rate_terms.append(
-                SumPart(
-                    unknown=P,
-                    left=rates[corner] * eye,
-                    right=eye,
-                    member=rule_table(len(corners), "vertex", rules),
-                    latex=(rate, ""),
-                    symbol=symbol,
-                )
-            )
-    return tuple(rate_terms)
+            P_i = P.members(rule_table(len(corners), "vertex", rules), f"{P.symbol}_{{{at}}}")
+            total = total + matrix([[rates[corner]]], rate) * P_i
+    return total
 
 
 def double_sums(
-    plain: DoubleSum, additions: Sequence[Sequence[SumPart]], name: str = "rates"
+    thetas: Sequence[Expression], name: str, *, rules: int, weight: float, corners: Corners | None
 ) -> tuple[DoubleSum, ...]:
-    """Return for each entry of ``additions`` the double sum with these parts and a new name."""
-    count = len(additions)
+    """Return a double sum Theta < 0 for each, numbered where there are several."""
+    titles = [f"{name} {k + 1}" if len(thetas) > 1 else "" for k in range(len(thetas))]
     return tuple(
-        replace(
-            plain, parts=(*plain.parts, *added), name=f"{name} {k + 1}" if count > 1 else plain.name
-        )
-        for k, added in enumerate(additions)
+        double_sum_of((theta << 0).named(title, weight=weight), rules=rules, corners=corners)
+        for title, theta in zip(titles, thetas, strict=True)
     )
 
 
@@ -308,35 +298,26 @@ def _with_multipliers(loop: DoubleSum, b: Floats, i: Indices, j: Indices) -> Sha
             symbol="N_{{i}{j}}",
         ),
     )
-    slack_term = Term(unknown=Sigma, left=eye[None], right=eye[None])
-    less = Term(
-        unknown=N,
-        # (i, j) and (j, i).
-        left=-(np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None] * eye,
-        right=eye[None],
-        items=np.zeros(len(i), dtype=np.intp),
-        members=np.arange(len(i)),
-        latex=("-b_{ij}", ""),
-        symbol="N_{ij}",
-        factor=r"\sum_{i,j}",
-    )
+    # (i, j) and (j, i).
+    shares = matrix((np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None], "b_{ij}")
+    N_ij = N.members(np.arange(len(i)), "N_{ij}")
+    spare = Sigma - added(shares * N_ij, latex=r"\sum_{i,j}")
     name = f"{loop.name}, bounds of memberships" if loop.name else "bounds of memberships"
-    bound = LMI(name=name, blocks=(n,), terms=(slack_term, less), weight=SLACK_SHARE * loop.weight)
+    bound = lmi_of((spare >> 0).named(name, weight=SLACK_SHARE * loop.weight))
     changed = replace(loop, parts=(*loop.parts, *parts))
     return changed, (N, Sigma), (bound, _positive(loop, N))
 
 
 def _positive(loop: DoubleSum, N: Unknown) -> LMI:
     """Return N_k > 0 for every member."""
-    eye = np.eye(N.rows)[None]
     name = "multipliers of memberships"
-    return LMI(
-        name=f"{loop.name}, {name}" if loop.name else name,
-        blocks=(N.rows,),
-        terms=(Term(unknown=N, left=eye, right=eye, members=np.arange(N.count), symbol="N_k"),),
-        count=N.count,
-        weight=SLACK_SHARE * loop.weight,
-        index=rf"k = 1, \dots, {N.count}",
+    positive = N.members(np.arange(N.count), "N_k") >> 0
+    return lmi_of(
+        positive.named(
+            f"{loop.name}, {name}" if loop.name else name,
+            rf"k = 1, \dots, {N.count}",
+            weight=SLACK_SHARE * loop.weight,
+        )
     )
 
 

@@ -15,20 +15,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer
-from takagi.lmi.argument_checks import Vertices, number, rate_parameter
+from takagi.lmi.argument_checks import Vertices, decay_parameter, number
+from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.term import LMI, Condition
-from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import He, Inequality, Parameter, matrix
 from takagi.lmi.polynomials import Basis, Degrees
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
-from takagi.lmi.sums.membership_shape import double_sums, rate_parts, rule_table
+from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_condition import (
     SOURCES,
@@ -156,12 +155,9 @@ def _condition(
     check_form(form)
     no_rates = [np.zeros(size) for size in loop.space.sizes]
     sought = SoughtPolynomial.of(loop, degrees, no_rates, polya=polya)
-    slack, lmis = form_lmis(sought, form)
-    return Condition(
+    return pose(
+        *form_lmis(sought, form, decay_parameter(alpha, loop.sample_time)),
         name=f"polynomial Lyapunov function, degree {degrees}, {form}",
-        unknowns=(sought.P, *slack),
-        lmis=lmis,
-        parameters=rate_parameter(alpha, loop.sample_time),
         source=SOURCES[form],
     )
 
@@ -169,107 +165,77 @@ def _condition(
 RATE_SOURCES = "Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006)"
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Question:
-    """Which P(h) is sought, for which motion of h.
+def _fuzzy_condition(
+    loop: VaryingLoop,
+    degrees: Degrees,
+    rates: Sequence[Floats],
+    relaxation: str,
+    form: Form,
+    alpha: float | Fraction,
+) -> Condition:
+    """Return the condition in the loop's states, for rates of |dw/dt| in 1/s, one array a simplex.
 
-    Attributes
-    ----------
-    degrees : of P in each simplex, 0 where h jumps in continuous time.
-    rates : bounds of |dw/dt| in 1/s, one array a simplex.
-    relaxation : "polya-<d>", or a named one.
-    form : "direct" or "dilated".
+    Raises
+    ------
+    ModelError : a relaxation by name of anything but a double sum.
     """
-
-    degrees: Degrees
-    rates: tuple[Floats, ...]
-    relaxation: str
-    form: Form
-
-    @property
-    def polya(self) -> int | None:
-        """Return d of "polya-<d>", or None."""
-        match = re.fullmatch(r"polya-(\d+)", self.relaxation)
-        return int(match[1]) if match else None
-
-    def check(self, loop: VaryingLoop) -> None:
-        """Raise ModelError where what was asked does not go together."""
-        check_form(self.form)
-        relaxation_named(self.relaxation)
-        plain = loop.sample_time is None and self.form == "direct"
-        linear = max(self.degrees) <= 1
-        if self.polya is None and not (plain and linear and loop.K is None):
-            raise ModelError(
-                f"relaxation {self.relaxation} is for a double sum: continuous time, no gains, "
-                'form="direct", degree 1; take "polya-<d>"'
-            )
-
-    def condition(self, loop: VaryingLoop, alpha: float | Fraction) -> Condition:
-        """Return the condition in the loop's states."""
-        self.check(loop)
-        sought = SoughtPolynomial.of(loop, self.degrees, self.rates, polya=self.polya or 0)
-        unknowns: tuple[Unknown, ...]
-        if self.polya is None and any(self.degrees):
-            unknowns, lmis = _named(sought, loop, self.relaxation)
-        else:
-            unknowns, lmis = form_lmis(sought, self.form)
-        source = SOURCES[self.form]
-        if loop.sample_time is None and any(self.degrees):
-            source = f"{source}; {RATE_SOURCES}"
-        return Condition(
-            name=f"fuzzy Lyapunov function, degree {self.degrees}, {self.relaxation}",
-            unknowns=(sought.P, *unknowns),
-            lmis=lmis,
-            parameters=rate_parameter(alpha, loop.sample_time),
-            source=source,
+    check_form(form)
+    relaxation_named(relaxation)
+    match = re.fullmatch(r"polya-(\d+)", relaxation)
+    double_sum = loop.sample_time is None and form == "direct" and loop.K is None
+    if not match and not (double_sum and max(degrees) <= 1):
+        raise ModelError(
+            f"relaxation {relaxation} is for a double sum: continuous time, no gains, "
+            'form="direct", degree 1; take "polya-<d>"'
         )
+    sought = SoughtPolynomial.of(loop, degrees, rates, polya=int(match[1]) if match else 0)
+    rate = decay_parameter(alpha, loop.sample_time)
+    statements: Sequence[Inequality | LMI] = (
+        form_lmis(sought, form, rate)
+        if match or not any(degrees)
+        else _named(sought, loop, relaxation, rate)
+    )
+    moving = loop.sample_time is None and any(degrees)
+    return pose(
+        *statements,
+        parameters=(rate,),
+        name=f"fuzzy Lyapunov function, degree {degrees}, {relaxation}",
+        source=f"{SOURCES[form]}; {RATE_SOURCES}" if moving else SOURCES[form],
+    )
+
+
+def _degrees_and_rates(
+    loop: VaryingLoop, rate_bounds: RateBounds, degree: int | Sequence[int]
+) -> tuple[Degrees, tuple[Floats, ...]]:
+    """Return the degrees of P, 0 where h jumps in continuous time, and the bounds of |dw/dt|."""
+    rates = membership_rates(loop.space, rate_bounds)
+    degrees = degrees_of(loop.space, degree)
+    return kept_degrees(degrees, rates, discrete=loop.sample_time is not None), rates
 
 
 def _named(
-    sought: SoughtPolynomial, loop: VaryingLoop, relaxation: str
-) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    sought: SoughtPolynomial, loop: VaryingLoop, relaxation: str, rate: Parameter
+) -> tuple[Inequality | LMI, ...]:
     """Pose sum_ij h_i h_j (He(P_j A_i) + 2 alpha P_j + dP/dt) < 0 by a named relaxation."""
     A, corners = loop.A.astype(np.float64), loop.space.corners
     members = sought.basis.corners(corners)
-    eye = np.eye(sought.P.rows)[None]
-    gain = rule_table(len(A), "gain", members)
-    plain = DoubleSum(
+    P_j = sought.P.members(rule_table(len(A), "gain", members), "P_{j}")
+    theta = He(P_j @ matrix(A, "A_{i}", over="i")) + 2 * rate * P_j
+    thetas = [
+        theta + rate_of(sought.P, corners, velocity, members=members)
+        for velocity in sought.motion.velocities
+    ]
+    sums = double_sums(
+        thetas,
+        "rates",
         rules=len(A),
-        blocks=(sought.P.rows,),
-        parts=(
-            SumPart(
-                unknown=sought.P,
-                left=eye,
-                right=A,
-                member=gain,
-                plus_transpose=True,
-                latex=("", "A_{i}"),
-                symbol="P_{j}",
-            ),
-            SumPart(
-                unknown=sought.P,
-                left=2.0 * eye,
-                right=eye,
-                member=gain,
-                parameter="alpha",
-                latex=(r"2\alpha", ""),
-                symbol="P_{j}",
-            ),
-        ),
         weight=sought.weight,
         corners=corners if loop.space.premises else None,
     )
-    rate_terms = [
-        rate_parts(sought.P, corners, velocity, members=members)
-        for velocity in sought.motion.velocities
-    ]
-    unknowns: list[Unknown] = []
-    lmis = list(polynomial_lmis(sought))
-    for loop_at_rate in double_sums(plain, rate_terms):
-        slack, relaxed_lmis = relaxation_named(relaxation)(loop_at_rate)
-        unknowns += slack
-        lmis += relaxed_lmis
-    return tuple(unknowns), tuple(lmis)
+    statements: list[Inequality | LMI] = [*polynomial_lmis(sought)]
+    for loop_at_rate in sums:
+        statements += relaxation_named(relaxation)(loop_at_rate)[1]
+    return tuple(statements)
 
 
 def fuzzy_lyapunov_condition(
@@ -304,8 +270,9 @@ def fuzzy_lyapunov_condition(
     Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006).
     """
     loop = varying_loop(model, gains, sample_time)
-    question = _question(loop, rate_bounds, degree, relaxation, form)
-    return question.condition(loop, number("decay_rate", decay_rate))
+    degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
+    alpha = number("decay_rate", decay_rate)
+    return _fuzzy_condition(loop, degrees, rates, relaxation, form, alpha)
 
 
 @limited
@@ -364,11 +331,11 @@ def fuzzy_lyapunov(
     discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009).
     """
     loop = varying_loop(model, gains, sample_time)
-    question = _question(loop, rate_bounds, degree, relaxation, form)
+    degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
     alpha = float(number("decay_rate", decay_rate))
     s = loop.units(scales)
     scaled = loop.scaled(s)
-    condition = question.condition(scaled, alpha)
+    condition = _fuzzy_condition(scaled, degrees, rates, relaxation, form, alpha)
     why = scaled.hopeless(alpha)
     if why:
         return no_lyapunov(condition, s, why)
@@ -376,21 +343,4 @@ def fuzzy_lyapunov(
         "lower the rate bounds or the decay rate, raise the degree, or take a richer relaxation "
         '("polya-2")'
     )
-    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, question.degrees), advice)
-
-
-def _question(
-    loop: VaryingLoop,
-    rate_bounds: RateBounds,
-    degree: int | Sequence[int],
-    relaxation: str,
-    form: Form,
-) -> Question:
-    bounds = membership_rates(loop.space, rate_bounds)
-    degrees = degrees_of(loop.space, degree)
-    return Question(
-        degrees=kept_degrees(degrees, bounds, discrete=loop.sample_time is not None),
-        rates=bounds,
-        relaxation=relaxation,
-        form=form,
-    )
+    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, degrees), advice)

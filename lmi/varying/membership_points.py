@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer
-from takagi.lmi.argument_checks import Vertices, rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Term
+from takagi.lmi.argument_checks import Vertices, decay_parameter
+from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
 from takagi.lmi.polynomials import Basis, UnknownPolynomial
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
@@ -62,18 +63,18 @@ def function_at_points(
     scaled = loop.scaled(s)
     sought = SoughtPolynomial.of(scaled, degrees, rates)
     P, basis, weight = sought.P, sought.basis, sought.weight
-    w, matrix = np.asarray(blends, dtype=np.float64), sought.A
-    G = np.tensordot(matrix.basis.values(w), matrix.values.astype(np.float64), axes=1)
+    w, loop_matrix = np.asarray(blends, dtype=np.float64), sought.A
+    rate = decay_parameter(decay_rate, step)
+    G = np.tensordot(loop_matrix.basis.values(w), loop_matrix.values.astype(np.float64), axes=1)
     if step is None:
         slopes = np.array([_slopes(basis, velocity, w) for velocity in sought.motion.velocities])
-        decrease = _falling(P, basis.values(w), slopes, G, weight)
+        decrease = _falling(P, basis.values(w), slopes, G, rate, weight)
     else:
-        decrease = _next_falling(P, basis.values(w), G, weight)
-    condition = Condition(
+        decrease = _next_falling(P, basis.values(w), G, rate, weight)
+    condition = pose(
+        *polynomial_lmis(sought),
+        decrease,
         name="function of the memberships at single blends",
-        unknowns=(P,),
-        lmis=(*polynomial_lmis(sought), decrease),
-        parameters=rate_parameter(decay_rate, step),
         source="necessary for every relaxation",
     )
     return decided_lyapunov(condition, loop, s, basis, "lower the rate bounds or the decay rate")
@@ -87,54 +88,35 @@ def _slopes(basis: Basis, velocity: tuple[Floats, ...], w: Floats) -> Floats:
     return rates
 
 
-def _falling(P: Unknown, B: Floats, slopes: Floats, G: Floats, weight: float) -> LMI:
+def _falling(
+    P: Unknown, B: Floats, slopes: Floats, G: Floats, rate: Parameter, weight: float
+) -> Inequality:
     """Pose the continuous inequality: B (N, count), slopes (velocities, N, count), G (N, n, n)."""
-    many, n = len(slopes), P.rows
-    loops, shares = np.tile(G, (many, 1, 1)), np.tile(B, (many, 1))[:, :, None, None] * np.eye(n)
-    rate_factors = slopes.reshape(-1, P.count)[:, :, None, None] * np.eye(n)
-    identities = np.tile(np.eye(n), (len(loops), 1, 1))
-    terms: list[Term] = []
-    for a in range(P.count):
-        of, B_a = np.full(len(loops), a), shares[:, a]
-        terms += [
-            Term(unknown=P, members=of, left=B_a, right=loops, plus_transpose=True),
-            Term(unknown=P, members=of, left=rate_factors[:, a], right=identities),
-            Term(unknown=P, members=of, left=2 * B_a, right=identities, parameter="alpha"),
-        ]
-    return _lmi((n,), terms, len(loops), weight, -1)
-
-
-def _next_falling(P: Unknown, B: Floats, G: Floats, weight: float) -> LMI:
-    """Pose the discrete inequality: B (N, count), G (N, n, n)."""
-    n, count = P.rows, len(G) * P.count
-    identities, loops = np.tile(np.eye(n), (count, 1, 1)), np.repeat(G, P.count, axis=0)
-    shares = np.repeat(B, P.count, axis=0)[:, :, None, None] * np.eye(n)
-    terms = [
-        Term(
-            unknown=P,
-            members=np.full(count, a),
-            left=shares[:, a],
-            right=identities,
-            parameter="contraction",
-        )
-        for a in range(P.count)
-    ]
-    following, back = np.tile(np.arange(P.count), len(G)), loops.transpose(0, 2, 1)
-    terms += [
-        Term(unknown=P, members=following, left=back, right=identities, at=(0, 1)),
-        Term(unknown=P, members=following, left=identities, right=identities, at=(1, 1)),
-    ]
-    return _lmi((n, n), terms, count, weight, 1)
-
-
-def _lmi(blocks: tuple[int, ...], terms: list[Term], count: int, weight: float, sign: int) -> LMI:
-    return LMI(
-        name="decrease",
-        blocks=blocks,
-        terms=tuple(terms),
-        sign=sign,
-        count=count,
-        weight=weight,
-        labels=tuple(f"blend {k + 1}" for k in range(count)),
-        index=rf"k = 1, \dots, {count}",
+    many = len(slopes)
+    blend = _blended(P, np.tile(B, (many, 1)))
+    falling = He(blend @ matrix(np.tile(G, (many, 1, 1)), "G(h_k)"))
+    return _named(
+        falling + _blended(P, slopes.reshape(-1, P.count)) + 2 * rate * blend << 0, weight
     )
+
+
+def _next_falling(P: Unknown, B: Floats, G: Floats, rate: Parameter, weight: float) -> Inequality:
+    """Pose the discrete inequality: B (N, count), G (N, n, n)."""
+    now = _blended(P, np.repeat(B, P.count, axis=0))
+    following = P.members(np.tile(np.arange(P.count), len(G)), "P_c")
+    G_k = matrix(np.repeat(G, P.count, axis=0), "G(h_k)")
+    return _named(block([[rate * now, G_k.T @ following], [None, following]]) >> 0, weight)
+
+
+def _blended(P: Unknown, weights: Floats) -> Expression:
+    """Return sum_a weights[k, a] P_a for each blend k."""
+    total = matrix(weights[:, 0, None, None], "b_{k,1}") * P.member(0)
+    for a in range(1, P.count):
+        total += matrix(weights[:, a, None, None], f"b_{{k,{a + 1}}}") * P.member(a)
+    return total
+
+
+def _named(decrease: Inequality, weight: float) -> Inequality:
+    count = decrease.expression.count
+    labels = tuple(f"blend {k + 1}" for k in range(count))
+    return decrease.named("decrease", rf"k = 1, \dots, {count}", weight=weight, labels=labels)

@@ -37,14 +37,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from takagi.lmi.analysis.decay_rate import vertex_weight
-from takagi.lmi.condition.term import LMI, Array, Constant, Labels, Position, Term, identity_like
+from takagi.lmi.condition.term import Array, Labels, identity_like
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import (
+    Expression,
+    He,
+    Inequality,
+    Parameter,
+    block,
+    matrix,
+)
+from takagi.lmi.expressions.piece import Letter, Piece
 from takagi.lmi.polynomials import (
     Basis,
     Contributions,
@@ -96,77 +104,75 @@ class TermCoefficients:
         """Return how many items there are."""
         return self.basis.count * self.velocities
 
-    def term(
+    def product(
         self,
         unknown: Unknown,
         polynomial: UnknownPolynomial,
-        factor_given: Known | None = None,
+        factor: Known | None = None,
         *,
-        at: Position = (0, 0),
-        factor: float = 1,
         behind: bool = True,
-        plus_transpose: bool = False,
-        parameter: str | None = None,
-        latex: tuple[str, str] = ("", ""),
+        latex: str = "",
         symbol: str = "",
-    ) -> Term:
+    ) -> Expression:
         """Return X(l) K(l), or K(l) X(l), in every item.
 
         Parameters
         ----------
-        factor_given : K; None is the identity.
-        factor : multiplies K.
+        factor : K; None is the identity.
         behind : K stands behind X.
+        latex : of K.
         """
-        product = self._contributions(polynomial, factor_given)
-        offsets = np.arange(self.velocities)[:, None] * self.basis.count
-        items = (offsets + product.items).ravel()
-        members = np.tile(product.members, self.velocities)
-        # A fraction times a float is a float.
-        size = Fraction(factor) if product.values.dtype == object else factor
-        values = np.tile(size * product.values, (self.velocities, 1, 1))
-        eye = self._identity(unknown.cols if not behind else unknown.rows)
-        return Term(
+        part = self._contributions(polynomial, factor)
+        parts = [(velocity, part) for velocity in range(self.velocities)]
+        return self._sum(unknown, parts, behind=behind, latex=latex, symbol=symbol)
+
+    def rate(
+        self, unknown: Unknown, polynomial: UnknownPolynomial, symbol: str
+    ) -> Expression | int:
+        """Return dX/dt at the velocity of each item."""
+        slopes = [
+            (number, self._contributions(slope, None))
+            for number, velocity in enumerate(self.motion.velocities)
+            for slope in polynomial.derivatives(velocity)
+        ]
+        return self._sum(unknown, slopes, behind=False, symbol=symbol) if slopes else 0
+
+    def _sum(
+        self,
+        unknown: Unknown,
+        parts: Sequence[tuple[int, Contributions]],
+        *,
+        behind: bool,
+        latex: str = "",
+        symbol: str,
+    ) -> Expression:
+        """Return the contributions at their velocities, with the factor behind X or before it."""
+        eye = identity_like(self.eye, unknown.rows if behind else unknown.cols)
+        values = np.concatenate([part.values for _, part in parts])
+        letters = (Letter(latex),) if latex else ()
+        piece = Piece(
             unknown=unknown,
             left=eye if behind else values,
             right=values if behind else eye,
-            at=at,
-            plus_transpose=plus_transpose,
-            items=items,
-            members=members,
-            parameter=parameter,
-            latex=latex,
+            members=np.concatenate([part.members for _, part in parts]),
+            items=np.concatenate([k * self.basis.count + part.items for k, part in parts]),
+            item_count=self.count,
+            before=() if behind else letters,
+            behind=letters if behind else (),
             symbol=symbol,
         )
+        return Expression((piece.shape[0],), (piece.shape[1],), (piece,))
 
-    def rate_terms(
-        self, unknown: Unknown, polynomial: UnknownPolynomial, symbol: str
-    ) -> tuple[Term, ...]:
-        """Return dX/dt at the velocity of each item."""
-        slopes: list[tuple[int, Contributions]] = []
-        for number, velocity in enumerate(self.motion.velocities):
-            for slope in polynomial.derivatives(velocity):
-                slopes.append((number, self._contributions(slope, None)))
-        if not slopes:
-            return ()
-        eye = self._identity(unknown.rows)
-        return (
-            Term(
-                unknown=unknown,
-                left=np.concatenate([slope_part.values for _, slope_part in slopes]),
-                right=eye,
-                items=np.concatenate(
-                    [number * self.basis.count + slope_part.items for number, slope_part in slopes]
-                ),
-                members=np.concatenate([slope_part.members for _, slope_part in slopes]),
-                symbol=symbol,
-            ),
-        )
-
-    def constant(self, polynomial: Known, at: Position, latex: str) -> Constant:
+    def known(self, polynomial: Known, latex: str) -> Expression:
         """Return a known polynomial in l in every item."""
         values = polynomial.to(self.basis.degrees).values
-        return Constant(value=np.tile(values, (self.velocities, 1, 1)), at=at, latex=latex)
+        return matrix(np.tile(values, (self.velocities, 1, 1)), latex)
+
+    def named(
+        self, statement: Inequality, name: str, *, weight: float = 1.0, prefix: str = ""
+    ) -> Inequality:
+        """Return the statement with the names of its items."""
+        return statement.named(name, self.index, weight=weight, labels=self.labels(prefix))
 
     @property
     def index(self) -> str:
@@ -191,11 +197,8 @@ class TermCoefficients:
     def _contributions(self, polynomial: UnknownPolynomial, factor: Known | None) -> Contributions:
         if factor is None:
             zero = Basis(self.motion.sizes, (0,) * len(self.motion.sizes))
-            factor = Known(zero, self._identity(self.eye.shape[1]))
+            factor = Known(zero, self.eye)
         return contributions(polynomial, factor, self.basis.degrees)
-
-    def _identity(self, size: int) -> Array:
-        return identity_like(self.eye, size)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -237,10 +240,10 @@ class SoughtPolynomial:
 
         ``weight`` None takes the size of the loop's matrix.
         """
-        step, matrix = loop.sample_time, loop.matrix
+        step, matrix, n = loop.sample_time, loop.matrix, loop.A.shape[1]
         basis = Basis(loop.space.sizes, degrees)
         return cls(
-            P=unknown_lyapunov(basis, loop.A.shape[1]),
+            P=Unknown("P", n, n, symmetric=True, count=basis.count),
             basis=basis,
             A=matrix,
             motion=motion_of(loop.space, degrees, rates, step),
@@ -276,101 +279,67 @@ class SoughtPolynomial:
         return self.then.basis.raised(factor.basis.degrees).degrees
 
 
-def unknown_lyapunov(basis: Basis, states: int) -> Unknown:
-    """Return P, with a member for each coefficient of P(h)."""
-    return Unknown("P", states, states, symmetric=True, count=basis.count)
-
-
-def polynomial_lmis(sought: SoughtPolynomial, *, bounded: bool = True) -> tuple[LMI, ...]:
+def polynomial_lmis(sought: SoughtPolynomial, *, bounded: bool = True) -> tuple[Inequality, ...]:
     """Pose P(h) > 0, and with ``bounded`` that no coefficient is above I, which fixes the scale."""
     P, n = sought.P, sought.P.rows
     no_motion = ParameterMotion(sought.basis.sizes, (), (), sought.axes)
     one = identity_like(sought.A.values, n)
     at = TermCoefficients.of(no_motion, one, sought.basis.degrees, polya=sought.polya)
-    positive = LMI(
-        name="P positive definite",
-        blocks=(n,),
-        terms=(at.term(P, UnknownPolynomial.of(sought.basis), symbol="P(h)"),),
-        count=at.count,
-        labels=at.labels("P, "),
-        index=at.index,
-    )
+    P_h = at.product(P, UnknownPolynomial.of(sought.basis), symbol="P(h)")
+    positive = at.named(P_h >> 0, "P positive definite", prefix="P, ")
     if not bounded:
         return (positive,)
-    scale = LMI(
-        name="scale of P",
-        blocks=(n,),
-        terms=(Term(unknown=P, left=one, right=one, members=np.arange(P.count), symbol="P_a"),),
-        constants=(Constant(value=-one, latex="-I"),),
-        sign=-1,
-        count=P.count,
-        strict=False,
-        index=r"\text{each } a",
-    )
-    return positive, scale
+    every = P.members(np.arange(P.count), "P_a") <= one[0]
+    return positive, every.named("scale of P", r"\text{each } a")
 
 
-def direct_terms(
-    sought: SoughtPolynomial, at: TermCoefficients, *, next_block: int = 1, rated: bool = True
-) -> tuple[Term, ...]:
-    """Return the terms of the direct form.
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """P(h), dP/dt or P(h+), and their products with A(h) and B(h), in every item of an LMI."""
 
-    Parameters
-    ----------
-    next_block : where P(h+) stands on the diagonal, in discrete time.
-    rated : a decay rate is a parameter of the condition.
-    """
-    P, A = sought.P, sought.matrix
-    if sought.discrete:
-        back = Known(A.basis, A.values.transpose(0, 2, 1))
-        last = next_block
-        return (
-            at.term(
-                P,
-                sought.now,
-                parameter="contraction" if rated else None,
-                latex=(r"\rho^2" if rated else "", ""),
-                symbol="P(h)",
-            ),
-            at.term(
-                P,
-                sought.then,
-                back,
-                at=(0, last),
-                behind=False,
-                latex=(r"A(h)^\top", ""),
-                symbol="P(h^+)",
-            ),
-            at.term(P, sought.then, at=(last, last), symbol="P(h^+)"),
+    sought: SoughtPolynomial
+    at: TermCoefficients
+
+    @property
+    def P(self) -> Expression:
+        return self.at.product(self.sought.P, self.sought.now, symbol="P(h)")
+
+    @property
+    def P_next(self) -> Expression:
+        return self.at.product(self.sought.P, self.sought.then, symbol="P(h^+)")
+
+    @property
+    def P_dot(self) -> Expression | int:
+        return self.at.rate(self.sought.P, self.sought.now, r"\dot P(h)")
+
+    def into(self, factor: Known, latex: str) -> Expression:
+        """Return P(h) K(h)."""
+        return self.at.product(self.sought.P, self.sought.now, factor, latex=latex, symbol="P(h)")
+
+    def into_next(self, factor: Known, latex: str) -> Expression:
+        """Return K(h)' P(h+)."""
+        turned = Known(factor.basis, factor.values.transpose(0, 2, 1))
+        return self.at.product(
+            self.sought.P,
+            self.sought.then,
+            turned,
+            behind=False,
+            latex=rf"{latex}^\top",
+            symbol="P(h^+)",
         )
-    motion_terms = (
-        at.term(P, sought.now, A, plus_transpose=True, latex=("", "A(h)"), symbol="P(h)"),
-        *at.rate_terms(P, sought.now, r"\dot P(h)"),
-    )
-    return (*motion_terms, decay_term(sought, at)) if rated else motion_terms
 
 
-def decay_term(sought: SoughtPolynomial, at: TermCoefficients) -> Term:
-    """Return 2 alpha P(h)."""
-    return at.term(
-        sought.P, sought.now, factor=2, parameter="alpha", latex=(r"2\alpha", ""), symbol="P(h)"
-    )
-
-
-def direct_lmi(sought: SoughtPolynomial) -> LMI:
+def direct_lmi(sought: SoughtPolynomial, rate: Parameter) -> Inequality:
     """Pose the module's direct form."""
-    n = sought.P.rows
-    at = sought.coefficients(sought.product(sought.matrix))
-    return LMI(
-        name="decrease",
-        blocks=(n, n) if sought.discrete else (n,),
-        terms=direct_terms(sought, at),
-        sign=1 if sought.discrete else -1,
-        count=at.count,
-        weight=sought.weight,
-        labels=at.labels(),
-        index=at.index,
-    )
+    A = sought.matrix
+    at = sought.coefficients(sought.product(A))
+    motion = Motion(sought, at)
+    if sought.discrete:
+        rows = [[rate * motion.P, motion.into_next(A, "A(h)")], [None, motion.P_next]]
+        decrease = block(rows) >> 0
+    else:
+        decrease = He(motion.into(A, "A(h)")) + motion.P_dot + 2 * rate * motion.P << 0
+    return at.named(decrease, "decrease", weight=sought.weight)
 
 
 Form: TypeAlias = Literal["direct", "dilated"]
@@ -386,74 +355,28 @@ def check_form(form: object) -> None:
         raise ModelError(f"form {form!r} is not known; there are {', '.join(SOURCES)}")
 
 
-def form_lmis(sought: SoughtPolynomial, form: Form) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
-    """Return the slacks of a form, and P(h) > 0, its scale and the decrease."""
-    if form == "direct":
-        return (), (*polynomial_lmis(sought), direct_lmi(sought))
-    slack, decrease = dilated_lmi(sought)
-    return slack, (*polynomial_lmis(sought), decrease)
+def form_lmis(sought: SoughtPolynomial, form: Form, rate: Parameter) -> tuple[Inequality, ...]:
+    """Return P(h) > 0, its scale and the decrease, which brings the slacks of a dilated form."""
+    pose = direct_lmi if form == "direct" else dilated_lmi
+    return *polynomial_lmis(sought), pose(sought, rate)
 
 
-def dilated_lmi(sought: SoughtPolynomial) -> tuple[tuple[Unknown, ...], LMI]:
-    """Pose the module's dilated form; the slacks come with it."""
-    n = sought.P.rows
-    at = sought.coefficients(sought.matrix.basis.degrees)
-    pose = _dilated_discrete if sought.discrete else _dilated_continuous
-    unknowns, terms = pose(sought, at)
-    return unknowns, LMI(
-        name="decrease",
-        blocks=(n, n),
-        terms=terms,
-        sign=1 if sought.discrete else -1,
-        count=at.count,
-        weight=sought.weight,
-        labels=at.labels(),
-        index=at.index,
-    )
-
-
-def _dilated_discrete(
-    sought: SoughtPolynomial, at: TermCoefficients
-) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
-    P, n = sought.P, sought.P.rows
-    G = Unknown("G", n, n)
-    eye = at.eye
-    return (G,), (
-        at.term(P, sought.now, parameter="contraction", latex=(r"\rho^2", ""), symbol="P(h)"),
-        at.term(G, _same(sought), sought.matrix, at=(1, 0), latex=("", "A(h)")),
-        Term(unknown=G, left=eye, right=eye, at=(1, 1), plus_transpose=True),
-        at.term(P, sought.then, at=(1, 1), factor=-1, latex=("-", ""), symbol="P(h^+)"),
-    )
-
-
-def _dilated_continuous(
-    sought: SoughtPolynomial, at: TermCoefficients
-) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
-    P, n, A = sought.P, sought.P.rows, sought.matrix
+def dilated_lmi(sought: SoughtPolynomial, rate: Parameter) -> Inequality:
+    """Pose the module's dilated form, with the slacks F and G."""
+    n, A = sought.P.rows, sought.matrix
+    at = sought.coefficients(A.basis.degrees)
+    motion = Motion(sought, at)
+    same = UnknownPolynomial.of(Basis(sought.motion.sizes, (0,) * len(sought.motion.sizes)))
     F, G = Unknown("F", n, n), Unknown("G", n, n)
-    eye = at.eye
+    F_A, G_A = (at.product(slack, same, A, latex="A(h)") for slack in (F, G))
+    if sought.discrete:
+        rows = [[rate * motion.P, None], [G_A, He(G) - motion.P_next]]
+        return at.named(block(rows) >> 0, "decrease", weight=sought.weight)
     # A power of two: no digit is touched.
-    kappa = 2.0 ** round(np.log2(sought.weight / 2))
-    scale = eye * (type(eye[0, 0, 0])(kappa))
-    first = Term(unknown=F, left=-scale, right=eye, at=(0, 1), latex=(r"-\kappa", ""))
-    return (F, G), (
-        at.term(F, _same(sought), A, plus_transpose=True, latex=("", "A(h)")),
-        *at.rate_terms(P, sought.now, r"\dot P(h)"),
-        decay_term(sought, at),
-        at.term(P, sought.now, factor=kappa, at=(0, 1), latex=(r"\kappa", ""), symbol="P(h)"),
-        first,
-        at.term(G, _same(sought), A, at=(1, 0), latex=("", "A(h)")),
-        Term(
-            unknown=G,
-            left=-scale,
-            right=eye,
-            at=(1, 1),
-            plus_transpose=True,
-            latex=(r"-\kappa", ""),
-        ),
+    size = 2.0 ** round(np.log2(sought.weight / 2))
+    kappa = matrix([[type(at.eye[0, 0, 0])(size)]], r"\kappa")
+    first = He(F_A) + motion.P_dot + 2 * rate * motion.P
+    across = kappa * motion.P - kappa * F + G_A.T
+    return at.named(
+        block([[first, across], [None, -He(kappa * G)]]) << 0, "decrease", weight=sought.weight
     )
-
-
-def _same(sought: SoughtPolynomial) -> UnknownPolynomial:
-    """Return an unknown that does not change with h, as a polynomial of degree 0."""
-    return UnknownPolynomial.of(Basis(sought.motion.sizes, (0,) * len(sought.motion.sizes)))

@@ -17,11 +17,12 @@ Peres (2009), Automatica 45(11), for the second.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
+from takagi.lmi.analysis.actuator_rates import balanced_bounds, distinct_rows, velocity_corners
 from takagi.lmi.polynomials import (
     Basis,
     Degrees,
@@ -33,49 +34,10 @@ from takagi.lmi.varying.parameter_space import Space
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-# Memberships of one simplex that may move with bounds of their own: corners multiply beyond it.
-MOST_MOVING = 12
+# Memberships of one simplex that may step with bounds of their own: corners multiply beyond it.
 MOST_STEPPING = 4
 # A bound on a step that is smaller is made this, so that the polytope has an inside.
 SMALLEST_STEP = 1e-6
-
-
-def velocity_corners(bound: Floats) -> Floats:
-    """Return the corners of the velocities, (count, corners of the simplex).
-
-    All but one of the v_c are at their bounds, and the last balances them.
-
-    Parameters
-    ----------
-    bound : phi, (corners of the simplex,), in 1/s; at most one is infinite.
-
-    Raises
-    ------
-    ModelError : too many memberships for a list of corners.
-    """
-    phi = _balanced(bound)
-    moving = np.flatnonzero(phi > 0)
-    if not len(moving):
-        return np.zeros((1, len(phi)))
-    if len(moving) > MOST_MOVING:
-        raise ModelError(
-            f"{len(moving)} memberships move with rates of their own, more than {MOST_MOVING}; "
-            "give the model its premises, with a rate for each"
-        )
-    signs = np.array(list(product((-1.0, 1.0), repeat=len(moving) - 1)))
-    corner_groups = []
-    for free in range(len(moving)):
-        other_rates = np.delete(moving, free)
-        other_values = signs * phi[other_rates]
-        balance = -other_values.sum(axis=1)
-        # A rate that balances the others exactly is a corner, although rounding may exceed its
-        # bound.
-        fits = np.abs(balance) <= phi[moving[free]] * (1 + 1e-12)
-        corners = np.zeros((int(fits.sum()), len(phi)))
-        corners[:, other_rates] = other_values[fits]
-        corners[:, moving[free]] = balance[fits]
-        corner_groups.append(corners)
-    return _distinct(np.concatenate(corner_groups), float(phi.max()))
 
 
 def step_corners(bound: Floats) -> tuple[Floats, Floats]:
@@ -90,7 +52,7 @@ def step_corners(bound: Floats) -> tuple[Floats, Floats]:
     ModelError : too many memberships for a list of corners.
     """
     size = len(bound)
-    phi = _balanced(bound)
+    phi = balanced_bounds(bound)
     if not phi.any():
         return np.eye(size), np.eye(size)
     phi = np.maximum(np.minimum(phi, 1.0), SMALLEST_STEP)
@@ -102,12 +64,6 @@ def step_corners(bound: Floats) -> tuple[Floats, Floats]:
             "them step freely (inf), or give the model its premises, with a rate for each"
         )
     return _more(phi)
-
-
-def _balanced(bound: Floats) -> Floats:
-    """Return the bounds that matter: what the others cannot balance, no membership can do."""
-    sums_of_others = np.array([np.delete(bound, c).sum() for c in range(len(bound))])
-    return np.asarray(np.minimum(bound, sums_of_others))
 
 
 def _two(phi: float) -> tuple[Floats, Floats]:
@@ -136,17 +92,11 @@ def _more(phi: Floats) -> tuple[Floats, Floats]:
     ]
     planes = np.vstack([np.hstack([g, -c[:, None]]) for g, c in rows])
     inside = np.full(2 * free, 1.0 / len(phi))
-    corners = _distinct(HalfspaceIntersection(planes, inside).intersections, 1.0)
+    corners = distinct_rows(HalfspaceIntersection(planes, inside).intersections, 1.0)
     # Rounding may have left the simplexes by 1e-16.
     corners = np.clip(corners, 0.0, 1.0)
     now, then = corners[:, :free].T, corners[:, free:].T
     return np.vstack([now, 1.0 - now.sum(axis=0)]), np.vstack([then, 1.0 - then.sum(axis=0)])
-
-
-def _distinct(corners: Floats, size: float) -> Floats:
-    """Return the rows that differ by more than rounding."""
-    _, first = np.unique(np.round(corners / size, 9), axis=0, return_index=True)
-    return np.asarray(corners[np.sort(first)])
 
 
 MOST_CORNERS = 1024
@@ -252,24 +202,8 @@ def motion_of(
     return discrete_motion(space, degrees, tuple(rate * sample_time for rate in rates))
 
 
-def still_motion(space: Space) -> ParameterMotion:
-    """Return the motion of memberships whose rates do not matter, or are zero."""
-    points = tuple(MotionPoint(k, np.eye(size)) for k, size in enumerate(space.sizes))
-    return ParameterMotion(space.sizes, points, points, space.axes)
-
-
 def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -> ParameterMotion:
-    """Return the motion with |dw/dt| <= rates.
-
-    Parameters
-    ----------
-    degrees : of P; where P has none, velocities do not matter.
-    rates : bounds in 1/s, as from ``membership_rates``.
-
-    Raises
-    ------
-    ModelError : too many corners of velocities to pose.
-    """
+    """Return the motion with |dw/dt| <= rates; as ``motion_of``."""
     corners = [
         velocity_corners(rate) if degree else np.zeros((1, len(rate)))
         for degree, rate in zip(degrees, rates, strict=True)
@@ -280,17 +214,12 @@ def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -
             f"the rates have {count} corners, more than {MOST_CORNERS}; let P depend on fewer "
             "premises (degree 0 in the others), or give inf or 0 for the rates that matter least"
         )
-    return replace(still_motion(space), velocities=tuple(product(*corners)))
+    points = tuple(MotionPoint(k, np.eye(size)) for k, size in enumerate(space.sizes))
+    return ParameterMotion(space.sizes, points, points, space.axes, tuple(product(*corners)))
 
 
 def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> ParameterMotion:
-    """Return the motion with |w(t + T) - w(t)| <= steps.
-
-    Parameters
-    ----------
-    degrees : of P; where P has none, steps do not matter.
-    steps : bounds of one step, one array a simplex.
-    """
+    """Return the motion with |w(t + T) - w(t)| <= steps, one array a simplex."""
     sizes: list[int] = []
     axes: list[str] = []
     now: list[MotionPoint] = []
@@ -307,15 +236,12 @@ def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> 
         else:
             if degree and bound.any():
                 first, second = step_corners(bound)
-                names = _step_names(space, k, first.shape[1])
+                names = tuple(
+                    f"({space.premises[k]} step {c + 1})" if space.premises else f"step{c + 1}"
+                    for c in range(first.shape[1])
+                )
             axes += names
             sizes.append(first.shape[1])
         now.append(MotionPoint(here, first))
         then.append(MotionPoint(next_index, second))
     return ParameterMotion(tuple(sizes), tuple(now), tuple(then), tuple(axes))
-
-
-def _step_names(space: Space, simplex: int, count: int) -> tuple[str, ...]:
-    if not space.premises:
-        return tuple(f"step{c + 1}" for c in range(count))
-    return tuple(f"({space.premises[simplex]} step {c + 1})" for c in range(count))

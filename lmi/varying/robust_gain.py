@@ -36,24 +36,25 @@ from takagi.lmi.analysis.disturbance.channel import (
 from takagi.lmi.answer import Answer, ObjectiveUnit
 from takagi.lmi.argument_checks import (
     Vertices,
+    decay_parameter,
     input_stack,
-    rate_parameter,
     sample_time_of,
     vertex_stack,
 )
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.condition.term import LMI, Condition, Term
+from takagi.lmi.condition.statements import pose
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, not_least
+from takagi.lmi.expressions.expression import He, Inequality, block
 from takagi.lmi.polynomials import Degrees, Known
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.varying.parameter_condition import (
+    Motion,
     SoughtPolynomial,
-    TermCoefficients,
     direct_lmi,
-    direct_terms,
     polynomial_lmis,
 )
 from takagi.lmi.varying.parameter_motion import kept_degrees
@@ -184,7 +185,7 @@ def robust_hinf_norm_of_loop(
     feedback = None
     if gains is not None:
         B = input_stack(model, A).astype(np.float64)
-        feedback = _Feedback(B, gain_stack(gains, len(B), B.shape[2], B.shape[1]), D)
+        feedback = B, gain_stack(gains, len(B), B.shape[2], B.shape[1]), D
     space = space_of(model, len(A))
     task = _Path(path, space, membership_rates(space, rate_bounds), feedback)
     return _least(task, degrees_of(space, degree), polya_of(polya), None)
@@ -219,59 +220,48 @@ def _least(path: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Feedback:
-    """u = -K(h) x, which enters by B and is seen by D: (r, n, m), (r, m, n), (r, p, m)."""
-
-    B: Floats
-    K: Floats
-    D: Floats
-
-    def scaled(self, units: ChannelUnits) -> _Feedback:
-        s = units.states
-        return _Feedback(self.B / s[:, None] / units.rate, self.K * s, self.D / units.output)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Path:
-    """A path from disturbance to output, its memberships, and the bounds of their rates."""
+    """A path from disturbance to output, its memberships, and the bounds of their rates.
+
+    With u = -K(h) x, which enters by B and is seen by D, feedback is B, K and D: (r, n, m),
+    (r, m, n), (r, p, m).
+    """
 
     path: DisturbanceChannel
     space: Space
     rates: tuple[Floats, ...]
-    feedback: _Feedback | None = None
+    feedback: tuple[Floats, Floats, Floats] | None = None
 
     @property
     def loop(self) -> VaryingLoop:
-        law = self.feedback
-        B, K = (None, None) if law is None else (law.B, law.K)
+        B, K = (None, None) if self.feedback is None else self.feedback[:2]
         return VaryingLoop(self.path.A, B, K, self.space, self.path.sample_time)
 
     @property
     def at_rules(self) -> DisturbanceChannel:
         """Return the closed loop's path at the rules."""
-        law = self.feedback
-        if law is None:
+        if self.feedback is None:
             return self.path
-        C = self.path.C - law.D @ law.K
-        return replace(self.path, A=self.loop.corners, C=C)
+        _, K, D = self.feedback
+        return replace(self.path, A=self.loop.corners, C=self.path.C - D @ K)
 
     @property
     def output(self) -> Known:
         """Return C(h) of the closed loop, transposed."""
-        C, law = self.space.known(self.path.C), self.feedback
-        if law is not None:
-            C = C - self.space.known(law.D) @ self.space.known(law.K)
+        C = self.space.known(self.path.C)
+        if self.feedback is not None:
+            _, K, D = self.feedback
+            C = C - self.space.known(D) @ self.space.known(K)
         return Known(C.basis, C.values.transpose(0, 2, 1))
 
     def scaled(self, units: ChannelUnits) -> _Path:
         """Return the path in units of order one."""
-        law = self.feedback
-        return _Path(
-            self.path.scaled(units),
-            self.space,
-            tuple(rate / units.rate for rate in self.rates),
-            None if law is None else law.scaled(units),
-        )
+        feedback, s = self.feedback, units.states
+        if feedback is not None:
+            B, K, D = feedback
+            feedback = B / s[:, None] / units.rate, K * s, D / units.output
+        rates = tuple(rate / units.rate for rate in self.rates)
+        return _Path(self.path.scaled(units), self.space, rates, feedback)
 
     def sought(self, degrees: Degrees, polya: int) -> SoughtPolynomial:
         loop = self.loop
@@ -282,22 +272,22 @@ class _Path:
     def condition(self, degrees: Degrees, polya: int) -> Condition:
         sought = self.sought(degrees, polya)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-        return Condition(
+        return pose(
+            *polynomial_lmis(sought, bounded=False),
+            _bounded_real(sought, gamma, self),
+            minimise=gamma,
             name=f"energy gain, polynomial Lyapunov function of degree {sought.basis.degrees}",
-            unknowns=(sought.P, gamma),
-            lmis=(*polynomial_lmis(sought, bounded=False), _bounded_real(sought, gamma, self)),
-            objective={"gamma": np.ones((1, 1, 1))},
             source=SOURCE,
         )
 
     def stability(self, degrees: Degrees, polya: int, s: Floats) -> Answer:
         """Return whether P(h) of this degree shows stability at all, in states x / s."""
         sought = self.sought(degrees, polya)
-        condition = Condition(
+        rate = decay_parameter(0.0, self.path.sample_time)
+        condition = pose(
+            *polynomial_lmis(sought),
+            direct_lmi(sought, rate),
             name="stability by the same P(h)",
-            unknowns=(sought.P,),
-            lmis=(*polynomial_lmis(sought), direct_lmi(sought)),
-            parameters=rate_parameter(0.0, self.path.sample_time),
             source=SOURCE,
         )
         advice = "raise the degree or polya, lower the rate bounds, or shrink the box"
@@ -307,44 +297,24 @@ class _Path:
         return sought.motion.known(self.space.known(vertices))
 
 
-def _bounded_real(sought: SoughtPolynomial, gamma: Unknown, task: _Path) -> LMI:
-    path = task.path
-    n, q, p = path.A.shape[1], path.B.shape[2], path.C.shape[1]
-    A, B = sought.matrix, task.known(path.B, sought)
-    C = sought.motion.known(task.output)
-    D = task.known(path.D.transpose(0, 2, 1), sought)
+def _bounded_real(sought: SoughtPolynomial, gamma: Unknown, task: _Path) -> Inequality:
+    path, A, B = task.path, sought.matrix, task.known(task.path.B, sought)
     at = sought.coefficients(sought.product(A), sought.product(B))
-    sign = 1 if sought.discrete else -1
-    return LMI(
-        name="bounded real",
-        blocks=(n, q, p, n) if sought.discrete else (n, q, p),
-        terms=(
-            *direct_terms(sought, at, next_block=3, rated=False),
-            _driven(sought, at, B),
-            Term(unknown=gamma, left=sign * np.eye(q)[None], at=(1, 1), latex=("-"[:-sign], "I")),
-            Term(unknown=gamma, left=sign * np.eye(p)[None], at=(2, 2), latex=("-"[:-sign], "I")),
-        ),
-        constants=(at.constant(C, (0, 2), r"C(h)^\top"), at.constant(D, (1, 2), r"D(h)^\top")),
-        sign=sign,
-        count=at.count,
-        labels=at.labels(),
-        index=at.index,
-    )
-
-
-def _driven(sought: SoughtPolynomial, at: TermCoefficients, B: Known) -> Term:
-    """Return P B in the first row, or B' P(h+) in the last column."""
-    if not sought.discrete:
-        return at.term(sought.P, sought.now, B, at=(0, 1), latex=("", "B(h)"), symbol="P(h)")
-    return at.term(
-        sought.P,
-        sought.then,
-        Known(B.basis, B.values.transpose(0, 2, 1)),
-        at=(1, 3),
-        behind=False,
-        latex=(r"B(h)^\top", ""),
-        symbol="P(h^+)",
-    )
+    motion = Motion(sought, at)
+    C = at.known(sought.motion.known(task.output), r"C(h)^\top")
+    D = at.known(task.known(path.D.transpose(0, 2, 1), sought), r"D(h)^\top")
+    signals, outputs = gamma * np.eye(D.shape[0]), gamma * np.eye(D.shape[1])
+    if sought.discrete:
+        rows = [
+            [motion.P, 0, C, motion.into_next(A, "A(h)")],
+            [None, signals, D, motion.into_next(B, "B(h)")],
+            [None, None, outputs, 0],
+            [None, None, None, motion.P_next],
+        ]
+        return at.named(block(rows) >> 0, "bounded real")
+    first = He(motion.into(A, "A(h)")) + motion.P_dot
+    rows = [[first, motion.into(B, "B(h)"), C], [None, -signals, D], [None, None, -outputs]]
+    return at.named(block(rows) << 0, "bounded real")
 
 
 def _shown(condition: Condition, outcome: Outcome) -> float:

@@ -15,8 +15,7 @@ held until the next sample:
     state_k+1 = the law's states T later, the measurement held
 
 and the plant sees sent_k from t_k + T_c to t_{k+1} + T_c, with T_c the computation time.  Sampling
-and holding delay a command by T / 2 on average, computing by T_c: ``delay`` is their sum, to be
-compared with the loop's delay margin.
+and holding delay a command by T / 2 on average, computing by T_c.
 
 A law that has ``sample`` discretises itself: the effort-sharing law its filter exactly, feeding
 forward the mean rate of the filter until the next sample.  Any other one takes an Euler step.
@@ -156,11 +155,6 @@ class SampledLaw:
     def state_names(self) -> tuple[str, ...]:
         """The law's states with their units."""
         return self.law.state_names
-
-    @property
-    def delay(self) -> float:
-        """T / 2 + T_c [s]: the average delay of a command."""
-        return self.sample_time / 2 + self.computation_time
 
     def start(self, wind: float, sent: Command) -> ProgramState:
         """Return the program's equilibrium at a constant wind [m/s], ``sent`` being in force."""

@@ -7,7 +7,7 @@ Both work on the filtered generator speed w_f, w_f' = c (n_g omega - w_f):
     1.5      w_15 to w_2              line from 0 to K w_2^2
     2        w_2 to w_25              K w_f^2
     2.5      w_25 to w_3              line from K w_25^2 to rated torque
-    3        from w_3, or pitch >= 1 deg    constant power P / w_f, or constant rated torque
+    3        from w_3, or pitch >= 1 deg    constant power P / w_f
 
     beta_ref = G (K_P (w_f - w_ref) + K_I x),    x' = w_f - w_ref,    G = 1 / (1 + beta / beta_K)
 
@@ -31,7 +31,6 @@ from math import radians
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
@@ -39,7 +38,6 @@ from takagi.models.turbine.trim import trim
 # Pitch above its smallest from which torque is that of region 3 whatever the speed: OpenFAST 5-MW
 # controller source, whose smallest pitch is 0.
 REGION_3_PITCH = radians(1.0)
-MODES = ("constant-power", "constant-torque")
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +47,13 @@ class BaselineLaw:
     Attributes
     ----------
     turbine : its figures, with ``turbine.baseline``.
-    region_3 : ``"constant-power"`` (the reference's choice) or ``"constant-torque"``.
 
     Raises
     ------
-    ModelError : an unknown mode for region 3, or a turbine without ``baseline``.
+    ModelError : a turbine without ``baseline``.
     """
 
     turbine: Turbine
-    region_3: str = "constant-power"
     name: str = "baseline"
     state_names: tuple[str, ...] = (
         "filtered generator speed [rad/s]",
@@ -66,8 +62,6 @@ class BaselineLaw:
 
     def __post_init__(self) -> None:
         _ = self.turbine.reference_controller  # Raises where there is none.
-        if self.region_3 not in MODES:
-            raise ModelError(f"region 3 {self.region_3!r} is not known; choose one of {MODES}")
 
     def initial_state(self, wind: float) -> Floats:
         """Return (w_f, x) at the trim of this wind [m/s], cut-in to cut-out being held."""
@@ -108,7 +102,8 @@ class BaselineLaw:
         w_15, w_2 = figures.region_15_speed, figures.region_2_speed
         w_25, w_3 = figures.region_25_speed, figures.region_3_speed
         if speed >= w_3 or pitch >= turbine.pitch_min + REGION_3_PITCH:
-            return self._region_3(speed)
+            power = turbine.rated_torque * turbine.gear_ratio * turbine.rated_rotor_speed
+            return min(power / max(speed, 1e-6), turbine.maximum_torque)
         if speed >= w_25:
             start = constant * w_25**2
             return start + (turbine.rated_torque - start) * (speed - w_25) / (w_3 - w_25)
@@ -117,13 +112,6 @@ class BaselineLaw:
         if speed > w_15:
             return constant * w_2**2 * (speed - w_15) / (w_2 - w_15)
         return 0.0
-
-    def _region_3(self, speed: float) -> float:
-        turbine = self.turbine
-        if self.region_3 == "constant-torque":
-            return turbine.rated_torque
-        power = turbine.rated_torque * turbine.gear_ratio * turbine.rated_rotor_speed
-        return min(power / max(speed, 1e-6), turbine.maximum_torque)
 
     def _gain(self, pitch: float) -> float:
         return 1 / (1 + max(pitch, 0.0) / self.turbine.reference_controller.schedule_pitch)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Law, Measurement, SampledLaw
-from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, dynamics, loads
+from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, advance, loads
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine, rotor_thrust
 from takagi.models.turbine.trim import rated_wind, trim
@@ -109,23 +109,6 @@ TIME_STEP = 0.02
 MOST_STEPS = 400
 
 
-def sampled_program(
-    law: Law | SampledLaw, time_step: float | None, controller_step: float | None
-) -> SampledLaw:
-    """Return the law as a program; a plain law takes the steps that are given."""
-    if not isinstance(law, SampledLaw):
-        steps = [step for step in (controller_step, time_step, TIME_STEP) if step is not None]
-        if not (steps[0] > 0 and isfinite(steps[0])):
-            raise ModelError(f"step {steps[0]:g} s was given; it must be above 0")
-        return SampledLaw(law, steps[0])
-    if controller_step not in (None, law.sample_time):
-        raise ModelError(
-            f"controller step {controller_step:g} s was given for a law that is sampled every "
-            f"{law.sample_time:g} s; leave the step out"
-        )
-    return law
-
-
 def fitting_step(sample_time: float, computation_time: float, longest: float = TIME_STEP) -> float:
     """Return the largest step up to ``longest`` [s] that divides sample and computation time."""
     period, late = sample_time, computation_time
@@ -145,12 +128,7 @@ def step_counts(time_step: float, period: float, wind: WindSeries) -> tuple[int,
     """Return (time steps per controller sample, controller samples)."""
     if not time_step > 0:
         raise ModelError(f"time step {time_step:g} s was given; it must be above 0")
-    inner = whole_steps(period, time_step, "controller step")
-    if inner < 1:
-        raise ModelError(
-            f"controller step {period:g} s was given with time step {time_step:g} s; it must be "
-            "a whole multiple of it"
-        )
+    inner = whole_steps(period, time_step, "sample time")
     # The quotient of two decimals such as 0.3 / 0.1 may be just below a whole number.
     samples = int(wind.duration / period + 1e-9)
     if samples < 1:
@@ -219,19 +197,17 @@ def simulate(
     *,
     observer: Observer | None = None,
     time_step: float | None = None,
-    controller_step: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> History:
     """Return the closed loop over the whole wind series, from rest at its first wind.
 
     Parameters
     ----------
-    law : a law, or a ``SampledLaw`` with its own sample time, computation time and rate limits.
+    law : a ``SampledLaw`` with its sample time, computation time and rate limits; another law
+        runs at every time step, or every 0.02 s.
     observer : gives the wind estimate; None lets the law see the true wind.
     time_step : of the plant's fourth-order Runge-Kutta integration [s]; None takes the largest one
         up to 0.02 that resolves the plant's modes and fits the sampling.
-    controller_step : sampling of law, observer, torque and records [s], a multiple of time_step;
-        None takes the law's own sample time, or time_step.
     progress : called with the share done, in (0, 1], about a hundred times.
 
     Raises
@@ -239,7 +215,7 @@ def simulate(
     ModelError : steps that do not fit.
     Diverged : a ModelError; the states grow beyond all numbers, the message says when.
     """
-    program = sampled_program(law, time_step, controller_step)
+    program = law if isinstance(law, SampledLaw) else SampledLaw(law, time_step or TIME_STEP)
     if time_step is None:
         # The fastest mode limits the step: a fixed-step method is unstable with much longer ones.
         longest = min(TIME_STEP, 1 / max(plant.fastest, 1e-9))
@@ -264,7 +240,7 @@ def _march(
     samples: int,
 ) -> Iterator[_Sample]:
     """Yield one sample per controller step, the last one at the end of the wind."""
-    run, period = dynamics(plant), time_step * inner
+    period = time_step * inner
     late = whole_steps(program.computation_time, time_step, "computation time")
     start, point = plant.initial_state(float(wind.speed[0]))
     state = start
@@ -288,13 +264,29 @@ def _march(
         sent_command = Command(torque, float(command.pitch))
         yield _Sample(state, v, wind_seen, command, torque, limits, law_state)
         if observer is not None:
-            speed, pitch = measurement.rotor_speed, measurement.pitch
-            mean = torque + late / inner * (previous.torque - torque)
-            rate = observer.state_rate(estimator, speed, pitch, mean)
-            estimator = estimator + period * rate
+            torques = previous.torque, torque
+            estimator = observed(observer, estimator, measurement, torques, late / inner, period)
         sent, ahead = np.array([*previous, *sent_command]), winds[first : first + 2 * inner + 1]
-        state = run.advance(state, sent, late, ahead, time_step)
+        state = advance(plant, state, sent, late, ahead, time_step)
         previous = sent_command
+
+
+def observed(
+    observer: Observer,
+    state: Floats,
+    seen: Measurement,
+    torques: tuple[float, float],
+    late: float,
+    period: float,
+) -> Floats:
+    """Return the observer's state a period [s] later, by one Euler step.
+
+    It reads the mean of the torques [N m] before and from this sample on; the former acts for the
+    share ``late`` of the period.
+    """
+    before, torque = torques
+    mean = torque + late * (before - torque)
+    return state + period * observer.state_rate(state, seen.rotor_speed, seen.pitch, mean)
 
 
 def measured_speed(plant: SimulatedTurbine) -> int:

@@ -59,7 +59,7 @@ class Constants(NamedTuple):
     azimuth: int
     stopped: int
     filtered: int
-    radius: float
+    rotor_radius: float
     torque_constant: float
     rotor_inertia: float
     generator_inertia: float
@@ -77,9 +77,9 @@ class Constants(NamedTuple):
     disc_induction: float
     wake_share: float
     torque_lag: float
-    pitch_lag: float
-    drive_frequency: float
-    drive_damping: float
+    pitch_time_constant: float
+    pitch_drive_frequency: float
+    pitch_drive_damping: float
     pitch_min: float
     pitch_max: float
     pitch_rate_limit: float
@@ -144,7 +144,7 @@ def induction(thrust_coefficient: float) -> tuple[float, float]:
 @compiled
 def _disc_induction(p: Constants, speed: float, pitch: float, wind: float) -> tuple[float, float]:
     """Return k_a a at a wind in equilibrium, and the slope of v (1 - k_a a) by v."""
-    ratio = speed * p.radius / wind
+    ratio = speed * p.rotor_radius / wind
     coefficient, by_ratio = _thrust_coefficient(p, ratio, pitch)
     a, by_coefficient = induction(coefficient)
     disc_share = p.disc_induction * a
@@ -201,11 +201,11 @@ def loads(p: Constants, state: Floats, wind: float) -> tuple[float, float, float
         flow = max(v - state[p.wake], SMALLEST_WIND)
         v = _equivalent_wind(p, state[0], state[1], flow, v)
     v = max(v, SMALLEST_WIND)
-    ratio = state[0] * p.radius / v
+    ratio = state[0] * p.rotor_radius / v
     c_q, _ = _surface(p.torque_x, p.torque_y, p.torque_patches, ratio, state[1])
     c_t, _ = _thrust_coefficient(p, ratio, state[1])
     k = p.torque_constant * v * v
-    return k * c_q, k / p.radius * c_t, ratio, hub_wind
+    return k * c_q, k / p.rotor_radius * c_t, ratio, hub_wind
 
 
 @compiled
@@ -215,7 +215,7 @@ def pitch_speed(p: Constants, state: Floats, reference: float) -> float:
     if p.pitch_rate >= 0:
         moving: float = state[p.pitch_rate]
     else:
-        moving = (min(max(reference, p.pitch_min), p.pitch_max) - state[1]) / p.pitch_lag
+        moving = (min(max(reference, p.pitch_min), p.pitch_max) - state[1]) / p.pitch_time_constant
     return min(max(moving, -limit), limit)
 
 
@@ -227,8 +227,8 @@ def _drive(p: Constants, state: Floats, reference: float, rates: Floats) -> None
         return
     speed, limit = state[p.pitch_rate], p.pitch_rate_limit
     target = min(max(reference, p.pitch_min), p.pitch_max)
-    acceleration = p.drive_frequency**2 * (target - state[1])
-    acceleration -= 2.0 * p.drive_damping * p.drive_frequency * speed
+    acceleration = p.pitch_drive_frequency**2 * (target - state[1])
+    acceleration -= 2.0 * p.pitch_drive_damping * p.pitch_drive_frequency * speed
     if (speed >= limit and acceleration > 0.0) or (speed <= -limit and acceleration < 0.0):
         acceleration = 0.0
     rates[p.pitch_rate] = acceleration
@@ -239,8 +239,8 @@ def _wake(p: Constants, state: Floats, hub_wind: float, rates: Floats) -> None:
     """Write w'."""
     v = max(hub_wind, SMALLEST_WIND)
     share, _ = _disc_induction(p, state[0], state[1], v)
-    coefficient, _ = _thrust_coefficient(p, state[0] * p.radius / v, state[1])
-    time = p.wake_share * wake_time(coefficient, p.radius, v)
+    coefficient, _ = _thrust_coefficient(p, state[0] * p.rotor_radius / v, state[1])
+    time = p.wake_share * wake_time(coefficient, p.rotor_radius, v)
     rates[p.wake] = (share * v - state[p.wake]) / time
 
 

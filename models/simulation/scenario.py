@@ -1,11 +1,7 @@
-"""A record in numbers (energy, overspeed, pitch and torque work, tower fatigue); the paper's winds.
-
-A case is one law in one wind; its result is the record and these numbers.
-"""
+"""A record in numbers: energy, overspeed, pitch and torque work, fatigue; the paper's winds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees
 
@@ -13,9 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Law, SampledLaw
-from takagi.models.simulation.closed_loop import History, Observer, simulate
-from takagi.models.simulation.turbine_plant import SimulatedTurbine
+from takagi.models.simulation.closed_loop import History
 from takagi.models.simulation.wind import WindSeries, same_turbulence
 from takagi.models.turbine.data import Turbine
 
@@ -30,11 +24,11 @@ TORQUE_LOW = 0.95
 
 @dataclass(frozen=True, slots=True)
 class Metrics:
-    """One record in numbers, after its initial transient.
+    """One record in numbers.
 
     Attributes
     ----------
-    duration : what was kept [s].
+    duration [s].
     energy [kWh], mean_power [kW] : electrical.
     overspeed : largest rotor speed above rated, negative if it stays below [% of rated].
     speed_deviation : standard deviation of rotor speed [% of rated].
@@ -57,31 +51,20 @@ class Metrics:
     tower_del: float
 
 
-def measure(history: History, turbine: Turbine, *, skip: float = 60.0) -> Metrics:
-    """Return the metrics of a record.
-
-    Parameters
-    ----------
-    skip : dropped at the beginning [s].
-
-    Raises
-    ------
-    ModelError : skip is negative or leaves fewer than two samples.
-    """
-    counted = _kept(history, skip)
-    time, pitch, torque = history.time[counted], history.pitch[counted], history.torque[counted]
+def measure(history: History, turbine: Turbine) -> Metrics:
+    """Return the metrics of a record of two samples or more."""
+    time, pitch, torque = history.time, history.pitch, history.torque
     duration = float(time[-1] - time[0])
     # Torque holds from sample to sample, so the first of two acts on the mean speed between them.
-    generator = history.generator_speed[counted]
+    generator = history.generator_speed
     work = torque[:-1] * (generator[:-1] + generator[1:]) / 2 * np.diff(time)
     energy = turbine.generator_efficiency * turbine.gear_ratio * float(np.sum(work))
-    speed = history.rotor_speed[counted] / turbine.rated_rotor_speed
+    speed = history.rotor_speed / turbine.rated_rotor_speed
     travel = degrees(float(np.sum(np.abs(np.diff(pitch)))))
     both_actuators = (pitch > turbine.pitch_min + PITCH_ACTIVE) & (
         torque < TORQUE_LOW * turbine.rated_torque
     )
     torque_rate = np.diff(torque) / np.diff(time)
-    moment = history.tower_moment[counted]
     return Metrics(
         duration=duration,
         energy=energy / 3.6e6,
@@ -92,7 +75,7 @@ def measure(history: History, turbine: Turbine, *, skip: float = 60.0) -> Metric
         pitch_rate=travel / duration,
         both_active=100 * float(np.mean(both_actuators)),
         torque_rate=float(np.sqrt(np.mean(torque_rate**2))) / 1e3,
-        tower_del=damage_equivalent_load(moment, duration) / 1e6,
+        tower_del=damage_equivalent_load(history.tower_moment, duration) / 1e6,
     )
 
 
@@ -135,19 +118,6 @@ def damage_equivalent_load(
     return float((damage / (duration * frequency)) ** (1 / exponent))
 
 
-def _kept(history: History, skip: float) -> slice:
-    if not skip >= 0:
-        raise ModelError(f"skip {skip:g} s was given; it must be 0 or more")
-    # The first time to keep may be stored slightly below its decimal.
-    first = int(np.searchsorted(history.time, history.time[0] + skip - 1e-9))
-    if len(history.time) - first < 2:
-        raise ModelError(
-            f"the record lasts {history.time[-1] - history.time[0]:g} s; skipping {skip:g} s "
-            "leaves nothing to measure: skip less or simulate longer"
-        )
-    return slice(first, None)
-
-
 PAPER_MEANS = (8.0, 11.5, 14.0)
 PAPER_INTENSITY = 0.18
 # Chosen because it shows what the scenario is for: the highest wind is above rated for three
@@ -156,35 +126,9 @@ PAPER_SEED = 59
 PAPER_DURATION = 60.0
 PAPER_PERIOD = 600.0
 
-Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Case:
-    """One law in one wind; ``label`` names the law in tables."""
-
-    label: str
-    plant: SimulatedTurbine
-    law: Law | SampledLaw
-    wind: WindSeries
-    observer: Observer | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Result:
-    """What a case gave: its label, the wind's name, the record and its metrics."""
-
-    label: str
-    wind_name: str
-    history: History
-    metrics: Metrics
-
 
 def published_winds(
-    turbine: Turbine,
-    *,
-    duration: float = PAPER_DURATION,
-    seed: int = PAPER_SEED,
+    turbine: Turbine, duration: float = PAPER_DURATION, seed: int = PAPER_SEED
 ) -> tuple[WindSeries, ...]:
     """Return winds with one turbulence and different means, cut from a period of 600 s or more.
 
@@ -204,21 +148,4 @@ def published_winds(
         rotor_radius=turbine.rotor_radius,
         hub_height=turbine.hub_height,
         period=max(duration, PAPER_PERIOD),
-    )
-
-
-def run_case(case: Case, progress: Progress | None = None) -> Result:
-    """Return what a case gives; its loop starts at the equilibrium of its first wind.
-
-    Parameters
-    ----------
-    progress : called with the share done, in (0, 1].
-
-    Raises
-    ------
-    ModelError : what ``simulate`` and ``measure`` raise.
-    """
-    history = simulate(case.plant, case.law, case.wind, observer=case.observer, progress=progress)
-    return Result(
-        case.label, case.wind.name, history, measure(history, case.plant.turbine, skip=0.0)
     )

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from enum import IntFlag
 from functools import lru_cache
 from math import inf, isfinite, sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -201,10 +201,13 @@ class SimulatedTurbine:
     @property
     def fastest(self) -> float:
         """How fast the fastest part moves [rad/s]; a time step is to be below its inverse."""
-        generator = self.turbine.gear_ratio**2 * self.turbine.generator_inertia
-        reduced = self.turbine.rotor_inertia * generator / self.turbine.inertia
-        shaft = sqrt(self.shaft[0] / reduced) if self.torsion and reduced else 0.0
-        return max(shaft, 1 / self.torque_lag if self.torque_lag else 0.0)
+        return max(self.torsion_frequency, 1 / self.torque_lag if self.torque_lag else 0.0)
+
+    @property
+    def torsion_frequency(self) -> float:
+        """Of the free torsion mode [rad/s]; 0 without one."""
+        reduced = self._reduced_inertia
+        return sqrt(self.shaft[0] / reduced) if self.torsion and reduced else 0.0
 
     @property
     def shaft(self) -> tuple[float, float]:
@@ -213,12 +216,16 @@ class SimulatedTurbine:
         Those that give the torsion mode of the file, where it has one: the blades bend in their
         plane too, so that the mode is softer than the shaft.
         """
-        turbine, mode = self.turbine, self.turbine.torsion
+        turbine, mode, reduced = self.turbine, self.turbine.torsion, self._reduced_inertia
         if mode is None:
             return turbine.shaft_stiffness, turbine.shaft_damping
-        generator = turbine.gear_ratio**2 * turbine.generator_inertia
-        reduced = turbine.rotor_inertia * generator / turbine.inertia
         return reduced * mode.frequency**2, 2 * mode.damping * mode.frequency * reduced
+
+    @property
+    def _reduced_inertia(self) -> float:
+        turbine = self.turbine
+        generator = turbine.gear_ratio**2 * turbine.generator_inertia
+        return turbine.rotor_inertia * generator / turbine.inertia
 
     def index(self, name: str) -> int | None:
         """Return the place of the state whose name begins so, or None if it is not modelled."""
@@ -265,36 +272,29 @@ def validation_plant(
     torsion: bool | None = None,
     wake: bool = True,
     flap: bool | None = None,
-    pitch_rate_limit: float | None = None,
-    torque_rate_limit: float | None = None,
     torque_lag: float | None = None,
     speed_filter: SpeedFilter | float | None = None,
     ripple: float = 0.0,
 ) -> SimulatedTurbine:
     """Return the rich plant: wake, flap, tower, torsion, second-order pitch drive, limits, lag.
 
+    The limits of the rates are the turbine's: 8 deg/s and 15 kN m/s for the NREL 5-MW, which is
+    what its own controller was published with.  Other controllers of it allow 40 kN m/s: a law
+    that needs more than the smaller one shall show that it does.
+
     Parameters
     ----------
     tower, wake, speed_filter, ripple : see ``SimulatedTurbine``.
     torsion, flap : None takes the mode where the turbine's file states it.
-    pitch_rate_limit : [rad/s]; None takes the turbine's (8 deg/s for the NREL 5-MW).
-    torque_rate_limit : [N m/s]; None takes the turbine's: 15 kN m/s for the NREL 5-MW, which is
-        what its own controller was published with.  Other controllers of it allow 40 kN m/s: a
-        law that needs more than the smaller one shall show that it does.
     torque_lag : [s]; None takes the turbine's, none where its file has none; 0 for none.
     """
-    if pitch_rate_limit is None:
-        pitch_rate_limit = turbine.pitch_rate_limit
-    if torque_rate_limit is None:
-        torque_rate_limit = turbine.torque_rate_limit
     return SimulatedTurbine(
         turbine,
-        "second-order",
         tower=tower,
         torsion=turbine.torsion is not None if torsion is None else torsion,
         wake=wake,
-        pitch_rate_limit=pitch_rate_limit,
-        torque_rate_limit=torque_rate_limit,
+        pitch_rate_limit=turbine.pitch_rate_limit,
+        torque_rate_limit=turbine.torque_rate_limit,
         speed_filter=speed_filter,
         flap=turbine.flap is not None if flap is None else flap,
         torque_lag=turbine.torque_lag if torque_lag is None else torque_lag or None,
@@ -320,20 +320,6 @@ def steady_induced_wind(turbine: Turbine, speed: float, pitch: float, wind: floa
     return min(share, 1.0 - LEAST_FLOW) * wind
 
 
-class Dynamics(NamedTuple):
-    """The plant's right-hand side and its outputs; states are vectors in the order of its names.
-
-    derivative(state, torque, pitch_reference, wind) -> state rate
-    hold(state) : moves pitch and its rate back inside their limits, in place
-    advance(state, sent, late, winds, step) -> state after the time steps of one sample, see
-        ``takagi.models.simulation.equations.advance``
-    """
-
-    derivative: Callable[[Floats, float, float, float], Floats]
-    hold: Callable[[Floats], None]
-    advance: Callable[[Floats, Floats, int, Floats, float], Floats]
-
-
 def loads(
     plant: SimulatedTurbine, states: Floats, references: Floats, winds: Floats
 ) -> tuple[Floats, Floats, NDArray[np.int64]]:
@@ -345,8 +331,8 @@ def loads(
     """
     from takagi.models.simulation import equations
 
-    turbine, constants = plant.turbine, _constants(plant)
-    turning, thrust, ratio, turned = equations.record(constants, states, references, winds)
+    turbine = plant.turbine
+    turning, thrust, ratio, turned = equations.record(constants(plant), states, references, winds)
     (low, high), (lowest_pitch, highest_pitch) = turbine.torque.x_range, turbine.torque.y_range
     pitch = states[:, 1]
     flags = np.zeros(len(states), dtype=np.int64)
@@ -364,35 +350,6 @@ def loads(
 
 
 @lru_cache(maxsize=32)
-def dynamics(plant: SimulatedTurbine) -> Dynamics:
-    """Return the functions of a plant."""
-    from takagi.models.simulation import equations
-
-    constants = _constants(plant)
-
-    def derivative(state: Floats, torque: float, reference: float, wind: float) -> Floats:
-        rates = np.empty(len(state))
-        values = np.ascontiguousarray(state, dtype=np.float64)
-        equations.rate(constants, values, torque, reference, wind, rates)
-        return rates
-
-    return Dynamics(
-        derivative,
-        lambda state: equations.hold(constants, state),
-        lambda state, sent, late, winds, step: equations.advance(
-            constants, state, sent, late, winds, step
-        ),
-    )
-
-
-def ready(plant: SimulatedTurbine) -> None:
-    """Compile what a simulation of the plant calls, or read it from the disk, before it runs."""
-    state, point = plant.initial_state(plant.turbine.cut_in)
-    sent = np.array([point.torque, point.pitch] * 2)
-    dynamics(plant).advance(state, sent, 0, np.full(1, point.wind), 1.0)
-    loads(plant, state[None], np.array([point.pitch]), np.array([point.wind]))
-
-
 def plant_rate(plant: SimulatedTurbine) -> Callable[[Floats, float, float, float], Floats]:
     """Return f(state, torque, pitch_reference, wind) -> state rate; names: ``plant.state_names``.
 
@@ -401,45 +358,66 @@ def plant_rate(plant: SimulatedTurbine) -> Callable[[Floats, float, float, float
     wherever no limit acts and no table ends, so that central differences linearise it; the wake's
     inner equation is solved to 1e-13.
     """
-    return dynamics(plant).derivative
+    from takagi.models.simulation import equations
+
+    known = constants(plant)
+
+    def derivative(state: Floats, torque: float, reference: float, wind: float) -> Floats:
+        rates = np.empty(len(state))
+        values = np.ascontiguousarray(state, dtype=np.float64)
+        equations.rate(known, values, torque, reference, wind, rates)
+        return rates
+
+    return derivative
 
 
-def equilibrium_state(plant: SimulatedTurbine, wind: float) -> tuple[Floats, float, float]:
-    """Return (state, torque [N m], pitch reference [rad]) at rest in a constant wind [m/s].
+def advance(
+    plant: SimulatedTurbine, state: Floats, sent: Floats, late: int, winds: Floats, step: float
+) -> Floats:
+    """Return the state after the time steps of one sample, see ``equations.advance``."""
+    from takagi.models.simulation import equations
 
-    Raises
-    ------
-    ModelError : a wind outside cut-in to cut-out.
-    """
-    from takagi.models.turbine.trim import trim
+    return equations.advance(constants(plant), state, sent, late, winds, step)
 
-    trim(plant.turbine, wind)
-    state, point = plant.initial_state(wind)
-    return state, point.torque, point.pitch
+
+def ready(plant: SimulatedTurbine) -> None:
+    """Compile what a simulation of the plant calls, or read it from the disk, before it runs."""
+    state, point = plant.initial_state(plant.turbine.cut_in)
+    sent = np.array([point.torque, point.pitch] * 2)
+    advance(plant, state, sent, 0, np.full(1, point.wind), 1.0)
+    loads(plant, state[None], np.array([point.pitch]), np.array([point.wind]))
+
+
+# Figures that the equations know by the turbine's own names.
+OF_TURBINE = (
+    *("rotor_radius", "torque_constant", "rotor_inertia", "gear_ratio"),
+    *("tower_mass", "tower_damping", "tower_stiffness", "tower_share"),
+    *("pitch_time_constant", "pitch_drive_frequency", "pitch_drive_damping"),
+    *("pitch_min", "pitch_max"),
+)
+STATE_NAMES = {
+    "pitch_rate": "pitch rate",
+    "tower": "tower",
+    "flap": "blade-tip",
+    "generator": "generator speed",
+    "wake": "induced wind",
+    "torque": "generator torque",
+    "azimuth": "azimuth",
+    "stopped": "band-stop",
+    "filtered": "filtered",
+}
 
 
 @lru_cache(maxsize=32)
-def _constants(plant: SimulatedTurbine) -> Constants:
+def constants(plant: SimulatedTurbine) -> Constants:
     """Return what the equations know of a plant."""
     from takagi.models.simulation.equations import Constants
 
     turbine = plant.turbine
     flap = turbine.flap or FlapMode(0.0, 0.0, 0.0, 0.0)
-    state_names = {
-        "pitch_rate": "pitch rate",
-        "tower": "tower",
-        "flap": "blade-tip",
-        "generator": "generator speed",
-        "wake": "induced wind",
-        "torque": "generator torque",
-        "azimuth": "azimuth",
-        "stopped": "band-stop",
-        "filtered": "filtered",
-    }
-    indices: dict[str, Any] = {
-        name: -1 if (index := plant.index(begin)) is None else index
-        for name, begin in state_names.items()
-    }
+    places = {name: plant.index(begin) for name, begin in STATE_NAMES.items()}
+    given: dict[str, Any] = {name: -1 if k is None else k for name, k in places.items()}
+    given |= {name: getattr(turbine, name) for name in OF_TURBINE}
     stiffness, damping = plant.shaft
     filters = plant.filters
     tables: dict[str, Any] = {}
@@ -447,18 +425,10 @@ def _constants(plant: SimulatedTurbine) -> Constants:
         x, y, patches = patch_coefficients(getattr(turbine, name))
         tables |= {f"{name}_x": x, f"{name}_y": y, f"{name}_patches": patches}
     return Constants(
-        **indices,
-        radius=turbine.rotor_radius,
-        torque_constant=turbine.torque_constant,
-        rotor_inertia=turbine.rotor_inertia,
+        **given,
         generator_inertia=turbine.gear_ratio**2 * turbine.generator_inertia,
-        gear_ratio=turbine.gear_ratio,
         shaft_stiffness=stiffness,
         shaft_damping=damping,
-        tower_mass=turbine.tower_mass,
-        tower_damping=turbine.tower_damping,
-        tower_stiffness=turbine.tower_stiffness,
-        tower_share=turbine.tower_share,
         flap_frequency=flap.frequency,
         flap_damping=flap.damping,
         flap_compliance=flap.compliance,
@@ -466,11 +436,6 @@ def _constants(plant: SimulatedTurbine) -> Constants:
         disc_induction=turbine.wake.induction,
         wake_share=turbine.wake.time_share,
         torque_lag=plant.torque_lag or inf,
-        pitch_lag=turbine.pitch_time_constant,
-        drive_frequency=turbine.pitch_drive_frequency,
-        drive_damping=turbine.pitch_drive_damping,
-        pitch_min=turbine.pitch_min,
-        pitch_max=turbine.pitch_max,
         pitch_rate_limit=plant.pitch_rate_limit,
         ripple=plant.ripple,
         filter_corner=filters.corner if filters else 0.0,

@@ -90,14 +90,6 @@ class WindSeries:
         return np.asarray(np.interp(times, self.time, self.speed), dtype=np.float64)
 
 
-def constant_wind(speed: float, duration: float) -> WindSeries:
-    """Return v(t) = speed [m/s] over the duration [s]."""
-    _check_duration(duration, 0.0)
-    return WindSeries(
-        np.array([0.0, duration]), np.array([speed, speed]), f"constant {speed:g} m/s"
-    )
-
-
 def step_wind(before: float, after: float, duration: float, *, begin: float = 30.0) -> WindSeries:
     """Return ``before`` until ``begin`` [s], then ``after`` [m/s], within 1 ms.
 

@@ -15,10 +15,10 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.reader import canonical, number
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.certificates.checker.replay.claim_kinds import class_of
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.models.errors import ModelError
 from takagi.reports.baseline.changes import Change, changes
 

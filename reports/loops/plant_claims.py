@@ -10,6 +10,7 @@ import numpy as np
 
 from takagi.certificates.claims.certification import USEFUL
 from takagi.models.arrays import Floats
+from takagi.reports.loops.plant_loop import claimed_matrix
 from takagi.reports.loops.proved_kinds import proved_claims
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def _functions(design: PlantDesign) -> Iterator[Floats]:
     for kind in _NEVER_GROWING:
         for claim in proved_claims(design.document, design.checked, kind):
             if Fraction(str(claim.get("decay_rate", 0))) >= 0:
-                yield np.array([[float(Fraction(str(p))) for p in row] for row in claim["P"]])
+                yield claimed_matrix(claim)
 
 
 _INVARIANT = ("invariant-ellipsoid", "input-limits")

@@ -7,22 +7,19 @@ z = e^{j omega T}.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.arrays import Complex, Floats
 from takagi.reports.margins.margins import Margins, loop_margins
-from takagi.reports.margins.response import LoopResponse, loop_response
+from takagi.reports.margins.response import LoopResponse, continuous_response, sampled_response
 
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
-POINTS = 1200
-# An undamped open loop has no finite response at its own frequency.
-NUDGE = 1e-9
 # Loops at vertices are listed up to this many rules.
 LISTED = 32
 
@@ -86,45 +83,13 @@ def _broken(
     closed_inputs = [j for j in range(B.shape[1]) if j != k]
     inner = A - B[:, closed_inputs] @ K[closed_inputs]
     closed = A - B @ K
-    if loop.model.sample_time is None:
-        import control
-
-        open_response = loop_response(control.ss(inner, B[:, [k]], K[[k]], 0.0))
-        response = replace(open_response, evaluate=_beside_poles(open_response.evaluate))
-    else:
-        response = _sampled(inner, B[:, [k]], K[[k]], loop.model.sample_time, closed)
     poles = np.linalg.eigvals(closed).astype(np.complex128)
+    step, broken = loop.model.sample_time, (inner, B[:, [k]], K[[k]])
+    if step is None:
+        response = continuous_response(*broken)
+    else:
+        response = sampled_response(*broken, step, stable=bool(np.all(np.abs(poles) < 1)))
     return PlantLocalLoop(location, loop.model.inputs[k], response, loop_margins(response), poles)
-
-
-def _beside_poles(evaluate: Callable[[Floats], Complex]) -> Callable[[Floats], Complex]:
-    """Return the response, a little beside a frequency where it has a pole on the axis."""
-
-    def nudged(omega: Floats) -> Complex:
-        try:
-            return evaluate(omega)
-        except np.linalg.LinAlgError:
-            return evaluate(np.asarray(omega) * (1 + NUDGE) + NUDGE)
-
-    return nudged
-
-
-def _sampled(A: Floats, B: Floats, K: Floats, step: float, closed: Floats) -> LoopResponse:
-    """Return L(e^{j omega T}) up to the Nyquist frequency pi / T."""
-    eye = np.eye(len(A))
-
-    def evaluate(omega: Floats) -> Complex:
-        z = np.exp(1j * np.asarray(omega) * step)
-        inner = np.linalg.solve(z[:, None, None] * eye - A, np.broadcast_to(B, (len(z), *B.shape)))
-        return np.asarray(K @ inner, dtype=np.complex128)
-
-    return LoopResponse(
-        evaluate=evaluate,
-        # From slow to Nyquist, that end left out: poles at -1 lie there.
-        frequencies=np.geomspace(1e-4, 1 - 1e-6, POINTS) * np.pi / step,
-        at_infinity=None,
-        stable=bool(np.all(np.abs(np.linalg.eigvals(closed)) < 1)),
-    )
 
 
 def common_frequencies(loops: Sequence[PlantLocalLoop]) -> Floats:

@@ -8,7 +8,7 @@ projection of {V <= c}; it may start where V <= c for the estimate as the law st
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -162,10 +162,6 @@ class ObservedMotion:
 
 def observed_motion(design: PlantDesign) -> ObservedMotion | None:
     """Return the observer of a design with its proved function; None for a law of all states."""
-    from fractions import Fraction
-
-    from takagi.reports.loops.proved_kinds import proved_claims
-
     law = design.output_law
     if law is None:
         return None
@@ -173,11 +169,7 @@ def observed_motion(design: PlantDesign) -> ObservedMotion | None:
     if not isinstance(law, OutputFeedback):
         outputs = _with_integrals(outputs, law.integrals)
     resting = outputs(law.feedback.state_rest, law.feedback.input_rest)
-    claim = next(iter(proved_claims(design.document, design.checked, "observed-loop")), None)
-    if claim is None:
-        return ObservedMotion(law, outputs, resting, None, None)
-    P = np.array([[float(Fraction(str(entry))) for entry in row] for row in claim["P"]])
-    return ObservedMotion(law, outputs, resting, P, float(Fraction(str(claim["level"]))))
+    return ObservedMotion(law, outputs, resting, *_proved(design, "observed-loop", "level"))
 
 
 def _with_integrals(
@@ -353,25 +345,13 @@ def plant_loop(design: PlantDesign) -> PlantLoop:
             f"gains have shape {gains.shape}; {r} rules, {m} inputs and {n} states need "
             f"({r}, {m}, {n})"
         )
-    state, inputs = _trim(design)
+    loop = PlantLoop(plant, model, gains, *_trim(design))
     observed = observed_motion(design)
     if observed is not None:
-        shapes, level = observed.shapes(), observed.level
-        P, S = (None, None) if shapes is None else shapes
+        P, S = observed.shapes() or (None, None)
         _, rate = _proved(design, "observed-loop", "decay_rate")
-        return PlantLoop(
-            plant,
-            model,
-            gains,
-            state,
-            inputs,
-            P,
-            level,
-            P is not None,
-            decay_rate=rate,
-            observed=observed,
-            starting_P=S,
-        )
+        loop = replace(loop, P=P, level=observed.level, level_proved=P is not None)
+        return replace(loop, decay_rate=rate, observed=observed, starting_P=S)
     decay_P, rate = _proved(design, "decay", "decay_rate")
     # A limit that was asked for may be tighter than the range of an input in the model's box.
     P, level = _proved(design, "input-limits", "level")
@@ -380,8 +360,8 @@ def plant_loop(design: PlantDesign) -> PlantLoop:
     level_proved = level is not None
     if P is None and decay_P is not None:
         P, level = decay_P, _level(model, gains, decay_P)
-    return PlantLoop(
-        plant, model, gains, state, inputs, P, level, level_proved, decay_rate=rate, decay_P=decay_P
+    return replace(
+        loop, P=P, level=level, level_proved=level_proved, decay_rate=rate, decay_P=decay_P
     )
 
 
@@ -399,8 +379,12 @@ def _proved(design: PlantDesign, kind: str, figure: str) -> tuple[Floats | None,
     claim = next(iter(proved_claims(design.document, design.checked, kind)), None)
     if claim is None:
         return None, None
-    P = np.array([[_float(entry) for entry in row] for row in claim["P"]])
-    return P, _float(claim[figure])
+    return claimed_matrix(claim), _float(claim[figure])
+
+
+def claimed_matrix(claim: Mapping[str, Any]) -> Floats:
+    """Return the P of a claim."""
+    return np.array([[_float(entry) for entry in row] for row in claim["P"]])
 
 
 def _float(number: object) -> float:

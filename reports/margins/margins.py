@@ -26,17 +26,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
 from takagi.models.arrays import Complex, Floats
-from takagi.models.errors import ModelError
-from takagi.reports.margins.response import LoopResponse, largest, loop_response
-
-if TYPE_CHECKING:
-    from control import StateSpace, TransferFunction
+from takagi.reports.margins.response import LoopResponse, largest
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,27 +64,23 @@ class DiskMargin:
         return float(2 * np.arctan(self.alpha / 2))
 
 
-def disk_margin(
-    loop: StateSpace | TransferFunction | LoopResponse,
-) -> DiskMargin:
-    """Return alpha_max = 1 / sup |S - 1/2| of one loop.
-
-    Raises
-    ------
-    ModelError : the loop is not single-input single-output (or what ``loop_response`` refuses).
-    """
-    response = loop_response(loop)
-    size = response.evaluate(response.frequencies[-1:]).shape[1]
-    if size != 1:
-        raise ModelError(
-            f"the loop is {size} x {size}; disk_margin takes one loop, disk_of several"
-        )
-    return _smallest(response, lambda m: np.abs(m[:, 0, 0]))
-
-
 def disk_of(response: LoopResponse) -> DiskMargin:
-    """Return the disk margin of two loops, perturbed at once and independently."""
-    return _smallest(response, scaled_bound)
+    """Return the disk margin of one loop, or of two perturbed at once and independently."""
+    if not response.stable:
+        return DiskMargin(alpha=0.0, frequency=float("nan"))
+
+    def height(loops: Complex) -> Floats:
+        eye = np.eye(loops.shape[1])
+        centred = np.linalg.inv(eye + loops) - eye / 2
+        return np.abs(centred[:, 0, 0]) if len(eye) == 1 else scaled_bound(centred)
+
+    end = response.at_infinity
+    peak, frequency = largest(
+        lambda omega: height(response.evaluate(omega)),
+        response,
+        None if end is None else float(height(end[None])[0]),
+    )
+    return DiskMargin(alpha=1 / peak if peak > 0 else float("inf"), frequency=frequency)
 
 
 def scaled_bound(matrices: Complex) -> Floats:
@@ -107,26 +98,6 @@ def scaled_bound(matrices: Complex) -> Floats:
     product = np.abs(m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0])
     root = np.sqrt(np.maximum(square**2 - 4 * product**2, 0.0))
     return np.asarray(np.sqrt((square + root) / 2), dtype=np.float64)
-
-
-def _smallest(response: LoopResponse, measure: Callable[[Complex], Floats]) -> DiskMargin:
-    if not response.stable:
-        return DiskMargin(alpha=0.0, frequency=float("nan"))
-
-    def height(omega: Floats) -> Floats:
-        return np.asarray(measure(_centred(response.evaluate(omega))), dtype=np.float64)
-
-    end = None
-    if response.at_infinity is not None:
-        end = float(measure(_centred(response.at_infinity[None]))[0])
-    peak, frequency = largest(height, response, end)
-    return DiskMargin(alpha=1 / peak if peak > 0 else float("inf"), frequency=frequency)
-
-
-def _centred(loops: Complex) -> Complex:
-    """Return S - I/2 for a stack of loops."""
-    eye = np.eye(loops.shape[1])
-    return np.asarray(np.linalg.inv(eye + loops) - eye / 2, dtype=np.complex128)
 
 
 INF = float("inf")
@@ -170,31 +141,24 @@ class Margins:
     disk: DiskMargin
 
     @property
+    def gain(self) -> float:
+        """The factor by which the gain may both grow and fall [-]; 1 for an unstable loop."""
+        return min(self.gain_increase, 1 / self.gain_decrease if self.gain_decrease > 0 else INF)
+
+    @property
     def crossover(self) -> float:
         """The highest frequency with |L| = 1 [rad/s]; nan where there is none."""
         return self.crossovers[-1] if self.crossovers else float("nan")
 
 
-def loop_margins(
-    loop: StateSpace | TransferFunction | LoopResponse,
-) -> Margins:
+def loop_margins(response: LoopResponse) -> Margins:
     """Return the margins of one loop L under negative feedback.
 
     Frequencies are found on a grid made from the open- and closed-loop poles and refined by
     root finding; a crossing pair closer than the grid (1.5 %, finer at lightly damped modes) could
     be missed.
-
-    Raises
-    ------
-    ModelError : the loop is not single-input single-output (or what ``loop_response`` refuses).
     """
-    response = loop_response(loop)
     values = response.evaluate(response.frequencies)
-    if values.shape[1] != 1:
-        raise ModelError(
-            f"the loop is {values.shape[1]} x {values.shape[1]}; loop_margins takes one: break the "
-            "others closed first, or use disk_of"
-        )
     scalar = _Scalar(response, values[:, 0, 0])
     crossovers = _roots(scalar, lambda L: np.log(np.maximum(np.abs(L), 1e-300)))
     factors = _gain_factors(scalar)
@@ -218,7 +182,7 @@ def loop_margins(
         sensitivity_peak_frequency=peaks[0][1],
         complementary_peak=INF if unstable else peaks[1][0],
         complementary_peak_frequency=peaks[1][1],
-        disk=disk_margin(response),
+        disk=disk_of(response),
     )
 
 

@@ -18,21 +18,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from takagi.models.arrays import Complex, Floats
-from takagi.models.errors import ModelError
 from takagi.reports.margins.running_loop import RunningLoop, continuous
-
-if TYPE_CHECKING:
-    from control import StateSpace, TransferFunction
 
 POINTS_PER_DECADE = 150
 # A pole nearer than this to the axis, relative to the fastest pole, counts as lying at zero.
 ORIGIN = 1e-9
+# An undamped loop has no finite response at its own frequency; this far beside it there is one.
+NUDGE = 1e-9
+# Frequencies of a loop in discrete time.
+POINTS = 1200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,45 +56,49 @@ class LoopResponse:
     end: float = float("inf")
 
 
-def loop_response(
-    loop: StateSpace | TransferFunction | LoopResponse,
-    *,
-    frequencies: Floats | None = None,
-) -> LoopResponse:
-    """Return the response of a square continuous-time loop.
+def continuous_response(A: Floats, B: Floats, C: Floats) -> LoopResponse:
+    """Return the response of L(s) = C (s I - A)^-1 B, which has as many inputs as outputs."""
+    transfer, closed = _transfer(A, B, C), A - B @ C
 
-    Parameters
-    ----------
-    loop : python-control system.
-    frequencies : grid [rad/s] instead of the one chosen from the poles.
+    def evaluate(omega: Floats) -> Complex:
+        try:
+            return transfer(1j * np.asarray(omega))
+        except np.linalg.LinAlgError:
+            # A pole on the axis has no finite response: a little beside it there is one.
+            return transfer(1j * (np.asarray(omega) * (1 + NUDGE) + NUDGE))
 
-    Raises
-    ------
-    ModelError : not square, or discrete in time.
-    """
-    if isinstance(loop, LoopResponse):
-        return loop
-    import control
-
-    system = control.ss(loop)
-    if system.ninputs != system.noutputs:
-        raise ModelError(
-            f"the loop has {system.ninputs} inputs and {system.noutputs} outputs; a loop is broken "
-            "at as many inputs as outputs"
-        )
-    if system.isdtime(strict=True):
-        raise ModelError(
-            f"the loop is discrete in time (sample time {system.dt:.4g} s); a continuous-time loop "
-            "is needed: model the sampling as a delay"
-        )
-    A, B, C, D = (np.asarray(part, dtype=np.float64) for part in _matrices(system))
-    closed = A - B @ np.linalg.solve(np.eye(len(D)) + D, C)
     return LoopResponse(
-        evaluate=_evaluator(A, B, C, D),
-        frequencies=frequency_grid(A, closed) if frequencies is None else frequencies,
-        at_infinity=D.astype(np.complex128),
+        evaluate=evaluate,
+        frequencies=frequency_grid(A, closed),
+        at_infinity=np.zeros((len(C), len(C)), dtype=np.complex128),
         stable=bool(np.all(np.linalg.eigvals(closed).real < 0)),
     )
+
+
+def sampled_response(A: Floats, B: Floats, C: Floats, T: float, *, stable: bool) -> LoopResponse:
+    """Return L(e^{j omega T}) of L(z) = C (z I - A)^-1 B, from slow to pi / T [rad/s].
+
+    The end is left out: poles at -1 lie there.
+    """
+    transfer = _transfer(A, B, C)
+    return LoopResponse(
+        evaluate=lambda omega: transfer(np.exp(1j * T * np.asarray(omega))),
+        frequencies=np.geomspace(1e-4, 1 - 1e-6, POINTS) * np.pi / T,
+        at_infinity=None,
+        stable=stable,
+    )
+
+
+def _transfer(A: Floats, B: Floats, C: Floats) -> Callable[[Complex], Complex]:
+    """Return points (k,) -> C (z I - A)^-1 B at each, (k, m, m)."""
+    eye = np.eye(len(A))
+
+    def at(points: Complex) -> Complex:
+        shifted = points[:, None, None] * eye - A
+        inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(points), *B.shape)))
+        return np.asarray(C @ inner, dtype=np.complex128)
+
+    return at
 
 
 def frequency_grid(*matrices: Floats) -> Floats:
@@ -152,21 +156,6 @@ def largest(
     return best, where
 
 
-def _matrices(system: Any) -> tuple[Any, Any, Any, Any]:
-    return system.A, system.B, system.C, system.D
-
-
-def _evaluator(A: Floats, B: Floats, C: Floats, D: Floats) -> Callable[[Floats], Complex]:
-    eye = np.eye(len(A))
-
-    def evaluate(omega: Floats) -> Complex:
-        shifted = 1j * np.asarray(omega)[:, None, None] * eye - A
-        inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(omega), *B.shape)))
-        return np.asarray(C @ inner + D, dtype=np.complex128)
-
-    return evaluate
-
-
 # Modal sums lose digits with the conditioning of the eigenvectors; beyond it, solve.
 WELL_CONDITIONED = 1e9
 # At a pole on the axis a loop has no finite response; the grid stays this far away, over T.
@@ -218,16 +207,13 @@ def _scaled(loop: RunningLoop) -> tuple[Floats, Floats, Floats]:
 
 def _sampled_evaluator(A: Floats, B: Floats, C: Floats, T: float) -> Callable[[Floats], Complex]:
     values, vectors = np.linalg.eig(A)
-    modal = np.linalg.cond(vectors) < WELL_CONDITIONED
-    left, right = C @ vectors, np.linalg.solve(vectors, B) if modal else B
-    eye = np.eye(len(A))
+    if not np.linalg.cond(vectors) < WELL_CONDITIONED:
+        transfer = _transfer(A, B, C)
+        return lambda omega: transfer(np.exp(1j * T * np.asarray(omega)))
+    left, right = C @ vectors, np.linalg.solve(vectors, B)
 
     def evaluate(omega: Floats) -> Complex:
         z = np.exp(1j * T * np.asarray(omega))
-        if modal:
-            return np.asarray((left / (z[:, None, None] - values)) @ right, dtype=np.complex128)
-        shifted = z[:, None, None] * eye - A
-        inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(z), *B.shape)))
-        return np.asarray(C @ inner, dtype=np.complex128)
+        return np.asarray((left / (z[:, None, None] - values)) @ right, dtype=np.complex128)
 
     return evaluate

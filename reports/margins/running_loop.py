@@ -14,7 +14,9 @@ Everything here is floating point: it is measured, and not proved.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from scipy.linalg import expm
@@ -22,9 +24,15 @@ from scipy.linalg import expm
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Law, Measurement, SampledLaw, law_words, sampled
-from takagi.models.simulation.closed_loop import Observer, measured_speed
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, equilibrium_state, plant_rate
+from takagi.models.simulation.closed_loop import Observer, measured_speed, observed
+from takagi.models.simulation.turbine_plant import (
+    SimulatedTurbine,
+    SpeedFilter,
+    plant_rate,
+    validation_plant,
+)
 from takagi.models.turbine.data import Turbine, rotor_torque_gradient
+from takagi.models.turbine.trim import trim
 
 # Largest accepted rate of a state at rest, as a share of the state's size per second.
 AT_REST = 1e-9
@@ -60,7 +68,8 @@ def loop_equilibrium(
     ModelError : a wind outside cut-in to cut-out, or a rest at which more wind gives no more
         torque: there the observer cannot estimate it.
     """
-    start, torque, pitch = equilibrium_state(plant, wind)
+    trim(plant.turbine, wind)
+    start, point = plant.initial_state(wind)
     at, n, k = measured_speed(plant), len(start), len(law.state_names)
     rate, low, high = plant_rate(plant), plant.turbine.pitch_min, plant.turbine.pitch_max
     estimate = observer.initial_state(float(start[at]), wind)
@@ -84,7 +93,7 @@ def loop_equilibrium(
             return LoopEquilibrium(found[:n], found[n : n + k], found[n + k :], commands(found)[1])
     raise NoEquilibrium(
         f"at {wind:g} m/s the loop of the {law_words(law.name)} has no rest near the turbine's "
-        f"trim (torque {torque:.6g} N m, pitch {pitch:.6g} rad): leave this wind out"
+        f"trim (torque {point.torque:.6g} N m, pitch {point.pitch:.6g} rad): leave this wind out"
     )
 
 
@@ -222,12 +231,103 @@ def continuous(multipliers: Complex, sample_time: float) -> Complex:
     return np.asarray(np.log(kept) / sample_time, dtype=np.complex128)
 
 
+@lru_cache(maxsize=8)
 def with_inertia(plant: SimulatedTurbine, factor: float) -> SimulatedTurbine:
     """Return the plant with both inertias times a factor; the torsion mode keeps its frequency."""
     turbine: Turbine = plant.turbine
     rotor, generator = factor * turbine.rotor_inertia, factor * turbine.generator_inertia
     changed = replace(turbine, rotor_inertia=rotor, generator_inertia=generator)
     return replace(plant, turbine=changed)
+
+
+# Factor on the nominal inertia, and one of ``WAKES``.
+PlantChoice: TypeAlias = tuple[float, str]
+# The machine as its file says.
+NOMINAL: PlantChoice = (1.0, "dynamic")
+# How often the law runs where nothing else is said [s].
+SAMPLE = 0.02
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunningLoops:
+    """The loop that runs, at any wind and for any plant; where it rests is found once for a wind.
+
+    Attributes
+    ----------
+    plant : with the filter of the measured speed.
+    program : the law, sampled.
+    rests : wind [m/s] -> where the loop rests, or why it does not.  It depends on neither inertia
+        nor wake.
+    """
+
+    plant: SimulatedTurbine
+    program: SampledLaw
+    observer: Observer
+    rests: dict[float, LoopEquilibrium | NoEquilibrium] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        turbine: Turbine,
+        law: Law,
+        observer: Observer,
+        *,
+        speed_filter: SpeedFilter | float | None,
+        sample_time: float = SAMPLE,
+        computation_time: float = 0.0,
+    ) -> RunningLoops:
+        """Return the loop of the validation plant.
+
+        Parameters
+        ----------
+        speed_filter : on the measured speed: band-stop and low-pass, or the corner of a low-pass
+            alone [rad/s]; None for none.
+        sample_time, computation_time : of the program [s], see ``SampledLaw``.
+        """
+        plant = replace(validation_plant(turbine), speed_filter=speed_filter)
+        return cls(plant, SampledLaw(law, sample_time, computation_time), observer)
+
+    def other(
+        self, *, plant: SimulatedTurbine | None = None, law: Law | None = None
+    ) -> RunningLoops:
+        """Return the loop with another plant or law, of which no equilibrium is known yet."""
+        program = replace(self.program, law=law or self.program.law)
+        return RunningLoops(plant or self.plant, program, self.observer)
+
+    def rest(self, wind: float) -> LoopEquilibrium:
+        """Return where the loop rests; see ``loop_equilibrium``."""
+        if wind not in self.rests:
+            try:
+                found = loop_equilibrium(self.plant, self.program.law, self.observer, wind)
+                self.rests[wind] = found
+            except NoEquilibrium as missing:
+                self.rests[wind] = missing
+        rest = self.rests[wind]
+        if isinstance(rest, NoEquilibrium):
+            raise rest
+        return rest
+
+    def at(self, wind: float, plant: PlantChoice = NOMINAL, side: int | None = None) -> RunningLoop:
+        """Return the loop at a wind [m/s].
+
+        ``side`` : see ``linearised_loop``; None for the first of ``sides``.
+        """
+        factor, wake = plant
+        return linearised_loop(
+            self.plant if factor == 1 else with_inertia(self.plant, factor),
+            self.program,
+            self.observer,
+            wind,
+            rest=self.rest(wind),
+            wake=wake,
+            side=self.sides(wind)[0] if side is None else side,
+        )
+
+    def sides(self, wind: float) -> tuple[int, ...]:
+        """Return on which sides kinks are read: at the ends of the winds, inwards alone."""
+        if wind <= self.plant.turbine.cut_in:
+            return (1,)
+        return (-1,) if wind >= self.plant.turbine.cut_out else (1, -1)
 
 
 def linearised_loop(
@@ -293,9 +393,9 @@ def _program_step(program: SampledLaw, observer: Observer, k: int) -> Callable[[
         inner, estimator, before = x[:k], x[k:-3], float(x[-3])
         seen = Measurement(float(x[-2]), float(x[-1]), observer.wind_estimate(estimator))
         command, later = sampled(program.law, inner, seen, period)
-        mean = command.torque + late * (before - command.torque)
-        rate = observer.state_rate(estimator, seen.rotor_speed, seen.pitch, mean)
-        return np.concatenate([later, estimator + period * rate, [command.torque], command])
+        torques = before, command.torque
+        estimated = observed(observer, estimator, seen, torques, late, period)
+        return np.concatenate([later, estimated, [command.torque], command])
 
     return step
 

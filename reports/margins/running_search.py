@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from takagi.models.laws.protocol import Law
-from takagi.models.simulation.closed_loop import Observer
-from takagi.models.simulation.turbine_plant import SpeedFilter
-from takagi.models.turbine.data import Turbine
-from takagi.reports.margins.margins import Margins
-from takagi.reports.margins.running_loop import NoEquilibrium
+from takagi.reports.margins.running_loop import NOMINAL, NoEquilibrium, RunningLoops
 from takagi.reports.margins.running_over_wind import (
-    NOMINAL,
     PLANTS,
     RunningMargins,
     running_margins,
@@ -49,43 +43,19 @@ class SearchedMargins:
     none: tuple[float, ...]
 
 
-def searched_margins(
-    turbine: Turbine,
-    law: Law,
-    observer: Observer,
-    *,
-    speed_filter: SpeedFilter | float | None,
-    sample_time: float = 0.02,
-    computation_time: float = 0.0,
-) -> SearchedMargins:
+def searched_margins(loops: RunningLoops) -> SearchedMargins:
     """Return the margins from cut-in to cut-out: finely, and for all plants where it counts.
-
-    Parameters
-    ----------
-    speed_filter, sample_time, computation_time : see ``running_margins``.
 
     Raises
     ------
     ModelError : what ``running_margins`` refuses, but for a missing rest.
     """
-
-    def at(wind: float, plants: Sequence[tuple[float, str]]) -> tuple[RunningMargins, ...]:
-        return running_margins(
-            turbine,
-            law,
-            observer,
-            [wind],
-            speed_filter=speed_filter,
-            sample_time=sample_time,
-            computation_time=computation_time,
-            plants=plants,
-        )
-
+    turbine = loops.plant.turbine
     found: dict[float, list[RunningMargins]] = {}
     none = []
     for wind in winds_between(turbine.cut_in, turbine.cut_out, FINE):
         try:
-            found[wind] = list(at(wind, [NOMINAL]))
+            found[wind] = list(running_margins(loops, [wind], plants=[NOMINAL]))
         except NoEquilibrium:
             none.append(wind)
     whole = [v for v in winds_between(turbine.cut_in, turbine.cut_out, 1.0) if v in found]
@@ -93,12 +63,12 @@ def searched_margins(
     least = sorted((_least_winds(nominal) | _first_and_last(nominal)) - set(whole))
     others = [plant for plant in PLANTS if plant != NOMINAL]
     for wind in (*whole, *least):
-        found[wind] += at(wind, others)
+        found[wind] += running_margins(loops, [wind], plants=others)
     # The other plants are weakest elsewhere: follow each margin down from where it is least so far.
     every = {*whole, *least}
-    for size in SIZES:
-        for wind in _downhill(found, every, size):
-            found[wind] += at(wind, others)
+    for kind in ("gain", "phase", "delay", "disk", "both"):
+        for wind in _downhill(found, every, kind):
+            found[wind] += running_margins(loops, [wind], plants=others)
             every.add(wind)
             least.append(wind)
     least.sort()
@@ -106,24 +76,18 @@ def searched_margins(
     return SearchedMargins(rows, tuple(whole), tuple(least), tuple(none))
 
 
-def _gain(one: Margins) -> float:
-    return min(one.gain_increase, math.inf if one.gain_decrease == 0 else 1 / one.gain_decrease)
-
-
-# The margins whose least values are looked for among all plants, at one wind and for one plant.
-SIZES: tuple[Callable[[RunningMargins], float], ...] = (
-    lambda row: min((_gain(one) for _, one in row.loops), default=math.inf),
-    lambda row: min((one.phase for _, one in row.loops), default=math.inf),
-    lambda row: min((one.delay for _, one in row.loops), default=math.inf),
-    lambda row: min((one.disk.alpha for _, one in row.loops), default=math.inf),
-    lambda row: row.both.alpha,
-)
+def _size(row: RunningMargins, kind: str) -> float:
+    """Return the least margin of a kind among the loops, or the disk margin of both at once."""
+    if kind == "both":
+        return row.both.alpha
+    sizes = (m.disk.alpha if kind == "disk" else getattr(m, kind) for _, m in row.loops)
+    return min(sizes, default=math.inf)
 
 
 def _downhill(
     found: Mapping[float, Sequence[RunningMargins]],
     every: Set[float],
-    size: Callable[[RunningMargins], float],
+    kind: str,
 ) -> Iterator[float]:
     """Yield the winds to look at next with all plants, until the least has both neighbours.
 
@@ -131,7 +95,7 @@ def _downhill(
     """
 
     def value(wind: float) -> float:
-        return min(size(row) for row in found[wind])
+        return min(_size(row, kind) for row in found[wind])
 
     winds = sorted(found)
     while every:

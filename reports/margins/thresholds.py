@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_over_wind import RunningMargins
 from takagi.reports.margins.running_search import wind_ranges
 
@@ -169,14 +168,7 @@ def _least(row: RunningMargins, kind: str) -> _Least:
     """Return the row's least margin of a kind, and of which loop."""
     if kind == "disk":
         return _Least(row.both.alpha, "torque and pitch", row)
-    return _Least(*min((_of(m, kind), name) for name, m in row.loops), row)
-
-
-def _of(m: Margins, kind: str) -> float:
-    """Return a margin; of an unstable loop 0, or 1 for the gain."""
-    if kind == "gain":
-        return min(m.gain_increase, 1 / m.gain_decrease if m.gain_decrease > 0 else math.inf)
-    return m.phase if kind == "phase" else m.delay
+    return _Least(*min((getattr(m, kind), name) for name, m in row.loops), row)
 
 
 def _figure(kind: str, value: float) -> str:

@@ -16,9 +16,9 @@ from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.arrays import Floats
 from takagi.models.laws.protocol import Law, law_words
 from takagi.models.simulation.baseline import BaselineLaw
-from takagi.models.simulation.closed_loop import History
-from takagi.models.simulation.scenario import Case, Metrics, Result, run_case
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
+from takagi.models.simulation.closed_loop import History, simulate
+from takagi.models.simulation.scenario import Metrics, measure
+from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.simulation.wind import (
     REFERENCE_INTENSITY,
     WindSeries,
@@ -27,6 +27,7 @@ from takagi.models.simulation.wind import (
     same_turbulence,
     step_wind,
 )
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 from takagi.reports.figures.response import QUANTITIES, ResponseLine
 from takagi.reports.page.text import powers
@@ -119,34 +120,32 @@ def _turbulence(design: TurbineDesign, mean: float) -> WindSeries:
 def _run(design: TurbineDesign, name: str, mean: float, wind: WindSeries) -> DesignRun:
     plant = validation_plant(design.turbine)
     filtered = replace(plant, speed_filter=design.speed_filter)
-    law, reference = _result(design, filtered, design.law, wind), None
+    drawn, reference = name not in ("", "turbulence"), None
+    history = simulate(filtered, design.law, wind, observer=design.observer.observer)
     if design.turbine.baseline is not None:
-        reference = _result(design, plant, BaselineLaw(design.turbine), wind)
-    time, schedule = law.history.time, _schedule(design, law.history)
-    inside = in_wind_class(design, time, law.history.wind, schedule)
-    drawn = name not in ("", "turbulence")
+        baseline = BaselineLaw(design.turbine)
+        beside = simulate(plant, baseline, wind, observer=design.observer.observer)
+        reference = _law_run(baseline, beside, design.turbine, drawn=drawn)
+    time, schedule = history.time, _schedule(design, history)
+    inside = in_wind_class(design, time, history.wind, schedule)
     return DesignRun(
         name,
         mean,
         wind.name.partition(",")[0].replace("turbulent", "turbulence of"),
-        _law_run(law, drawn=drawn),
-        None if reference is None else _law_run(reference, drawn=drawn),
+        _law_run(design.law, history, design.turbine, drawn=drawn),
+        reference,
         float("nan") if inside is None else float(inside.mean()),
         *((_thinned(time), _thinned(schedule)) if drawn else (np.empty(0), np.empty(0))),
     )
 
 
-def _result(design: TurbineDesign, plant: SimulatedTurbine, law: Law, wind: WindSeries) -> Result:
-    return run_case(Case(law.name, plant, law, wind, design.observer.observer))
-
-
-def _law_run(result: Result, *, drawn: bool) -> LawRun:
+def _law_run(law: Law, history: History, turbine: Turbine, *, drawn: bool) -> LawRun:
     line = None
     if drawn:
-        full = ResponseLine.of(powers(law_words(result.label)), result.history)
+        full = ResponseLine.of(powers(law_words(law.name)), history)
         thinned: dict[str, Any] = {name: _thinned(getattr(full, name)) for name in QUANTITIES}
         line = replace(full, **thinned)
-    return LawRun(result.label, result.metrics, line)
+    return LawRun(law.name, measure(history, turbine), line)
 
 
 def _thinned(values: Floats) -> Floats:

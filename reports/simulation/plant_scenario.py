@@ -54,8 +54,9 @@ def resolved(scenario: PlantScenario, loop: PlantLoop) -> PlantScenario:
     hold = scenario.sample_time or loop.model.sample_time or _suited(loop)
 
     def held(signal: Signal) -> Signal:
-        waits = isinstance(signal, Noise) and not signal.every
-        return replace(signal, every=hold) if waits else signal  # type: ignore[type-var]
+        if isinstance(signal, Noise) and not signal.every:
+            return replace(signal, every=hold)
+        return signal
 
     return replace(
         scenario,

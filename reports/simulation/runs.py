@@ -13,8 +13,9 @@ from takagi.models.simulation.closed_loop import (
     History,
     Observer,
     fitting_step,
+    simulate,
 )
-from takagi.models.simulation.scenario import Case, Metrics, run_case
+from takagi.models.simulation.scenario import Metrics, measure
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, ready, validation_plant
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
@@ -232,16 +233,13 @@ def _runs(
     for name, law in laws.items():
         for wind in winds:
             progress = _part(tell, f"{name}, {wind.name}", done, total)
-            yield _run(Case(name, plants[name], law, wind, observer), progress)
+            try:
+                history = simulate(plants[name], law, wind, observer=observer, progress=progress)
+            except Diverged as end:
+                yield Run(name, wind.name, diverged=end.time)
+            else:
+                yield Run(name, wind.name, history, measure(history, plants[name].turbine))
             done += 1
-
-
-def _run(case: Case, progress: Callable[[float], None] | None) -> Run:
-    try:
-        result = run_case(case, progress)
-    except Diverged as end:
-        return Run(case.label, case.wind.name, diverged=end.time)
-    return Run(case.label, case.wind.name, result.history, result.metrics)
 
 
 def _part(tell: Tell | None, step: str, done: int, total: int) -> Callable[[float], None] | None:

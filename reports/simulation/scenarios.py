@@ -78,10 +78,6 @@ def scenario_winds(
     return chosen.winds(turbine, asked, PAPER_SEED if seed is None else seed)
 
 
-def _published(turbine: Turbine, duration: float, seed: int) -> tuple[WindSeries, ...]:
-    return published_winds(turbine, duration=duration, seed=seed)
-
-
 def _steps(turbine: Turbine, duration: float, seed: int) -> tuple[WindSeries, ...]:
     rated = round(rated_wind(turbine), 2)
     low, high = rated - HALF_STEP, rated + HALF_STEP
@@ -113,7 +109,7 @@ SCENARIOS: Mapping[str, Scenario] = MappingProxyType(
             "three turbulent winds, the same turbulence at different means",
             PAPER_DURATION,
             True,
-            _published,
+            published_winds,
         ),
         "step": Scenario(
             f"steps from {HALF_STEP:g} m/s below rated wind to as much above, and back",

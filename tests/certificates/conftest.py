@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import read_text
-from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
@@ -25,6 +22,7 @@ from takagi.lmi.turbine.effort import EffortSettings, effort_gains
 from takagi.models import Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from tests.certificates.kinds.claims import resealed
 
 PER_INTERVAL = {"integral_rate", "inertia_feedforward", "feedforward_limit"}
 # Nodes kept in the short certificate: where the effort passes from torque to pitch.
@@ -80,31 +78,22 @@ def whole(built: Built) -> dict[str, Any]:
 @pytest.fixture(scope="session")
 def short_document(built: Built) -> dict[str, Any]:
     """Return the certificate of six cells around rated wind: the same numbers, fewer winds."""
-    document = deepcopy(built.document)
+    return resealed(cells_from(built.document, SHORT_FROM))
+
+
+def cells_from(document: dict[str, Any], wind: float, count: int = SHORT_CELLS) -> dict[str, Any]:
+    """Return a copy of a certificate with the wind cells from the first node at a wind on."""
+    document = deepcopy(document)
     gains, claim = document["gains"], document["claims"][0]
-    first = next(k for k, v in enumerate(gains["wind"]) if v >= SHORT_FROM)
+    first = next(k for k, v in enumerate(gains["wind"]) if v >= wind)
     for name, column in gains.items():
         if isinstance(column, list):
-            nodes = SHORT_CELLS + (name not in PER_INTERVAL)
-            gains[name] = column[first : first + nodes]
-    claim["cells"] = claim["cells"][first : first + SHORT_CELLS]
-    return resealed(document)
+            gains[name] = column[first : first + count + (name not in PER_INTERVAL)]
+    claim["cells"] = claim["cells"][first : first + count]
+    return document
 
 
 @pytest.fixture
 def short(short_document: dict[str, Any]) -> dict[str, Any]:
     """Return a copy of the short certificate, to be damaged."""
     return deepcopy(short_document)
-
-
-def resealed(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with the hashes of what it now says, whatever that is."""
-    read = read_text(json.dumps(document), "document")
-    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
-    return document | {"provenance": {"sha256": hashes}}
-
-
-@pytest.fixture(scope="session")
-def reseal() -> Any:
-    """Return the function that makes a forger's certificate: changed, with matching hashes."""
-    return resealed

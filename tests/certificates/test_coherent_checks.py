@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError
-from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import first_failure
@@ -27,11 +25,7 @@ from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
 from takagi.models.laws.effort_sharing.law import loop_vertices
 from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.data import rotor_torque
-
-
-def as_read(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document as the reader sees it."""
-    return read_text(json.dumps(document), "document")
+from tests.certificates.kinds.claims import as_read
 
 
 def subject(document: dict[str, Any]) -> Subject:

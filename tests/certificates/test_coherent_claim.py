@@ -22,19 +22,19 @@ from takagi.certificates.claims.turbine.effort_sharing import (
 from takagi.certificates.cross_check.comparison import cross_checked_document
 from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.models import Interval
+from tests.certificates.kinds.claims import resealed
 
 Document = dict[str, Any]
-Reseal = Callable[[Document], Document]
 
 
 def verdict(document: Document) -> Verdict:
     return check_document(document).verdict
 
 
-def outcome(document: Document, reseal: Reseal) -> str:
+def outcome(document: Document) -> str:
     """Return the verdict on a forger's certificate, or "refused"."""
     try:
-        return verdict(reseal(document)).name
+        return verdict(resealed(document)).name
     except CertificateError:
         return "refused"
 
@@ -56,12 +56,12 @@ def test_the_short_certificate_is_proved(short: Document) -> None:
     assert verdict(short) is Verdict.PROVED
 
 
-def test_the_name_is_the_checkers_own(short: Document, reseal: Reseal) -> None:
+def test_the_name_is_the_checkers_own(short: Document) -> None:
     """A forged name does not reach the reader: the claim is named by what was checked."""
     short["claims"][0]["name"] = "stable in every wind"
     short["claims"][0]["uncertainty"]["frozen_wake"] = False
 
-    claim = check_document(reseal(short)).claims[0]
+    claim = check_document(resealed(short)).claims[0]
 
     assert claim.verdict is Verdict.PROVED
     assert (
@@ -70,11 +70,11 @@ def test_the_name_is_the_checkers_own(short: Document, reseal: Reseal) -> None:
     )
 
 
-def test_a_wrong_power_coefficient_has_to_be_in_the_ranges(short: Document, reseal: Reseal) -> None:
+def test_a_wrong_power_coefficient_has_to_be_in_the_ranges(short: Document) -> None:
     """Claimed beside ranges that were enclosed for the table's own c_P it is not proved."""
     short["claims"][0]["uncertainty"]["power_coefficient"] = [0.999, 1.001]
 
-    claim = check_document(reseal(short)).claims[0]
+    claim = check_document(resealed(short)).claims[0]
 
     assert claim.verdict is Verdict.UNDECIDED
     assert "leaves the stated range" in claim.text or "exceeds the stated bound" in claim.text
@@ -82,22 +82,20 @@ def test_a_wrong_power_coefficient_has_to_be_in_the_ranges(short: Document, rese
 
 @pytest.mark.parametrize("range_", [[0.0, 1.0], [1.01, 1.02], [0.98, 0.99], [1.0]])
 def test_power_coefficients_around_the_table_are_needed(
-    range_: list[float], short: Document, reseal: Reseal
+    range_: list[float], short: Document
 ) -> None:
     """The law's trim is the table's, so the interval has to hold 1."""
     short["claims"][0]["uncertainty"]["power_coefficient"] = range_
 
-    assert outcome(short, reseal) == "refused"
+    assert outcome(short) == "refused"
 
 
-def test_a_file_without_a_power_coefficient_speaks_of_the_table(
-    short: Document, reseal: Reseal
-) -> None:
+def test_a_file_without_a_power_coefficient_speaks_of_the_table(short: Document) -> None:
     """It says the same as one that states the table's, and does not mention another."""
     stated = check_document(short).claims[0].text
     del short["claims"][0]["uncertainty"]["power_coefficient"]
 
-    claim = check_document(reseal(short)).claims[0]
+    claim = check_document(resealed(short)).claims[0]
 
     assert claim.verdict is Verdict.PROVED
     assert claim.text == stated and "of the table's c_P" not in claim.text
@@ -168,27 +166,25 @@ def test_any_change_with_the_old_hashes_is_refused(short: Document) -> None:
 @pytest.mark.parametrize("k", [0, 3, 5])
 @pytest.mark.parametrize("end", [0, 1])
 @pytest.mark.parametrize("name", RANGES)
-def test_a_smaller_range_is_not_proved(
-    name: str, end: int, k: int, short: Document, reseal: Reseal
-) -> None:
+def test_a_smaller_range_is_not_proved(name: str, end: int, k: int, short: Document) -> None:
     """The stated ranges are the enclosures: a millionth less at either end is too little."""
     stated = short["claims"][0]["cells"][k][name]
     stated[end] = round(stated[end] + (1e-6 if end == 0 else -1e-6), 7)
 
-    assert outcome(short, reseal) == "UNDECIDED"
+    assert outcome(short) == "UNDECIDED"
 
 
 @pytest.mark.parametrize("name", BOUNDS)
-def test_a_smaller_size_is_not_proved(name: str, short: Document, reseal: Reseal) -> None:
+def test_a_smaller_size_is_not_proved(name: str, short: Document) -> None:
     """The stated sizes are the enclosures: a millionth less is too little."""
     cell = short["claims"][0]["cells"][2]
     cell[name] = round(cell[name] - 1e-6, 7)
 
-    assert outcome(short, reseal) == "UNDECIDED"
+    assert outcome(short) == "UNDECIDED"
 
 
 @pytest.mark.parametrize("k", range(6))
-def test_a_larger_class_is_not_proved(k: int, short: Document, reseal: Reseal) -> None:
+def test_a_larger_class_is_not_proved(k: int, short: Document) -> None:
     """Every cell's wind error is close to the largest allowed one, and a smaller class holds.
 
     The rate is what was asked for; a cell may allow somewhat more of it.
@@ -196,11 +192,11 @@ def test_a_larger_class_is_not_proved(k: int, short: Document, reseal: Reseal) -
     cell = short["claims"][0]["cells"][k]
     error, rate = cell["wind_error"], cell["wind_rate"]
     cell["wind_error"] = 1.05 * error
-    assert outcome(short, reseal) == "UNDECIDED"
+    assert outcome(short) == "UNDECIDED"
     cell["wind_error"], cell["wind_rate"] = error, 2 * rate
-    assert outcome(short, reseal) == "UNDECIDED"
+    assert outcome(short) == "UNDECIDED"
     cell["wind_error"], cell["wind_rate"] = 0.5 * error, 0.5 * rate
-    assert outcome(short, reseal) == "PROVED"
+    assert outcome(short) == "PROVED"
 
 
 def false_claims() -> dict[str, Callable[[Document], None]]:
@@ -296,11 +292,11 @@ def false_claims() -> dict[str, Callable[[Document], None]]:
 
 
 @pytest.mark.parametrize("name", false_claims())
-def test_a_false_claim_is_not_proved(name: str, short: Document, reseal: Reseal) -> None:
+def test_a_false_claim_is_not_proved(name: str, short: Document) -> None:
     """Hashes recomputed, claim made false: UNDECIDED, with the reason in words."""
     false_claims()[name](short)
 
-    checked = check_document(reseal(short))
+    checked = check_document(resealed(short))
 
     assert checked.verdict is Verdict.UNDECIDED
     assert checked.claims[0].text
@@ -308,18 +304,16 @@ def test_a_false_claim_is_not_proved(name: str, short: Document, reseal: Reseal)
 
 @pytest.mark.parametrize("name", ["paper", "pdc", "", None, 1])
 def test_a_law_whose_gain_file_has_another_program_is_refused(
-    name: object, short: Document, reseal: Reseal
+    name: object, short: Document
 ) -> None:
     """The program of a gain file follows from the law's name: of ``paper`` it is another law."""
     short["gains"]["name"] = name
     with pytest.raises(CertificateError, match=r"gains\.name"):
-        check_document(reseal(short))
+        check_document(resealed(short))
 
 
 @pytest.mark.parametrize("k", range(8))
-def test_one_coefficient_under_the_loop_is_noticed(
-    k: int, short: Document, built: Any, reseal: Reseal
-) -> None:
+def test_one_coefficient_under_the_loop_is_noticed(k: int, short: Document, built: Any) -> None:
     """Each B-spline coefficient that the cells lean on is checked: two percent are too much."""
     table, gains = short["model"]["torque_surface"], short["gains"]
     ratio = built.turbine.rotor_radius * gains["rotor_speed"][2] / gains["wind"][2]
@@ -327,7 +321,7 @@ def test_one_coefficient_under_the_loop_is_noticed(
     j = bisect_right(table["pitch_knots"], gains["pitch_min"]) - 4
     table["coefficients"][i + k // 2][j + k % 2] *= 1.02
 
-    assert outcome(short, reseal) == "UNDECIDED"
+    assert outcome(short) == "UNDECIDED"
 
 
 @pytest.mark.parametrize(
@@ -345,15 +339,15 @@ def test_one_coefficient_under_the_loop_is_noticed(
     ],
 )
 def test_parts_that_do_not_belong_together_are_refused(
-    path: tuple[Any, ...], short: Document, reseal: Reseal
+    path: tuple[Any, ...], short: Document
 ) -> None:
     """Cells tile the law's winds, with its integral rates, limits and seven decimals."""
     holder(short, path)[path[-1]] += 1.1e-9
 
-    assert outcome(short, reseal) == "refused"
+    assert outcome(short) == "refused"
 
 
-def test_cells_must_tile_the_winds(short: Document, reseal: Reseal) -> None:
+def test_cells_must_tile_the_winds(short: Document) -> None:
     """A cell less, a cell more, two cells swapped: refused."""
     for change in (
         lambda cells: cells[:-1],
@@ -363,4 +357,4 @@ def test_cells_must_tile_the_winds(short: Document, reseal: Reseal) -> None:
     ):
         damaged = deepcopy(short)
         damaged["claims"][0]["cells"] = change(damaged["claims"][0]["cells"])
-        assert outcome(damaged, reseal) == "refused"
+        assert outcome(damaged) == "refused"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -14,9 +14,9 @@ import pytest
 from takagi.certificates.checker import CertificateError, Verdict, check, check_document
 from takagi.certificates.checker.files.given_files import compare_model
 from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES
+from tests.certificates.kinds.claims import resealed
 
 Document = dict[str, Any]
-Reseal = Callable[[Document], Document]
 
 # Words, and what the proof does not lean on: the law's own wind filter, the model file's copy.
 FREE = {"name", "units", "formula", "model_file", "state", "wind_filter", "provenance"}
@@ -71,7 +71,7 @@ def damage(document: Document, path: tuple[Any, ...], rng: random.Random) -> boo
     return isinstance(after, bool) or bool(after != before)
 
 
-def survivors(short: Document, reseal: Reseal, count: int, seed: int) -> list[str]:
+def survivors(short: Document, count: int, seed: int) -> list[str]:
     """Return where damage left the certificate PROVED though it should not have."""
     rng = random.Random(seed)
     # Most coefficients lie far from the trim, where nothing leans on them.
@@ -82,7 +82,7 @@ def survivors(short: Document, reseal: Reseal, count: int, seed: int) -> list[st
         if not damage(damaged, path, rng):
             continue
         try:
-            verdict = check_document(reseal(damaged)).verdict
+            verdict = check_document(resealed(damaged)).verdict
         except CertificateError:
             continue
         if verdict is Verdict.PROVED and not set(path) & FREE:
@@ -91,16 +91,16 @@ def survivors(short: Document, reseal: Reseal, count: int, seed: int) -> list[st
 
 
 @pytest.mark.slow
-def test_random_damage_is_refused_or_undecided(short: Document, reseal: Reseal) -> None:
+def test_random_damage_is_refused_or_undecided(short: Document) -> None:
     """Of 100 damaged certificates none is PROVED, but for harmless words and weaker claims."""
-    assert survivors(short, reseal, 100, seed=2) == []
+    assert survivors(short, 100, seed=2) == []
 
 
 @pytest.mark.slow
-def test_much_random_damage(short: Document, reseal: Reseal, reduced: bool) -> None:
+def test_much_random_damage(short: Document, reduced: bool) -> None:
     """The same campaign with other seeds, ten thousand times (reduced: 300)."""
     count = 300 if reduced else 10_000
-    assert survivors(short, reseal, count, seed=3) == []
+    assert survivors(short, count, seed=3) == []
 
 
 @pytest.mark.parametrize(
@@ -129,12 +129,10 @@ def test_a_damaged_frame_is_refused(change: Document, short: Document) -> None:
         check_document(short | change)
 
 
-def test_the_gain_file_must_hold_the_same_numbers(
-    short: Document, reseal: Reseal, tmp_path: Path
-) -> None:
+def test_the_gain_file_must_hold_the_same_numbers(short: Document, tmp_path: Path) -> None:
     """Checked with gains, the certificate is about these: one decimal apart is refused by name."""
     certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
-    certificate.write_text(json.dumps(reseal(short)))
+    certificate.write_text(json.dumps(resealed(short)))
     gains.write_text(json.dumps({"law": short["gains"]}))
     assert "gain file" not in " ".join(check(certificate, gains=gains).messages)
 

@@ -1,15 +1,21 @@
-"""The certificate as a file: what is written is what is read, and what is hashed."""
+"""The certificate as a file: what is written is read and hashed, part by part, and its verdict."""
 
 from __future__ import annotations
 
 import json
+from copy import deepcopy
+from itertools import product
 from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import check_document, read_text
+from takagi.certificates import Claim, check
+from takagi.certificates.checker import CertificateError, Verdict, check_document, read_text
 from takagi.certificates.checker.kernel.reader import digest
+from takagi.certificates.checker.replay.certificate import concluded
+from takagi.certificates.checker.replay.claim_kinds import PLANT_KINDS, TURBINE_KINDS, replay
 from takagi.certificates.document.certificate_file import certificate_document, dumps
+from tests.certificates.kinds.claims import law_data, model_data
 
 TEXTS = ["},{", '"},{"', "a\\", '\\"},{', "plain"]
 
@@ -39,3 +45,90 @@ def test_what_is_no_number_cannot_be_written() -> None:
     assert document["provenance"]["b"] == 1
     with pytest.raises(ValueError, match="JSON"):
         dumps(document | {"claims": [float("nan")]})
+
+
+PROVED, DISPROVED, UNDECIDED = Verdict.PROVED, Verdict.DISPROVED, Verdict.UNDECIDED
+
+
+PAIRS = list(product(Verdict, repeat=2))
+
+
+@pytest.mark.parametrize("verdicts", PAIRS, ids=lambda pair: "-".join(v.name for v in pair))
+def test_two_claims(verdicts: tuple[Verdict, Verdict]) -> None:
+    """PROVED when both are, DISPROVED when one is, UNDECIDED otherwise; messages are kept."""
+    checked = concluded([Claim("a", verdict, "text") for verdict in verdicts], ["note"])
+
+    expected = DISPROVED if DISPROVED in verdicts else UNDECIDED
+    if verdicts == (PROVED, PROVED):
+        expected = PROVED
+    assert checked.verdict is expected
+    assert [claim.verdict for claim in checked.claims] == list(verdicts)
+    assert checked.messages == ["note"]
+
+
+def test_no_claim_is_not_proved() -> None:
+    assert concluded([], []).verdict is UNDECIDED
+
+
+@pytest.mark.parametrize("kind", [*PLANT_KINDS, *TURBINE_KINDS])
+def test_a_claim_that_reads_the_file_needs_one(kind: str) -> None:
+    with pytest.raises(CertificateError, match="is not one that this checker replays"):
+        replay({"kind": kind, "name": "a"}, None, None, [], "claim 1")
+
+
+@pytest.fixture(scope="module")
+def sealed() -> dict[str, Any]:
+    """A proved certificate of x' = -x + u under u = -x; no change here exceeds its margin."""
+    claim = {"name": "decay", "kind": "decay", "P": [[1]], "decay_rate": 1}
+    model, gains = model_data([[[-1]]], B=[[[1]]]), law_data([[[1]]])
+    return certificate_document(model=model, gains=gains, claims=[claim], provenance={})
+
+
+def test_the_certificate_is_proved(sealed: dict[str, Any]) -> None:
+    assert check_document(sealed).verdict is Verdict.PROVED
+
+
+CHANGES: dict[str, tuple[tuple[Any, ...], Any]] = {
+    "model": (("model", "A", 0, 0, 0), -1.5),
+    "gains": (("gains", "K", 0, 0, 0), 2),
+    "claims": (("claims", 0, "decay_rate"), 0.5),
+}
+
+
+@pytest.mark.parametrize("part", CHANGES)
+def test_a_changed_part_is_refused_even_where_it_is_true(
+    part: str, sealed: dict[str, Any], tmp_path: Any
+) -> None:
+    """Each change leaves a true claim: the hash of that part alone refuses it."""
+    changed, (path, value) = deepcopy(sealed), CHANGES[part]
+    place: Any = changed
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    file = tmp_path / "certificate.json"
+    file.write_text(json.dumps(changed), encoding="utf-8")
+
+    with pytest.raises(CertificateError, match=f"the {part} changed after"):
+        check_document(changed)
+    with pytest.raises(CertificateError, match=f"the {part} changed after"):
+        check(file)
+    again = certificate_document(**{p: changed[p] for p in CHANGES}, provenance={})
+    assert check_document(again).verdict is Verdict.PROVED
+
+
+@pytest.mark.parametrize("part", CHANGES)
+def test_a_hash_that_is_missing_is_refused(part: str, sealed: dict[str, Any]) -> None:
+    changed = deepcopy(sealed)
+    del changed["provenance"]["sha256"][part]
+
+    with pytest.raises(CertificateError, match=f"'{part}' is missing"):
+        check_document(changed)
+
+
+@pytest.mark.parametrize("hashes", [None, 7, "controller", []])
+def test_hashes_that_are_no_table_are_refused(hashes: object, sealed: dict[str, Any]) -> None:
+    changed = deepcopy(sealed)
+    changed["provenance"]["sha256"] = hashes
+
+    with pytest.raises(CertificateError):
+        check_document(changed)

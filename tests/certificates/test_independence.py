@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import takagi.certificates.checker
-from tests.certificates.imported import imported_modules
+from tests.syntax import imported_modules
 
 FOLDER = Path(str(takagi.certificates.checker.__file__)).parent
 

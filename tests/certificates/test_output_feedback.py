@@ -27,7 +27,6 @@ from takagi.reports.gains_file.plant import plant_gain_file
 from takagi.reports.sections.plant.page import plant_report_files
 from takagi.reports.sections.plant.summary import summary_rows
 from takagi.reports.simulation.plant import simulate_plant, simulation_data
-from tests.certificates.both_checkers import second
 
 FILE = data_folder() / "flexible_link.toml"
 PENDULUM = """
@@ -68,13 +67,12 @@ def pendulum(folder: Path, text: str = PENDULUM) -> Any:
     return load_plant(path)
 
 
-def test_the_design_is_proved_by_both_checkers() -> None:
+def test_the_design_is_proved() -> None:
     found = link()
 
     kinds = [claim["kind"] for claim in found.document["claims"]]
     assert kinds == ["sector-embedding", "slope-embedding", "observed-loop"]
     assert found.proved
-    assert second(found.document) == ["PROVED"] * 3
     assert found.output_law is not None and found.output_law.at_estimate and found.law is None
 
 
@@ -254,7 +252,6 @@ def test_a_forged_observer_in_the_certificate_is_noticed() -> None:
         provenance={},
     )
     assert check_document(again).claims[-1].verdict.name == "UNDECIDED"
-    assert second(again)[-1] == "UNDECIDED"
 
 
 def test_what_no_output_shows_is_refused_at_once(tmp_path: Path) -> None:

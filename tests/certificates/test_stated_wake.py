@@ -3,23 +3,35 @@
 from __future__ import annotations
 
 import json
+from copy import deepcopy
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from takagi.certificates.checker import CertificateError, read_text
+from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.files.turbine_file import compare_turbine, scaled_slopes
 from takagi.certificates.checker.kernel.reader import matrix, member, numbers
+from takagi.certificates.claims.turbine.effort_sharing import (
+    DEFAULT_UNCERTAINTY,
+    effort_sharing_claim,
+)
+from takagi.certificates.design.given.turbine_law import certify_law
 from takagi.certificates.document.certificate_file import turbine_data
+from takagi.models import ModelError
+from takagi.models.files.library import data_folder
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.data import rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine, model_files
 from takagi.models.turbine.trim import trim
+from tests.certificates.kinds.claims import resealed
 
 FILE = model_files("iea15mw")[0]
 
@@ -137,3 +149,124 @@ def test_slopes_meet_the_loaders() -> None:
         pitch = trim(turbine, wind).pitch
         by_pitch = rotor_torque_gradient(turbine, turbine.rated_rotor_speed, pitch, wind)[1]
         assert np.isclose(float(slope), turbine.rated_rotor_speed * float(by_pitch), rtol=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.5])
+def test_a_table_that_is_not_the_turbines_is_not_certified(built: Any, share: float) -> None:
+    """Zero, less, more, and one node alone; the message has wind, both numbers and the cure."""
+    schedule = built.law.schedule
+    other = replace(schedule, effectiveness_limit=share * schedule.effectiveness_limit)
+    one = schedule.effectiveness_limit.copy()
+    one[40] *= share
+    words = r"effectiveness_limit is .* at [0-9.]+ m/s; .*NREL 5-MW needs .*--equilibrium-wake"
+    for changed in (other, replace(schedule, effectiveness_limit=one)):
+        with pytest.raises(ModelError, match=words):
+            certify_law(built.turbine, replace(built.law, schedule=changed))
+
+
+def test_without_the_frozen_wake_the_table_does_not_count(
+    built: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The refusal is about what would be claimed: the work begins."""
+    schedule = replace(
+        built.law.schedule, effectiveness_limit=np.zeros(len(built.law.schedule.wind))
+    )
+
+    def begun(*_: Any, **__: Any) -> None:
+        raise RuntimeError("begun")
+
+    monkeypatch.setattr(
+        "takagi.certificates.design.given.turbine_law.effort_sharing_candidate", begun
+    )
+    asked = replace(DEFAULT_UNCERTAINTY, frozen_wake=False)
+    with pytest.raises(RuntimeError, match="begun"):
+        certify_law(built.turbine, replace(built.law, schedule=schedule), uncertainty=asked)
+    with pytest.raises(RuntimeError, match="begun"):
+        certify_law(built.turbine, built.law)
+
+
+def limited(document: dict[str, Any], share: float, *, claim: bool = True) -> dict[str, Any]:
+    """Return a forger's certificate: another wake in the gains, and in the claim where asked."""
+    changed = deepcopy(document)
+    limits = [round(share * one, 6) for one in changed["gains"]["effectiveness_limit"]]
+    changed["gains"]["effectiveness_limit"] = limits
+    if claim:
+        for cell, ends in zip(changed["claims"][0]["cells"], pairwise(limits), strict=True):
+            cell["effectiveness_limit"] = sorted(ends)
+    return resealed(changed)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.999, 1.5])
+def test_gains_with_another_wake_than_the_claim_are_refused(
+    short: dict[str, Any], share: float
+) -> None:
+    """A table in the gains that is not the one the claim was proved for."""
+    forged = limited(short, share, claim=False)
+
+    with pytest.raises(CertificateError, match=r"effectiveness_limit: differs from the gains'"):
+        check_document(forged)
+
+
+def test_a_claim_without_its_wake_is_refused(short: dict[str, Any]) -> None:
+    """As certificates were written before: which wake was meant, they do not say."""
+    for cell in short["claims"][0]["cells"]:
+        del cell["effectiveness_limit"]
+
+    with pytest.raises(CertificateError, match="'effectiveness_limit' is missing"):
+        check_document(resealed(short))
+
+
+def test_a_small_wake_is_not_called_the_frozen_one(short: dict[str, Any]) -> None:
+    """Gains and claim forged alike prove what they say: the verdict's line has the number."""
+    forged = check_document(limited(short, 0.1)).claims[0]
+    own = check_document(short).claims[0]
+
+    assert forged.verdict is Verdict.PROVED
+    assert "frozen wake included" not in forged.name
+    least = 0.1 * min(short["gains"]["effectiveness_limit"])
+    told = [float(one.name.split("pitch effectiveness up to ")[1].split(" to ")[0])
+            for one in (forged, own)]  # fmt: skip
+    assert least - 1e-3 < told[0] <= least and told[1] > 9 * told[0]
+    assert "the turbine's frozen wake if its model file states that wake" in forged.text
+
+
+def test_the_files_name_of_a_claim_is_the_verdicts(built: Any) -> None:
+    """What the claim is called in certificate and gain file says no more than what is proved."""
+    stated = [claim["name"] for claim in built.document["claims"]]
+
+    assert stated[0].startswith("effort-sharing loop, 3 to 25 m/s, pitch effectiveness up to ")
+    assert stated == [claim.name for claim in check_document(built.document).claims]
+    calm = replace(built.candidate, uncertainty=replace(DEFAULT_UNCERTAINTY, frozen_wake=False))
+    assert (
+        effort_sharing_claim(calm)["name"] == "effort-sharing loop, 3 to 25 m/s, equilibrium wake"
+    )
+
+
+def test_a_file_with_the_name_of_before_is_read(short: dict[str, Any]) -> None:
+    """Its own words prove nothing: the verdict is called by what is checked."""
+    own = check_document(short).claims[0]
+    short["claims"][0]["name"] = "effort-sharing loop, 3 to 25 m/s, frozen wake included"
+
+    assert check_document(resealed(short)).claims[0] == own
+
+
+@pytest.mark.parametrize("share", [1.0, 0.0])
+def test_the_verdict_says_how_much_wake_is_in(short: dict[str, Any], share: float) -> None:
+    """With the table at zero nothing is called a frozen wake, whatever the claim says of it."""
+    found = check_document(limited(short, share)).claims[0]
+
+    if share == 0:
+        assert found.name.endswith("equilibrium wake")
+        assert "is no frozen wake's" in found.text
+        return
+    least = min(short["gains"]["effectiveness_limit"])
+    shown = float(found.text.split("claim's bound of at least ")[1].split(" to ")[0])
+    assert least - 1e-2 < shown <= least
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_the_turbine_file_refuses_another_table(short: dict[str, Any], share: float) -> None:
+    """``check --model``: it is not the file's frozen wake."""
+    read = read_text(json.dumps(limited(short, share)), "document")
+    with pytest.raises(CertificateError, match="frozen wake's pitch effectiveness at"):
+        compare_turbine(read["model"], read["gains"], data_folder() / "nrel5mw.toml")

@@ -10,7 +10,6 @@ from scipy.integrate import solve_ivp
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, load_model, sector_model
-from tests.certificates.both_checkers import second
 
 Floats = NDArray[np.float64]
 
@@ -41,7 +40,7 @@ def test_the_model_is_the_chain_by_newton() -> None:
 
 @pytest.mark.slow
 def test_the_chain_of_six_carts_is_proved_and_settles() -> None:
-    """By both checkers; and by equations that are written again, from the edge of the set."""
+    """And by equations that are written again, from the edge of the set."""
     plant = load_model("cart_chain")
     assert isinstance(plant, Plant)
     design = design_plant(plant)
@@ -49,7 +48,6 @@ def test_the_chain_of_six_carts_is_proved_and_settles() -> None:
 
     assert design.proved
     assert len(plant.states) == 12
-    assert {*second(design.document)} == {"PROVED"}
 
     claim = next(c for c in design.document["claims"] if c["kind"] == "input-limits")
     P = np.array(claim["P"], dtype=float)

@@ -239,3 +239,14 @@ def test_files_of_another_kind_are_named(tmp_path: Path, capsys: Capture) -> Non
     assert "this is a certificate, and a gain file is needed" in capsys.readouterr().err
     assert main(["certify", "cart_pole", "--gains", str(gains), *out]) == 2
     assert "this is no gain file, for 'law' is missing" in capsys.readouterr().err
+
+
+def test_a_number_beyond_decimals_is_misuse(
+    cubic: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An exponent that no decimal has is no fault of takagi: the field is named."""
+    text = cubic.read_text(encoding="utf-8")
+    cubic.write_text(text.replace("range = [-1, 1]", "range = [-1, 1e99999999999999999999]", 1))
+
+    assert main(["design", str(cubic), "--out", str(tmp_path / "out")]) == 2
+    assert f"{cubic}:" in capsys.readouterr().err

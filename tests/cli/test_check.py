@@ -21,8 +21,8 @@ import pytest
 import takagi.reports.code.c.comparison  # noqa: F401
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.kernel import refusal
-from takagi.certificates.checker.kernel.figure import Figure
 from takagi.certificates.checker.kernel.refusal import OtherGains
+from takagi.certificates.checker.words.figure import Figure
 from takagi.cli.main import main
 from takagi.models.files.library import data_folder
 

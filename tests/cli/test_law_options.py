@@ -1,13 +1,19 @@
-"""Options about a turbine's law: each reaches its field, and nonsense is refused by name."""
+"""Options about laws and settling: each reaches its field by either name, nonsense is refused."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 
+from takagi.certificates.design.turbine.settings import LAWS
+from takagi.cli.main import main
+from takagi.cli.options.plant_options import plant_settings
+from takagi.cli.options.turbine_options import IN_FILES, law_in_files, typed_name
 from takagi.cli.options.turbine_settings import design_settings
 from takagi.models import ModelError
+from takagi.models.plant_files.loader import PlantFile
 from takagi.models.turbine.loader import nrel5mw
 
 TURBINE = nrel5mw()
@@ -107,3 +113,55 @@ def test_nonsense_is_refused_by_name(options: dict[str, Any], words: str) -> Non
     """The option, what was given, and what is needed."""
     with pytest.raises(ModelError, match=words):
         design_settings(TURBINE, **options)
+
+
+def test_every_law_of_the_files_has_a_name_to_type() -> None:
+    assert set(IN_FILES.values()) == set(LAWS)
+    assert [typed_name(law_in_files(name)) for name in IN_FILES] == list(IN_FILES)
+
+
+@pytest.mark.parametrize("filed", [*LAWS, "baseline"])
+def test_names_of_files_may_be_typed_too(filed: str) -> None:
+    assert law_in_files(filed) == filed
+    assert law_in_files(None) is None
+
+
+def test_several_laws_are_renamed_one_by_one() -> None:
+    assert law_in_files(["published", "baseline", "coherent"]) == ["paper", "baseline", "coherent"]
+
+
+@pytest.mark.parametrize("name", ["schulte", "published", "paper"])
+def test_an_option_of_another_law_is_refused_by_either_name(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The command itself translates the name: --overlap belongs to the effort-sharing law."""
+    asked = ["design", "nrel5mw", "--law", name, "--overlap", "0.1", "--out", "never-written"]
+
+    assert main(asked) == 2
+    assert (
+        "--overlap belongs to the effort-sharing law, but --law schulte" in capsys.readouterr().err
+    )
+
+
+SPRING = PlantFile.of("mass_spring_damper")
+
+
+@pytest.mark.parametrize("written", ["2s", "2", "2000 ms"])
+def test_a_settling_time_is_the_rate_that_leaves_two_percent(written: str) -> None:
+    rate = plant_settings(SPRING, {"settle": written}).decay_rate
+
+    assert isinstance(rate, float) and math.isclose(math.exp(-2 * rate), 0.02)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"settle": "0s"}, "a time above 0"),
+        ({"settle": "2kg"}, "option --settle 2kg: 'kg' is no unit of time"),
+        ({"settle": "soon"}, "a time such as"),
+        ({"settle": "2s", "decay_rate": "1"}, "leave one out"),
+    ],
+)
+def test_no_time_is_refused(given: dict[str, str], words: str) -> None:
+    with pytest.raises(ModelError, match=words):
+        plant_settings(SPRING, given)

@@ -23,7 +23,7 @@ from takagi.models import Plant, load_model, partial_load_model, sector_model
 from takagi.models.files.library import built_in_kinds
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.region_models import lowest_wind
-from tests.certificates.conftest import resealed
+from tests.certificates.kinds.claims import resealed
 from tests.gallery.textbook_loop import textbook_loop
 from tests.gallery.turbine_claims import turbine_claims
 

@@ -20,9 +20,10 @@ from takagi.models.laws.protocol import Command, Measurement, SampledLaw, sample
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, fitting_step, simulate
 from takagi.models.simulation.turbine_plant import design_plant, validation_plant
-from takagi.models.simulation.wind import constant_wind, same_turbulence, step_wind
+from takagi.models.simulation.wind import same_turbulence, step_wind
 from takagi.models.turbine.data import Turbine, rotor_torque_gradient
 from takagi.models.turbine.loader import nrel5mw
+from tests.winds import constant_wind
 
 Array = NDArray[np.float64]
 REST = Command(4e4, 0.1)
@@ -231,11 +232,9 @@ def test_the_simulated_loop_is_lost_where_its_sampled_poles_say(
     assert spread[1.1] > 0.9
 
 
-def test_the_delay_is_half_a_sample_and_the_computation() -> None:
-    """T / 2 + T_c."""
+def test_a_program_has_the_name_and_the_states_of_its_law() -> None:
     program = SampledLaw(BaselineLaw(nrel5mw()), 0.02, 0.01)
 
-    assert program.delay == pytest.approx(0.02)
     assert (program.name, len(program.state_names)) == ("baseline", 2)
 
 
@@ -260,11 +259,6 @@ def test_misuse_is_told(law: EffortSharingLaw, turbine: Turbine) -> None:
         SampledLaw(law, 0.02, pitch_rate_limit=float("nan"))
     with pytest.raises(ModelError, match="simple fraction"):
         fitting_step(0.1, 0.0317731)
-    with pytest.raises(ModelError, match="leave the step out"):
-        simulate(
-            design_plant(turbine), SampledLaw(law, 0.1), constant_wind(14.0, 1.0),
-            controller_step=0.02,
-        )  # fmt: skip
     with pytest.raises(ModelError, match="computation time 0.05 s was given with time step 0.02"):
         simulate(
             design_plant(turbine), SampledLaw(law, 0.1, 0.05), constant_wind(14.0, 1.0),

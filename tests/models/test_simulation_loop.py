@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from takagi.models import ModelError, WindObserver
-from takagi.models.laws.protocol import Command, Measurement
+from takagi.models.laws.protocol import Command, Measurement, SampledLaw
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, simulate
 from takagi.models.simulation.turbine_plant import (
@@ -20,8 +20,9 @@ from takagi.models.simulation.turbine_plant import (
     validation_plant,
 )
 from takagi.models.simulation.turbine_plant import plant_rate as turbine_rate
-from takagi.models.simulation.wind import constant_wind, ramp_wind, same_turbulence, step_wind
+from takagi.models.simulation.wind import ramp_wind, same_turbulence, step_wind
 from takagi.models.turbine.loader import nrel5mw
+from tests.winds import constant_wind
 
 Array = NDArray[np.float64]
 
@@ -50,8 +51,8 @@ def baseline_run(
 ) -> History:
     """Return 60 s of the reference's controller across rated wind."""
     wind = same_turbulence((12.0,), 0.15, 60.0, 2)[0]
-    law = BaselineLaw(plant.turbine)
-    return simulate(plant, law, wind, time_step=time_step, controller_step=sample)
+    law = SampledLaw(BaselineLaw(plant.turbine), sample)
+    return simulate(plant, law, wind, time_step=time_step)
 
 
 def test_kinetic_energy_is_the_integral_of_the_power_balance() -> None:
@@ -209,7 +210,7 @@ def test_misuse_is_told() -> None:
     """Steps that do not fit, a wind too short, a law that answers NaN."""
     plant, law = design_plant(nrel5mw()), Held(4e4, 0.0)
     with pytest.raises(ModelError, match="whole multiple"):
-        simulate(plant, law, constant_wind(9.0, 5.0), time_step=0.03, controller_step=0.05)
+        simulate(plant, SampledLaw(law, 0.05), constant_wind(9.0, 5.0), time_step=0.03)
     with pytest.raises(ModelError, match="must be above 0"):
         simulate(plant, law, constant_wind(9.0, 5.0), time_step=0.0)
     with pytest.raises(ModelError, match="less than one step"):

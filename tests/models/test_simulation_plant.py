@@ -12,13 +12,12 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models import Floats, ModelError, Surface
-from takagi.models.simulation.equations import LEAST_FLOW, induction, wake_time
+from takagi.models.simulation.equations import LEAST_FLOW, hold, induction, wake_time
 from takagi.models.simulation.turbine_plant import (
     SimulatedTurbine,
     SpeedFilter,
+    constants,
     design_plant,
-    dynamics,
-    equilibrium_state,
     loads,
     plant_rate,
     validation_plant,
@@ -135,8 +134,8 @@ def test_design_plant_is_the_stiff_one() -> None:
 def test_every_plant_rests_at_its_initial_state(wind: float) -> None:
     """All options together: no state moves at trim."""
     plant = validation_plant(nrel5mw(), speed_filter=1.57)
-    state, torque, pitch = equilibrium_state(plant, wind)
-    rate = plant_rate(plant)(state, torque, pitch, wind)
+    state, at = plant.initial_state(wind)
+    rate = plant_rate(plant)(state, at.torque, at.pitch, wind)
 
     assert len(state) == len(plant.state_names) == 12
     assert rate == pytest.approx(np.zeros(12), abs=1e-9)
@@ -150,7 +149,8 @@ def test_the_band_stop_on_the_measured_speed(corner: float) -> None:
     """
     stop = SpeedFilter(corner, 9.3, 0.2)
     plant = validation_plant(nrel5mw(), torsion=False, speed_filter=stop)
-    state, torque, pitch = equilibrium_state(plant, 14.0)
+    state, at = plant.initial_state(14.0)
+    torque, pitch = at.torque, at.pitch
     step = 1e-4
     moved = [
         (derivative(plant, state + step * e, torque, pitch, 14.0)
@@ -235,7 +235,7 @@ def test_drive_keeps_its_rate_and_its_stops() -> None:
     plant, limit = stiff(tower=True), turbine.pitch_rate_limit
     fast = derivative(plant, [1.2, 0.1, limit, 0.0, 0.0], 4e4, 1.5, 12.0)
     state = np.array([1.2, -0.01, -0.1, 0.0, 0.0])
-    dynamics(plant).hold(state)
+    hold(constants(plant), state)
 
     assert (fast[1], fast[2]) == (limit, 0.0)
     assert (state[1], state[2]) == (turbine.pitch_min, 0.0)
@@ -303,7 +303,7 @@ def test_misuse_is_told() -> None:
     with pytest.raises(ModelError, match="'third-order' is not known"):
         SimulatedTurbine(nrel5mw(), "third-order")
     with pytest.raises(ModelError, match="torque_rate_limit = 0"):
-        validation_plant(nrel5mw(), torque_rate_limit=0.0)
+        replace(validation_plant(nrel5mw()), torque_rate_limit=0.0)
     with pytest.raises(ModelError, match="ripple = 0.5"):
         validation_plant(nrel5mw(), ripple=0.5)
     with pytest.raises(ModelError, match=r"no blade\.flap_frequency"):

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from takagi.models import ModelError
 from takagi.models.simulation.wind import (
     WindSeries,
-    constant_wind,
     gust_wind,
     kaimal_spectrum,
     ramp_wind,
@@ -114,7 +113,6 @@ def test_step_ramp_and_constant() -> None:
 
     assert step.at([0.0, 30.0, 30.001, 60.0]) == pytest.approx([9, 9, 12, 12])
     assert ramp.at([10.0, 25.0, 40.0, 100.0]) == pytest.approx([14, 11, 8, 8])
-    assert constant_wind(7.0, 5.0).at(3.3) == 7.0
 
 
 def test_a_series_cannot_be_changed() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from takagi.reports.margins.margins import DiskMargin, loop_margins
 from takagi.reports.margins.running_over_wind import RunningMargins
+from tests.reports.control_loops import response_of
 
 
 def margin_row(wind: float, loop: str, gain: float, alpha: float, **changed: Any) -> RunningMargins:
@@ -21,7 +22,7 @@ def margin_row(wind: float, loop: str, gain: float, alpha: float, **changed: Any
     import control
 
     found = replace(
-        loop_margins(control.tf(1, [1, 1, 0])),
+        loop_margins(response_of(control.tf(1, [1, 1, 0]))),
         gain_increase=gain,
         gain_decrease=0.0,
         phase=math.radians(60),

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Checked, Claim, Verdict
 from takagi.certificates.checker import check_document, read_text
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.replay.certificate import concluded
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import ModelError
 from takagi.reports.baseline.changes import listed_changes

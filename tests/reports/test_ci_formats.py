@@ -9,8 +9,8 @@ from fractions import Fraction
 from pathlib import Path
 
 from takagi.certificates import Checked, Claim, Verdict
-from takagi.certificates.checker.kernel.figure import Figure
 from takagi.certificates.checker.replay.certificate import concluded
+from takagi.certificates.checker.words.figure import Figure
 from takagi.reports.ci_formats import junit, markdown, refusal, sarif, with_failures
 
 

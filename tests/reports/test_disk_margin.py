@@ -11,15 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.models import ModelError
 from takagi.reports.margins.margins import (
     DiskMargin,
-    disk_margin,
     disk_of,
     loop_margins,
     scaled_bound,
 )
-from takagi.reports.margins.response import loop_response
+from tests.reports.control_loops import response_of
 
 
 def spinning_satellite(controller: Any) -> Any:
@@ -30,7 +28,7 @@ def spinning_satellite(controller: Any) -> Any:
 
 def test_published_example() -> None:
     """Seiler, Packard & Gahinet (2020): alpha 0.46 at 1.94 rad/s, 4.05 dB (1.59), 25.8 degrees."""
-    found = disk_margin(control.tf(25, [1, 10, 10, 10]))
+    found = disk_of(response_of(control.tf(25, [1, 10, 10, 10])))
 
     assert found.alpha == pytest.approx(0.46, abs=0.005)
     assert found.frequency == pytest.approx(1.95, abs=0.02)
@@ -41,7 +39,7 @@ def test_published_example() -> None:
 
 def test_published_two_loop_example() -> None:
     """The satellite under [[1, -2], [0, 1]] has alpha 0.375 (python-control's documentation)."""
-    found = disk_of(loop_response(spinning_satellite([[1, -2], [0, 1]])))
+    found = disk_of(response_of(spinning_satellite([[1, -2], [0, 1]])))
 
     assert found.alpha == pytest.approx(0.3754, abs=1e-3)
     assert 20 * np.log10(found.gain_increase) == pytest.approx(3.3, abs=0.01)
@@ -50,16 +48,16 @@ def test_published_two_loop_example() -> None:
 
 def test_loops_that_are_perfect_one_at_a_time_are_fragile_together() -> None:
     """Satellite under unit feedback: each loop is 1/s (alpha 2), both at once about 1/a."""
-    found = disk_of(loop_response(spinning_satellite(np.eye(2))))
+    found = disk_of(response_of(spinning_satellite(np.eye(2))))
 
-    assert disk_margin(control.tf(1, [1, 0])).alpha == pytest.approx(2.0, abs=1e-4)
+    assert disk_of(response_of(control.tf(1, [1, 0]))).alpha == pytest.approx(2.0, abs=1e-4)
     assert found.alpha == pytest.approx(0.1, abs=1e-3)
 
 
 def test_worst_factor_in_the_disk_is_on_the_brink() -> None:
     """f = (2 + alpha d)/(2 - alpha d) with |d| = 1 puts 1 + f L at 0 at the stated frequency."""
     loop = control.tf(25, [1, 10, 10, 10])
-    found = disk_margin(loop)
+    found = disk_of(response_of(loop))
     value = complex(loop(1j * found.frequency))
     factor = -1 / value
     d = 2 * (factor - 1) / (found.alpha * (factor + 1))
@@ -74,7 +72,7 @@ def test_every_factor_inside_the_disk_leaves_the_loop_stable(
 ) -> None:
     """A constant complex factor inside the disk keeps all roots of den + f num on the left."""
     numerator, denominator = 25 * gain, np.array([1.0, 10.0, 10.0, 10.0])
-    found = disk_margin(control.tf(numerator, denominator))
+    found = disk_of(response_of(control.tf(numerator, denominator)))
     d = size * np.exp(1j * angle)
     factor = (2 + found.alpha * d) / (2 - found.alpha * d)
     polynomial = denominator + np.array([0, 0, 0, factor * numerator])
@@ -86,7 +84,9 @@ def test_every_factor_inside_the_disk_leaves_the_loop_stable(
 @given(gain=st.floats(0.1, 3.4), lag=st.floats(0.01, 1.0))
 def test_disk_never_promises_more_than_the_classical_margins(gain: float, lag: float) -> None:
     """Gain and phase guaranteed together are at most what each has alone."""
-    found = loop_margins(control.tf(25 * gain, [1, 10, 10, 10]) * control.tf(1, [lag, 1]))
+    found = loop_margins(
+        response_of(control.tf(25 * gain, [1, 10, 10, 10]) * control.tf(1, [lag, 1]))
+    )
     if not found.stable:
         return
 
@@ -128,8 +128,8 @@ def test_scaling_a_channel_changes_nothing() -> None:
     units = control.ss([], [], [], np.diag([1e4, 1e-2]))
     back = control.ss([], [], [], np.diag([1e-4, 1e2]))
 
-    there = disk_of(loop_response(units * loop * back)).alpha
-    assert there == pytest.approx(disk_of(loop_response(loop)).alpha, rel=1e-9)
+    there = disk_of(response_of(units * loop * back)).alpha
+    assert there == pytest.approx(disk_of(response_of(loop)).alpha, rel=1e-9)
 
 
 def test_disk_of_size_two_and_more_has_no_upper_gain() -> None:
@@ -138,9 +138,3 @@ def test_disk_of_size_two_and_more_has_no_upper_gain() -> None:
     assert DiskMargin(2.0, 1.0).gain_decrease == 0
     assert DiskMargin(3.0, 1.0).gain_decrease == 0
     assert np.degrees(DiskMargin(2.0, 1.0).phase) == pytest.approx(90)
-
-
-def test_two_loops_are_not_one() -> None:
-    """disk_margin refuses a 2 x 2 loop and says what to call."""
-    with pytest.raises(ModelError, match="disk_of"):
-        disk_margin(spinning_satellite(np.eye(2)))

@@ -25,8 +25,7 @@ from takagi.certificates.document.certificate_file import (
     published_law_data,
 )
 from takagi.certificates.document.model_data import pdc_law_data
-from takagi.certificates.document.plant_embedding import law_members, plant_data
-from takagi.certificates.document.plant_text import unknown_premises
+from takagi.certificates.document.plant_embedding import law_members, plant_data, unknown_premises
 from takagi.models import Plant, sector_model
 from takagi.models.blending.substitution import blended_model
 from takagi.models.files.library import built_in_kinds, data_folder

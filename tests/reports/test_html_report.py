@@ -189,7 +189,7 @@ def test_a_folder_keeps_margins_and_runs_as_data(
     (folder / "design.json").write_text(json.dumps(record))
     design = read_design(folder)
     assert isinstance(design, TurbineDesign) and design.measured is None
-    for forged in ({**kept, "class": "takagi.models.simulation.scenario:Result"}, 3, [kept]):
+    for forged in ({**kept, "class": "takagi.models.simulation.scenario:Metrics"}, 3, [kept]):
         members["measured"] = forged
         (folder / "design.json").write_text(json.dumps(record))
         with pytest.raises(ModelError, match="design again"):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -13,12 +15,18 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    wind_by_wind_law,
+    wind_observer_design,
+)
+from takagi.certificates.design.turbine.result import speed_filter
+from takagi.certificates.design.turbine.scale import default_settings
 from takagi.models import ModelError, WindObserver
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Command, Measurement, SampledLaw
 from takagi.models.simulation import closed_loop, turbine_plant
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
-from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.reports.figures.loops import MarginLine, running_margins_figure
 from takagi.reports.margins import running_loop
 from takagi.reports.margins.margins import loop_margins
@@ -26,6 +34,7 @@ from takagi.reports.margins.response import broken_loops
 from takagi.reports.margins.running_loop import (
     WAKES,
     LoopEquilibrium,
+    RunningLoops,
     linearised_loop,
     loop_equilibrium,
     slopes,
@@ -36,7 +45,7 @@ from takagi.reports.margins.running_over_wind import (
     plant_modes,
     running_margins,
 )
-from takagi.reports.margins.running_search import searched_margins
+from takagi.reports.margins.running_search import searched_margins, winds_between
 
 Floats = NDArray[np.float64]
 
@@ -97,7 +106,7 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> A
 
     With its own program step, rate limits and Runge-Kutta steps; commands before included.
     """
-    machine, observer, run = plant(), swinging()[1], turbine_plant.dynamics(plant())
+    machine, observer = plant(), swinging()[1]
     n, k, inner = len(rest.plant), len(rest.law), 2
     late = round(inner * program.computation_time / program.sample_time)
     at = np.concatenate([rest.plant, rest.law, rest.observer, rest.commands])
@@ -119,7 +128,9 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> A
         rate = observer.state_rate(estimate, seen.rotor_speed, seen.pitch, mean)
         sent = np.array([*before, torque, command.pitch])
         winds = np.full(2 * inner + 1, wind)
-        moved = run.advance(state, sent, late, winds, program.sample_time / inner)
+        moved = turbine_plant.advance(
+            machine, state, sent, late, winds, program.sample_time / inner
+        )
         after = [moved, later.law_state, estimate + program.sample_time * rate]
         return np.concatenate([*after, [torque, command.pitch]])
 
@@ -186,10 +197,9 @@ def row_at(
     wind: float, wind_filter: float = 5.0, *, speed_filter: float | None = 8.0
 ) -> RunningMargins:
     """Return the margins of the machine as its file says."""
-    law, observer, plants = law_with(wind_filter), swinging()[1], [(1.0, "dynamic")]
-    (row,) = running_margins(
-        nrel5mw(), law, observer, [wind], speed_filter=speed_filter, plants=plants
-    )
+    law, observer = law_with(wind_filter), swinging()[1]
+    loops = RunningLoops.of(nrel5mw(), law, observer, speed_filter=speed_filter)
+    (row,) = running_margins(loops, [wind], plants=[(1.0, "dynamic")])
     return row
 
 
@@ -243,7 +253,8 @@ def test_wakes_and_inertia_change_what_they_should() -> None:
 def test_all_winds_are_searched_and_all_plants_where_it_counts() -> None:
     """Between whole winds the least disk margin of the pitch loop is found, near rated wind."""
     turbine = replace(nrel5mw(), cut_in=11.0, cut_out=13.0)
-    found = searched_margins(turbine, law_with(5.0), swinging()[1], speed_filter=8.0)
+    loops = RunningLoops.of(turbine, law_with(5.0), swinging()[1], speed_filter=8.0)
+    found = searched_margins(loops)
     assert found.whole == (11.0, 12.0, 13.0) and found.none == ()
     assert found.least and all(11.0 < wind < 12.0 for wind in found.least)
     for wind in (*found.whole, *found.least):
@@ -270,7 +281,10 @@ def test_slow_sampling_is_refused_with_what_fits() -> None:
         ModelError, match=r"torsion mode has a period.*sample at least every 0\.1 s"
     ):
         running_margins(
-            nrel5mw(), law_with(5.0), swinging()[1], [12.0], speed_filter=8.0, sample_time=0.2
+            RunningLoops.of(
+                nrel5mw(), law_with(5.0), swinging()[1], speed_filter=8.0, sample_time=0.2
+            ),
+            [12.0],
         )
 
 
@@ -280,7 +294,8 @@ def test_a_stalled_rotor_is_refused_with_its_wind(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(running_loop, "rotor_torque_gradient", stalled)
     with pytest.raises(ModelError, match=r"at 9 m/s more wind gives no more torque.*set-point"):
-        running_margins(nrel5mw(), law_with(5.0), swinging()[1], [9.0], speed_filter=8.0)
+        loops = RunningLoops.of(nrel5mw(), law_with(5.0), swinging()[1], speed_filter=8.0)
+        running_margins(loops, [9.0])
 
 
 def test_a_rest_that_newton_runs_away_from_is_found_by_following_the_motion() -> None:
@@ -303,3 +318,53 @@ def test_unknown_wake_is_refused() -> None:
         linearised_loop(
             plant(), SampledLaw(law_with(5.0), PERIOD), swinging()[1], 9.0, wake="still"
         )
+
+
+def least(rows: Iterable[RunningMargins]) -> list[float]:
+    loops = [margins for row in rows for _, margins in row.loops]
+    return [
+        min(one.phase for one in loops),
+        min(one.delay for one in loops),
+        min(one.disk.alpha for one in loops),
+        min(one.gain_increase for one in loops),
+    ]
+
+
+@pytest.mark.slow
+def test_a_margin_that_is_least_where_pitch_begins_to_act_is_found() -> None:
+    """The default law of the IEA 15-MW turbine: 29.9 deg at 10.8 m/s, between whole winds.
+
+    There the machine as its file says has 58 deg, more than at 12 m/s, where all plants have 36:
+    who follows the nominal machine alone finds 34 deg.
+    """
+    turbine = load_turbine("iea15mw")
+    settings = default_settings(turbine)
+    law = wind_by_wind_law(turbine, settings)[1]
+    observer = wind_observer_design(turbine, settings).observer
+    around = replace(turbine, cut_in=10.4, cut_out=12.4)
+
+    loops = RunningLoops.of(around, law, observer, speed_filter=speed_filter(settings))
+    found = searched_margins(loops)
+
+    assert math.degrees(least(found.rows)[0]) == pytest.approx(29.9, abs=0.1)
+    assert 10.8 in found.least
+
+
+@pytest.mark.slow
+def test_no_plant_has_a_smaller_margin_between_the_winds_that_are_searched() -> None:
+    """All seven plants at every 0.2 m/s: the search, which looks at fewer, has their least margins.
+
+    The least phase is that of a light rotor with a frozen wake, between whole winds.
+    """
+    cut = (10.4, 12.4)
+    turbine = replace(nrel5mw(), cut_in=cut[0], cut_out=cut[1])
+    stated = json.loads(LAW.read_text(encoding="utf-8"))["observer"]
+    observer = WindObserver(nrel5mw(), float(stated["l1"]), float(stated["l2"]))
+    law = replace(effort_sharing_law_from_data(read_law(LAW)), wind_filter=12.0)
+
+    loops = RunningLoops.of(turbine, law, observer, speed_filter=8.0)
+    found = searched_margins(loops)
+    every = running_margins(loops, winds_between(*cut, 0.2))
+
+    assert least(found.rows) == pytest.approx(least(every), rel=1e-9)
+    assert len(found.rows) < len(every)

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.reports.margins.margins import disk_margin, loop_margins
+from takagi.reports.margins.margins import disk_of, loop_margins
 from takagi.reports.margins.response import LoopResponse, broken_loops
 from takagi.reports.margins.running_loop import LoopEquilibrium, RunningLoop
+from tests.reports.control_loops import response_of
 
 
 def scalar_loop(A: Any, B: Any, C: Any, period: float = 0.1) -> LoopResponse:
@@ -71,6 +72,6 @@ def test_fast_sampling_gives_the_published_disk_margin() -> None:
 
     system = control.ss(control.tf(25, [1, 10, 10, 10]))
     sampled = control.c2d(system, 1e-4)
-    found = disk_margin(scalar_loop(sampled.A, sampled.B[:, 0], sampled.C[0], 1e-4))
-    assert found.alpha == pytest.approx(disk_margin(system).alpha, rel=1e-3)
+    found = disk_of(scalar_loop(sampled.A, sampled.B[:, 0], sampled.C[0], 1e-4))
+    assert found.alpha == pytest.approx(disk_of(response_of(system)).alpha, rel=1e-3)
     assert found.alpha == pytest.approx(0.46, abs=0.005)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -10,6 +10,8 @@ from takagi.certificates.checker.kernel.reader import Number, canonical
 from takagi.certificates.checker.kernel.refused_entry import EntryPath, path_in_one_word
 
 LONGEST_TEXT, LEADING_CHARACTERS = 60, 20
+# The number of differences that are reported, and that are counted.
+MOST_TOLD, MOST_COUNTED = 3, 1000
 
 
 class Difference(NamedTuple):
@@ -62,6 +64,18 @@ def shown(change: Difference) -> tuple[str, str]:
     late = longer > LONGEST_TEXT and same >= LONGEST_TEXT - LEADING_CHARACTERS
     begin = same - LEADING_CHARACTERS if late else 0
     return _cut(first, begin), _cut(second, begin)
+
+
+def listed(differences: Sequence[Difference], ours: str = "in the certificate") -> str:
+    """Return the first differences with both values, and how many there are beside."""
+    descriptions = [
+        f"{difference.place} is {first} there, {second} {ours}"
+        for difference in differences[:MOST_TOLD]
+        for first, second in [shown(difference)]
+    ]
+    omitted = len(differences) - MOST_TOLD
+    counted = f"{omitted}" if len(differences) < MOST_COUNTED else f"at least {omitted}"
+    return "; ".join(descriptions) + (f" (and {counted} more)" if omitted > 0 else "")
 
 
 def _cut(text: str, begin: int) -> str:

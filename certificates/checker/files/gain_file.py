@@ -13,7 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.controller.content import FORMAT, file_content
-from takagi.certificates.checker.files.differences import Difference, differences_between, shown
+from takagi.certificates.checker.files.differences import (
+    MOST_COUNTED,
+    Difference,
+    differences_between,
+    listed,
+)
 from takagi.certificates.checker.kernel.reader import member, number, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
 
@@ -25,8 +30,6 @@ OBSERVED, LOOP_MEMBERS = "running-loop", ("observer", "measurement")
 RATES = ("torque_rate", "pitch_rate")
 # What the observer knows of the rotor.
 ROTOR = ("torque_constant", "radius", "inertia", "gear_ratio", "torque_coefficient")
-# The number of differences that are reported, and that are counted.
-MOST_TOLD, MOST_COUNTED = 3, 1000
 
 
 def compare_gains(data: dict[str, Any], gains: Path | str, *, allow_old: bool = False) -> str:
@@ -45,7 +48,10 @@ def compare_gains(data: dict[str, Any], gains: Path | str, *, allow_old: bool = 
     file = read_json(Path(gains))
     stated_law(file, str(gains))
     has_controller = "controller" in data
-    if not _is_computed(data.get("controller")) or not set(LOOP_MEMBERS) <= set(file):
+    controller = data.get("controller")
+    # A file of an earlier version is the controller itself but for the law: nothing is computed.
+    computed = isinstance(controller, dict) and "version" not in controller
+    if not computed or not set(LOOP_MEMBERS) <= set(file):
         _require_observers(file, data, str(gains))
     expected = expected_file(data) if has_controller else {"law": data.get("gains")}
     if _samples_faster(file.get("sampling"), expected.get("sampling")):
@@ -57,15 +63,11 @@ def compare_gains(data: dict[str, Any], gains: Path | str, *, allow_old: bool = 
     by_name = bool(differences) and has_controller and _calls_tables(file, data)
     if differences and not by_name:
         raise OtherGains(f"{gains}: {_told(differences)}")
-    if (
-        has_controller
-        and isinstance(data["controller"], dict)
-        and data["controller"].get("removable")
-    ):
+    if isinstance(controller, dict) and controller.get("removable"):
         # Imported here: most laws have no premise that is 0/0 somewhere.
         from takagi.certificates.checker.files.replacements import require_premises
 
-        require_premises(data["model"], data.get("gains"), data["controller"])
+        require_premises(data["model"], data.get("gains"), controller)
     not_compared = left_out(file, expected, data)
     if not_compared and not allow_old:
         raise OtherGains(
@@ -108,14 +110,6 @@ def _samples_faster(stated: Any, expected: Any) -> bool:
         )
     except CertificateError:
         return False
-
-
-def _is_computed(controller: Any) -> bool:
-    """Return whether the gain file follows from model, law and this ``controller``.
-
-    One of an earlier version is the file's content itself, but for the law: nothing is computed.
-    """
-    return isinstance(controller, dict) and "version" not in controller
 
 
 def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
@@ -262,19 +256,11 @@ def _differences(file: Any, expected: Any, *, all_members: bool) -> Iterator[Dif
 
 
 def _told(differences: list[Difference]) -> str:
-    descriptions = [
-        f"{difference.place} is {there} there, {ours} in the certificate"
-        for difference in differences[:MOST_TOLD]
-        for there, ours in [shown(difference)]
-    ]
-    omitted = len(differences) - MOST_TOLD
-    counted = f"{omitted}" if len(differences) < MOST_COUNTED else f"at least {omitted}"
     law = all(difference.path[0] == "law" for difference in differences)
     return (
-        f"the {'law' if law else 'gain file'} is not the certificate's; {'; '.join(descriptions)}"
-        f"{f' (and {counted} more)' if omitted > 0 else ''}; give the gain file of this "
-        "certificate, or make a certificate of this file with 'takagi certify "
-        "MODEL --gains FILE --out CERT'"
+        f"the {'law' if law else 'gain file'} is not the certificate's; {listed(differences)}; "
+        "give the gain file of this certificate, or make a certificate of this file with 'takagi "
+        "certify MODEL --gains FILE --out CERT'"
     )
 
 

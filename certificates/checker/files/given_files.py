@@ -24,16 +24,33 @@ EARLIER = (
 )
 
 
-def require_parts(data: dict[str, Any], path: str) -> None:
-    """Refuse a certificate without what a file is compared with; call it before a comparison.
+def compare_files(
+    data: dict[str, Any],
+    path: str,
+    gains: Path | str | None,
+    model: Path | str | None,
+    messages: list[str],
+    allow_old: bool,
+) -> list[str]:
+    """Return the messages about the given files, or that in ``messages`` about one left out.
 
     Raises
     ------
-    CertificateError : its claims are no list of objects that name their kinds, or it has no model.
+    CertificateError : as ``compare_gains`` and ``compare_model``, or claims that are no list of
+        objects that name their kinds, or no model.
     """
     for i, claim in enumerate(listed(data, "claims", path, 1, MOST_CLAIMS)):
         text(claim, "kind", f"claims[{i}]")
     member(data, "model", "certificate")
+    about_gains, about_model = messages
+    if gains is not None:
+        # Imported here: a model alone does not need it.
+        from takagi.certificates.checker.files.gain_file import compare_gains
+
+        about_gains = compare_gains(data, gains, allow_old=allow_old)
+    if model is not None:
+        about_model = compare_model(data, model)
+    return [message for message in (about_gains, about_model) if message]
 
 
 def compare_model(data: dict[str, Any], model: Path | str) -> str:

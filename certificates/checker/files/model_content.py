@@ -20,11 +20,15 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from takagi.certificates.checker.files.differences import Difference, differences_between, shown
+from takagi.certificates.checker.files.differences import (
+    MOST_COUNTED,
+    Difference,
+    differences_between,
+    listed,
+)
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 WORDS = ("description", "source")
-MOST_TOLD, MOST_COUNTED = 3, 1000
 LARGEST_EXACT, LARGEST_TABLE = 2**53, 16_000_000
 # The form of a number, date or time; a text of this form, or one marked already, is marked.
 MARK = "text "
@@ -122,18 +126,10 @@ def _numbers_differ(first: dict[str, Any], second: dict[str, Any]) -> bool:
 
 def told(path: Path, differences: Sequence[Difference], reason: str = "") -> str:
     """Return the fields in which a file differs from the certificate, with both values."""
-    descriptions = [
-        f"{difference.place} is {there} there, {ours} in the certificate"
-        for difference in differences[:MOST_TOLD]
-        for there, ours in [shown(difference)]
-    ]
-    omitted = len(differences) - MOST_TOLD
-    counted = f"{omitted}" if len(differences) < MOST_COUNTED else f"at least {omitted}"
     return (
-        f"{path}: not the certificate's model: {'; '.join(descriptions)}"
-        f"{f' (and {counted} more)' if omitted > 0 else ''}{f' ({reason})' if reason else ''}; "
-        "give the model of this certificate, or make a certificate of this one with "
-        "'takagi certify'"
+        f"{path}: not the certificate's model: {listed(differences)}"
+        f"{f' ({reason})' if reason else ''}; give the model of this certificate, or make a "
+        "certificate of this one with 'takagi certify'"
     )
 
 

@@ -22,7 +22,7 @@ from takagi.certificates.checker.arithmetic.interval import ONE, point
 from takagi.certificates.checker.controller.language import exact
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains, Refused
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
-from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.expression import read_expression
 from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
 
 SHARE, CLOSE = Fraction(1, 10), Fraction(1, 10**6)
@@ -53,15 +53,15 @@ def require_premises(model: Any, law: Any, controller: Mapping[str, Any]) -> Non
 
 def _require_all(replacements: Mapping[str, Any], model: Any, law: Any) -> None:
     plant = read_plant(model, "model")
-    scope = _scope(plant, model)
     premises = {p["name"]: p for p in law.get("premises", ())}
     for name, entries in replacements.items():
         for entry in entries if name in premises else ():
-            _require(plant, scope, premises[name], entry, f"controller.removable.{name}")
+            _require(plant, premises[name], entry, f"controller.removable.{name}")
 
 
-def _require(plant: PlantNodes, scope: Scope, premise: Any, entry: Any, where: str) -> None:
+def _require(plant: PlantNodes, premise: Any, entry: Any, where: str) -> None:
     graph, evaluator, within = plant.graph, plant.evaluator, exact(entry["within"])
+    scope = plant.premise_scope
     of = read_expression(entry["of"], graph, scope, f"{where}.of")
     reach = evaluator.value(of, plant.box)
     if reach is None or within < 0 or within * ONE > SHARE * reach.magnitude():
@@ -99,17 +99,3 @@ def _value(evaluator: Evaluator, node: int, box: Box) -> Any:
         return evaluator.value(node, box)
     except Refused:
         return None
-
-
-def _scope(plant: PlantNodes, model: Any) -> Scope:
-    """Return the names of a plant: variables, their deviations, parameters and rests."""
-    graph = plant.graph
-    names = {name: graph.variable(name) for name in plant.balls}
-    stated = model.get("parameters", {})
-    for name in [parameter for parameter in stated if parameter not in names]:
-        names[name] = graph.constant(exact(stated[name]))
-    for v in (*plant.states, *plant.inputs, *plant.disturbances):
-        names[v.symbol] = graph.variable(v.symbol)
-        names[v.name] = graph.add(v.rest, graph.variable(v.symbol))
-    tables = {name: table.arguments for name, table in plant.tables.items()}
-    return Scope(names, tables)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
     Obligations,
@@ -15,6 +14,10 @@ from takagi.certificates.checker.kernel.obligation import (
     first_failure,
 )
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+
+if TYPE_CHECKING:
+    # Figures are made when the verdicts are final, as all words are.
+    from takagi.certificates.checker.words.figure import Figure, WindProfile
 
 
 class ClaimKind(ABC):
@@ -56,14 +59,18 @@ class ClaimKind(ABC):
 
 
 @dataclass(frozen=True)
-class Decided:
-    """A claim whose obligations all hold, before its sentence is written."""
+class Outcome:
+    """A claim with the reason why it is not shown, which is empty if it is."""
 
     claim: ClaimKind
+    failure: str = ""
 
     @property
     def verdict(self) -> Verdict:
-        return self.claim.shows
+        return Verdict.UNDECIDED if self.failure else self.claim.shows
 
-
-Outcome = Claim | Decided
+    def in_words(self) -> Claim:
+        """Return the claim with its verdict, its sentence and its figures."""
+        claim, why = self.claim, self.failure
+        figures = () if why else tuple(claim.figures())
+        return Claim(claim.name, self.verdict, why or claim.sentence(), claim.assumes, figures)

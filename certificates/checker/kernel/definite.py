@@ -7,8 +7,6 @@ principal minor, and by Sylvester a symmetric matrix is positive definite iff al
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
-from math import lcm
 
 from takagi.certificates.checker.kernel.refusal import Refused
 
@@ -47,19 +45,8 @@ def positive_definite_integers(matrix: Rows, *, zero_passes: bool = False) -> bo
     return True
 
 
-def to_integers(matrix: Sequence[Sequence[Fraction]]) -> list[list[int]]:
-    """Return the matrix times the least common denominator of its entries."""
-    scale = lcm(*(entry.denominator for row in matrix for entry in row))
-    return [[entry.numerator * (scale // entry.denominator) for entry in row] for row in matrix]
-
-
-def is_symmetric(matrix: Sequence[Sequence[Fraction | int]]) -> bool:
+def is_symmetric(matrix: Rows) -> bool:
     """Return whether a matrix is square, not empty, and equal to its transpose."""
     size = len(matrix)
     square = size > 0 and all(len(row) == size for row in matrix)
     return square and all(matrix[i][j] == matrix[j][i] for i in range(size) for j in range(i))
-
-
-def is_positive_definite(matrix: Sequence[Sequence[Fraction]]) -> bool:
-    """Return whether a symmetric rational matrix is positive definite; False if not symmetric."""
-    return is_symmetric(matrix) and positive_definite_integers(to_integers(matrix))

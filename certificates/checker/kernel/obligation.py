@@ -51,18 +51,12 @@ class Inequality:
     @property
     def holds(self) -> bool:
         """Whether the obligation holds, decided in rational arithmetic."""
-        value = self.value
-        if not isinstance(value, Matrix):
-            return (
-                value >= 0
-                if self.relation is Relation.NONNEGATIVE
-                else ((value > 0) == (self.relation is Relation.POSITIVE))
-            )
+        value = self.value if isinstance(self.value, Matrix) else Matrix([[self.value.numerator]])
         if self.relation is Relation.NONNEGATIVE:
             return value.is_positive_semidefinite
-        if self.relation is Relation.POSITIVE:
-            return value.is_positive_definite
-        return value.is_symmetric and not value.is_positive_definite
+        return value.is_symmetric and (
+            value.is_positive_definite == (self.relation is Relation.POSITIVE)
+        )
 
 
 Obligations = Iterator[Obligation]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING
 
-from takagi.certificates.checker.kernel.figure import Figures
+if TYPE_CHECKING:
+    from takagi.certificates.checker.words.figure import Figures
 
 
 class Verdict(Enum):

@@ -15,20 +15,15 @@ recalled.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
-from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    undisturbed,
-    while_valid,
-)
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_least
 
 
@@ -42,22 +37,30 @@ class Decay(LoopClaim):
     def obligations(self) -> Obligations:
         yield nonnegative(self.decay_rate, "the decay rate is negative")
         yield positive(self.P, NOT_DEFINITE)
-        factor = decrease_factor(self.loop, self.decay_rate)
-        for blend in blends_of(self.loop, self.claim, self.where):
-            falling = decrease(self.loop, self.P, blend.A, factor)
-            yield positive(falling, f"the inequality fails at {blend.label}")
+        blends = self.loop.blends_of(self.claim, self.where)
+        yield from falls_along(self.loop, self.P, self.decay_rate, ((b.label, b.A) for b in blends))
 
     def sentence(self) -> str:
         loop = self.loop
         return (
-            f"V = x'Px {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}"
-            f"{while_valid(loop)}{deviations(loop, 'x')}"
+            f"V = x'Px {falls_as(loop, self.decay_rate)} along {words.about(loop)}"
+            f"{words.while_valid(loop)}{words.deviations(loop, 'x')}"
         )
 
 
-def falls_as(decay_rate: Fraction) -> str:
-    """Return how V falls."""
-    return f"decays as exp(-{at_least(2 * decay_rate, 6)} t)" if decay_rate else "falls"
+def falls_as(loop: PolytopicLoop, decay_rate: Fraction) -> str:
+    """Return how V falls, and without which disturbance."""
+    falls = f"decays as exp(-{at_least(2 * decay_rate, 6)} t)" if decay_rate else "falls"
+    return f"{falls}{words.undisturbed(loop)}"
+
+
+def falls_along(
+    loop: PolytopicLoop, P: Matrix, decay_rate: Fraction, matrices: Iterable[tuple[str, Matrix]]
+) -> Obligations:
+    """Yield the inequality of the module for each G, which has a name."""
+    factor = decrease_factor(loop, decay_rate)
+    for label, G in matrices:
+        yield positive(decrease(loop, P, G, factor), f"the inequality fails at {label}")
 
 
 def decrease_factor(loop: PolytopicLoop, decay_rate: Fraction) -> Fraction:

@@ -20,14 +20,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
-from takagi.certificates.checker.kernel.reader import member, text
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import member, read_stack, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.averages import refuse_averages
-from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 Stack = tuple[Matrix, ...]
@@ -59,7 +57,7 @@ def disturbance_channels(
     CertificateError : an unknown disturbance, or a matrix that is missing or does not fit.
     """
     with_output, entering_stack, direct = channel_stacks(claim, loop, where)
-    blends = blends_of(replace(with_output, extra_stacks=(entering_stack, *direct)), claim, where)
+    blends = replace(with_output, extra_stacks=(entering_stack, *direct)).blends_of(claim, where)
     bounded(len(blends), with_output.order + entering_stack[0].shape[1])
     for blend in blends:
         B, *through = map(blend.of, blend.loop.extra_stacks)
@@ -136,8 +134,3 @@ def quadratic_change(
     if not discrete:
         return -(PA + PA.T), PB, Matrix.zeros(B.shape[1], B.shape[1])
     return P - A.T @ PA, A.T @ PB, B.T @ PB
-
-
-def scaled_identity(size: int, value: Fraction) -> Matrix:
-    """Return value times the identity."""
-    return value * Matrix.identity(size)

@@ -34,26 +34,28 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from math import factorial
+from math import factorial, prod
 from typing import Any, NamedTuple
 
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
-from takagi.certificates.checker.kernel.reader import integer, member, numbers
+from takagi.certificates.checker.kernel.reader import integer, member, numbers, read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.decay import decrease_factor, falls_as
 from takagi.certificates.checker.kinds.loop_claim import LoopClaim, number
-from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
+from takagi.certificates.checker.kinds.simplex_polynomial import (
+    Exponent,
+    Polynomial,
+    blocks,
+    constant_polynomial,
+    corners_of_sum_zero,
+    exponents,
+)
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.halvings import leaves
 from takagi.certificates.checker.loop.polytopic_loop import MOST_WORK, PolytopicLoop
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    undisturbed,
-    while_valid,
-)
+from takagi.certificates.checker.words import loop_words as words
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rounded import at_least
 
 Speeds = tuple[tuple[Fraction, ...], ...]
@@ -77,10 +79,10 @@ class WeightedFunctionClaim(LoopClaim):
         """Return the polynomials that must be positive definite, each with a message."""
 
     def obligations(self) -> Obligations:
-        for condition, words in self.conditions():
+        for condition, failure in self.conditions():
             for leaf in leaves(self.claim, self.loop, self.where, condition, Polynomial.halved):
                 for powers, coefficient in leaf.coefficients():
-                    yield positive(coefficient, f"{words} weights to the powers {powers}")
+                    yield positive(coefficient, f"{failure} weights to the powers {powers}")
 
     def figures(self) -> Iterator[Figure | WindProfile]:
         yield from super().figures()
@@ -136,8 +138,8 @@ class FuzzyDecay(WeightedFunctionClaim):
     def sentence(self) -> str:
         loop = self.loop
         return (
-            f"V = x'P(h)x {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}, "
-            f"{self.motion_of_weights}{while_valid(loop)}{deviations(loop, 'x')}"
+            f"V = x'P(h)x {falls_as(loop, self.decay_rate)} along {words.about(loop)}, "
+            f"{self.motion_of_weights}{words.while_valid(loop)}{words.deviations(loop, 'x')}"
         )
 
 
@@ -196,31 +198,13 @@ def closed_polynomial(
     return first + -(_stack(loop, Y) @ _stack(loop, loop.K))
 
 
-def constant_polynomial(loop: PolytopicLoop, X: Matrix) -> Polynomial:
-    """Return the polynomial that is X at every w."""
-    sizes = _sizes(loop)
-    return Polynomial(sizes, (0,) * len(sizes), {_flat(sizes): X})
-
-
 def _next(P: Polynomial, G: Polynomial, b: Matrix, factor: Fraction) -> Polynomial:
     """Return the module's Schur complement for one P_b."""
-    degrees = tuple(map(max, P.degrees, G.degrees))
-    now, closed = P.to(degrees), G.to(degrees)
-    zero = 0 * b
-    terms: dict[Exponent, Matrix] = {}
-    constant = Polynomial(P.sizes, (0,) * len(P.sizes), {_flat(P.sizes): b}).to(degrees)
-    for a in exponents(P.sizes, degrees):
-        Pa = factor * now.terms[a] if a in now.terms else zero
-        PG = b @ closed.terms[a] if a in closed.terms else zero
-        terms[a] = Matrix.blocks([[Pa, PG.T], [PG, constant.terms[a]]])
-    return Polynomial(P.sizes, degrees, terms)
+    PG, n = G.after(b), b.shape[0]
+    return blocks([[P.scaled(factor), PG.T], [PG, b]], (n, n))
 
 
-def _flat(sizes: tuple[int, ...]) -> Exponent:
-    return tuple((0,) * size for size in sizes)
-
-
-def _sizes(loop: PolytopicLoop) -> tuple[int, ...]:
+def sizes_of(loop: PolytopicLoop) -> tuple[int, ...]:
     """Return the corners of each simplex: of every premise, or of the rules alone."""
     if loop.corners is None:
         return (loop.rules,)
@@ -232,9 +216,9 @@ def _sizes(loop: PolytopicLoop) -> tuple[int, ...]:
 
 def _stack(loop: PolytopicLoop, stack: tuple[Matrix, ...]) -> Polynomial:
     """Return sum_i h_i X_i as a polynomial; it has degree 0 where all rules share one matrix."""
-    sizes = _sizes(loop)
+    sizes = sizes_of(loop)
     if len(stack) == 1:
-        return Polynomial(sizes, (0,) * len(sizes), {_flat(sizes): stack[0]})
+        return constant_polynomial(sizes, stack[0])
     rows = loop.corners or tuple((i,) for i in range(len(stack)))
     terms = {
         tuple(_unit(size, corner) for size, corner in zip(sizes, row, strict=True)): X
@@ -249,7 +233,7 @@ def _unit(size: int, corner: int) -> tuple[int, ...]:
 
 def _scheduled(claim: Any, loop: PolytopicLoop, where: str) -> tuple[Polynomial, list[Matrix]]:
     """Return P(w), and its Bernstein coefficients."""
-    sizes, n = _sizes(loop), loop.order
+    sizes, n = sizes_of(loop), loop.order
     stated_degrees = numbers(claim, "degrees", where, len(sizes))
     if any(d.denominator != 1 or not 0 <= d <= HIGHEST for d in stated_degrees):
         raise CertificateError(f"{where}.degrees: whole numbers from 0 to {HIGHEST} are needed")
@@ -272,17 +256,9 @@ def _scheduled(claim: Any, loop: PolytopicLoop, where: str) -> tuple[Polynomial,
         if not exact or a not in needed or a in terms:
             raise CertificateError(f"{at}.powers: every exponent of the degrees once is needed")
         coefficients.append(read_matrix(entry, "matrix", at, (n, n)))
-        terms[a] = _multinomial(a) * coefficients[-1]
+        multinomial = prod(factorial(sum(row)) // prod(map(factorial, row)) for row in a)
+        terms[a] = multinomial * coefficients[-1]
     return Polynomial(sizes, degrees, terms), coefficients
-
-
-def _multinomial(a: Exponent) -> int:
-    coefficient = 1
-    for row in a:
-        coefficient *= factorial(sum(row))
-        for power in row:
-            coefficient //= factorial(power)
-    return coefficient
 
 
 def _rates(claim: Any, P: Polynomial, where: str) -> Rates:
@@ -308,28 +284,18 @@ def _corners(rates: Rates, where: str) -> list[Speeds]:
     simplex_corners = [
         [()] if bounds is None else _simplex_corners(bounds, where) for bounds in rates
     ]
-    count = 1
-    for corners in simplex_corners:
-        count *= len(corners)
+    count = prod(map(len, simplex_corners))
     if count > MOST_CORNERS:
         raise CertificateError(f"{where}.rates: {count} corners; at most {MOST_CORNERS}")
     return list(product(*simplex_corners))
 
 
 def _simplex_corners(bounds: list[Fraction], where: str) -> list[tuple[Fraction, ...]]:
-    """Return the corners of |v_c| <= bound_c, sum_c v_c = 0: all but one speed are at a bound."""
+    """Return the corners of |v_c| <= bound_c, sum_c v_c = 0."""
     size = len(bounds)
     if size << max(size - 1, 0) > 8 * MOST_CORNERS:
         raise CertificateError(f"{where}.rates: a simplex of {size} corners is too large")
-    corners = set()
-    for free in range(size):
-        other_bounds = [bounds[c] for c in range(size) if c != free]
-        for signs in product((-1, 1), repeat=size - 1):
-            speeds = [s * b for s, b in zip(signs, other_bounds, strict=True)]
-            last = -sum(speeds, Fraction(0))
-            if abs(last) <= bounds[free]:
-                corners.add((*speeds[:free], last, *speeds[free:]))
-    return sorted(corners)
+    return sorted(set(map(tuple, corners_of_sum_zero(bounds))))
 
 
 def _bounded(count: int, order: int, where: str) -> None:

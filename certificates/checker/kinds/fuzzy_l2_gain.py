@@ -43,29 +43,28 @@ from fractions import Fraction
 from functools import cached_property
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kinds.disturbance_channel import channel_stacks, scaled_identity
+from takagi.certificates.checker.kinds.disturbance_channel import channel_stacks
 from takagi.certificates.checker.kinds.fuzzy_decay import (
     Conditions,
     ScheduledFunction,
     WeightedFunctionClaim,
     closed_polynomial,
-    constant_polynomial,
     scheduled_function,
+    sizes_of,
 )
 from takagi.certificates.checker.kinds.loop_claim import number
-from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
-from takagi.certificates.checker.loop.averages import refuse_averages
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    channel_deviations,
-    rounded_channel,
-    while_valid,
+from takagi.certificates.checker.kinds.simplex_polynomial import (
+    Polynomial,
+    blocks,
+    constant_polynomial,
 )
+from takagi.certificates.checker.loop.averages import refuse_averages
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_most
 
 
 @dataclass(frozen=True)
-class FuzzyEnergyGain(WeightedFunctionClaim):
+class FuzzyL2Gain(WeightedFunctionClaim):
     """|y|_2 <= gain |d|_2 along the loop, by V = x'P(w)x; see the module."""
 
     gain: Fraction = number("-", better="smaller", positive=True)
@@ -87,7 +86,7 @@ class FuzzyEnergyGain(WeightedFunctionClaim):
         E = closed_polynomial(with_output, entering, (), where)
         C = closed_polynomial(with_output, with_output.C, with_output.D, where)
         height, width = with_output.C[0].shape[0], entering[0].shape[1]
-        D = constant_polynomial(loop, Matrix.zeros(height, width))
+        D = constant_polynomial(sizes_of(loop), Matrix.zeros(height, width))
         for stack in direct:
             D = D + closed_polynomial(with_output, stack, (), where)
         required: Conditions = [(P, "P is not shown to be positive:")]
@@ -107,9 +106,9 @@ class FuzzyEnergyGain(WeightedFunctionClaim):
         loop = self.loop
         return (
             f"the energy of y is at most {at_most(self.gain, 6)}^2 times that of w, from rest, "
-            f"along {about(loop)}, {self.motion_of_weights}, shown by V = x'P(h)x "
-            f"({rounded_channel(self.claim, loop)}){while_valid(loop)}"
-            f"{channel_deviations(self.claim, loop)}"
+            f"along {words.about(loop)}, {self.motion_of_weights}, shown by V = x'P(h)x "
+            f"({words.rounded_channel(self.claim, loop)}){words.while_valid(loop)}"
+            f"{words.channel_deviations(self.claim, loop)}"
         )
 
 
@@ -122,8 +121,8 @@ def _flow(
     return blocks(
         [
             [top, -PE, C.T],
-            [-PE.T, scaled_identity(q, gain), D.T],
-            [C, D, scaled_identity(p, gain)],
+            [-PE.T, gain * Matrix.identity(q), D.T],
+            [C, D, gain * Matrix.identity(p)],
         ],
         (n, q, p),
     )
@@ -140,51 +139,14 @@ def _jump(
 ) -> Polynomial:
     """Return the module's matrix of discrete time, for one P_b at the next sample."""
     q, p = next(iter(E.terms.values())).shape[1], next(iter(C.terms.values())).shape[0]
-    b_times_G, b_times_E = _times(b, G), _times(b, E)
+    b_times_G, b_times_E = G.after(b), E.after(b)
     n = b.shape[0]
     return blocks(
         [
             [P, Matrix.zeros(n, q), C.T, b_times_G.T],
-            [Matrix.zeros(q, n), scaled_identity(q, gain), D.T, b_times_E.T],
-            [C, D, scaled_identity(p, gain), Matrix.zeros(p, n)],
+            [Matrix.zeros(q, n), gain * Matrix.identity(q), D.T, b_times_E.T],
+            [C, D, gain * Matrix.identity(p), Matrix.zeros(p, n)],
             [b_times_G, b_times_E, Matrix.zeros(n, p), b],
         ],
         (n, q, p, n),
     )
-
-
-def _times(b: Matrix, X: Polynomial) -> Polynomial:
-    return Polynomial(X.sizes, X.degrees, {a: b @ M for a, M in X.terms.items()})
-
-
-def blocks(grid: list[list[Polynomial | Matrix]], sides: tuple[int, ...]) -> Polynomial:
-    """Return a block matrix of polynomials and of constants as one polynomial.
-
-    Parameters
-    ----------
-    sides : the sizes of the blocks.
-    """
-    polynomials = [entry for row in grid for entry in row if isinstance(entry, Polynomial)]
-    sizes = polynomials[0].sizes
-    degrees = tuple(max(d) for d in zip(*(X.degrees for X in polynomials), strict=True))
-    raised: list[list[dict[Exponent, Matrix]]] = []
-    for row in grid:
-        raised.append([])
-        for entry in row:
-            if isinstance(entry, Matrix):
-                flat = tuple((0,) * size for size in sizes)
-                entry = Polynomial(sizes, (0,) * len(sizes), {flat: entry})
-            raised[-1].append(dict(entry.to(degrees).terms))
-    terms = {
-        a: Matrix.blocks(
-            [
-                [
-                    cell[a] if a in cell else Matrix.zeros(sides[i], sides[j])
-                    for j, cell in enumerate(row)
-                ]
-                for i, row in enumerate(raised)
-            ]
-        )
-        for a in exponents(sizes, degrees)
-    }
-    return Polynomial(sizes, degrees, terms)

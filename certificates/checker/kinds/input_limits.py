@@ -1,14 +1,14 @@
 r"""``input-limits``: bounds of |u_k|, and of |u_k'| or |u_k(x+) - u_k(x)|, on an invariant set.
 
-On an invariant set {x'Px <= c} of ``invariant_set``, for u = -sum_j g_j K_j x, every gain j and
-every input k,
+On an invariant set {x'Px <= c} of ``invariant_ellipsoid``, for u = -sum_j g_j K_j x, every gain j
+and every input k,
 
     [[P, k_j'], [k_j, ubar_k^2 / c]] >= 0,     k_j row k of K_j,     so |k_j x| <= ubar_k,
 
 and by convexity the blend keeps the limit.  ``input_rate`` has the conditions of ``rate_limits``.
 
-Evidence: that of ``invariant_set``; ``input_limits``, (m,); where rates are claimed ``rate_limits``
-with the evidence of ``input_rate``.
+Evidence: that of ``invariant_ellipsoid``; ``input_limits``, (m,); where rates are claimed
+``rate_limits`` with the evidence of ``input_rate``.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
 """
@@ -21,7 +21,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.obligation import Obligations
 from takagi.certificates.checker.kinds.input_rate import assumed_rates, rate_obligations
-from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.kinds.invariant_ellipsoid import InvariantSet
 from takagi.certificates.checker.kinds.loop_claim import numbers
 from takagi.certificates.checker.loop.box_of_validity import reaches_at_most
 from takagi.certificates.checker.loop.polytopic_loop import bounded

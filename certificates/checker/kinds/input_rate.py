@@ -33,10 +33,11 @@ from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative
 from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.invariant_set import Disturbance, InvariantSet
+from takagi.certificates.checker.kinds.invariant_ellipsoid import Disturbance, InvariantSet
+from takagi.certificates.checker.kinds.simplex_polynomial import corners_of_sum_zero
 from takagi.certificates.checker.loop.box_of_validity import reaches_at_most
 from takagi.certificates.checker.loop.halvings import pieces
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, at, bounded
 
 MOST_RULES, MOST_MOVING = 24, 10
 
@@ -109,14 +110,10 @@ def motion_rows(loop: PolytopicLoop, where: str, later: Stack | None = None) -> 
     if not loop.shared_weights:
         raise CertificateError(f"{where}: rates of a law with weights of its own are not claimed")
     bounded(m * comb(r + 2, 3), n + 1)
-    loops = [[_at(loop.A, i) - _at(loop.B, i) @ K for K in loop.K] for i in range(r)]
+    loops = [[at(loop.A, i) - at(loop.B, i) @ K for K in loop.K] for i in range(r)]
     for chosen in combinations_with_replacement(range(r), 3):
         orders = sorted(set(permutations(chosen)))
         yield mean([loop.K[j] @ loops[i][k] for j, i, k in orders])
-
-
-def _at(stack: tuple[Matrix, ...], i: int) -> Matrix:
-    return stack[i if len(stack) > 1 else 0]
 
 
 def _pushed(loop: PolytopicLoop, disturbance: Disturbance, m: int) -> list[Fraction]:
@@ -144,13 +141,7 @@ def membership_corners(phi: Sequence[Fraction], where: str) -> Iterator[list[Fra
         )
     if any(rate < 0 for rate in phi):
         raise CertificateError(f"{where}.membership_rates: they are not negative")
-    for free in range(len(phi)):
-        other_rates = [rate for j, rate in enumerate(phi) if j != free]
-        for signs in product((1, -1), repeat=len(other_rates)):
-            speeds = [sign * rate for sign, rate in zip(signs, other_rates, strict=True)]
-            last = -sum(speeds, Fraction(0))
-            if abs(last) <= phi[free]:
-                yield [*speeds[:free], last, *speeds[free:]]
+    yield from corners_of_sum_zero(phi)
 
 
 def _combined(weights: Sequence[Fraction], stack: Sequence[Matrix]) -> Matrix:

@@ -28,22 +28,15 @@ from takagi.certificates.checker.kernel.obligation import Obligations, never, po
 from takagi.certificates.checker.kinds.disturbance_channel import (
     disturbance_channels,
     quadratic_change,
-    scaled_identity,
 )
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs, inside_box
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    channel_deviations,
-    granted,
-    rounded_channel,
-    while_valid,
-)
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
 @dataclass(frozen=True)
-class EnergyGain(LoopClaim):
+class L2Gain(LoopClaim):
     """|y|_2 <= gain |w|_2 along the loop; see the module."""
 
     asks: ClassVar[tuple[str, ...]] = ("disturbance", "output")
@@ -58,7 +51,7 @@ class EnergyGain(LoopClaim):
             F, G, H = quadratic_change(path.A, path.B, self.P, discrete=loop.is_discrete)
             C, D = path.C, path.through
             side = -(G + 1 / gain * (C.T @ D))
-            corner = scaled_identity(D.shape[1], gain) - H - 1 / gain * (D.T @ D)
+            corner = gain * Matrix.identity(D.shape[1]) - H - 1 / gain * (D.T @ D)
             bounded_real = Matrix.blocks([[F - 1 / gain * (C.T @ C), side], [side.T, corner]])
             yield positive(bounded_real, f"the inequality fails at {path.label}")
         if self.energy_bound is not None:
@@ -67,14 +60,14 @@ class EnergyGain(LoopClaim):
             yield from inside_box(loop, self.P, gain * self.energy_bound**2)
 
     def sentence(self) -> str:
-        validity = while_valid(self.loop)
+        validity = words.while_valid(self.loop)
         if self.energy_bound is not None:
             validity = (
                 f"; for w of energy at most {at_least(self.energy_bound, 6)}^2 no state leaves the "
-                f"model's box{granted(self.loop)}"
+                f"model's box{words.granted(self.loop)}"
             )
         return (
             f"the energy of y is at most {at_most(self.gain, 6)}^2 times that of w, from rest, "
-            f"along {about(self.loop)} ({rounded_channel(self.claim, self.loop)}){validity}"
-            f"{channel_deviations(self.claim, self.loop)}"
+            f"along {words.about(self.loop)} ({words.rounded_channel(self.claim, self.loop)})"
+            f"{validity}{words.channel_deviations(self.claim, self.loop)}"
         )

@@ -43,11 +43,10 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
 from takagi.certificates.checker.kernel.reader import numbers as read_numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.decay import decrease, decrease_factor, falls_as
+from takagi.certificates.checker.kinds.decay import falls_along, falls_as
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.kinds.observer import hidden_premises, joint_loops
 from takagi.certificates.checker.loop.averages import refuse_averages
-from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import (
     bounded_inputs,
     disturbances_in_range,
@@ -56,8 +55,8 @@ from takagi.certificates.checker.loop.box_of_validity import (
 )
 from takagi.certificates.checker.loop.observer_law import ObserverLaw, states_at_start
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.ellipsoid_size import LARGEST, square_root_below
-from takagi.certificates.checker.words.loop_words import deviations, granted, undisturbed
 from takagi.certificates.checker.words.rounded import at_least, exactly
 
 # A quantity that must keep its range: a row of z, half of the range, and a description.
@@ -79,9 +78,8 @@ class ObservedLoop(LoopClaim):
         if hidden := _unknown_premise(loop, _law(loop, where)):
             yield never(hidden)
         yield positive(self.P, NOT_DEFINITE)
-        factor = decrease_factor(loop, self.decay_rate)
-        for label, G in whole_loops(self.claim, loop, where):
-            yield positive(decrease(loop, self.P, G, factor), f"the inequality fails at {label}")
+        loops = whole_loops(self.claim, loop, where)
+        yield from falls_along(loop, self.P, self.decay_rate, loops)
         yield from disturbances_in_range(loop, (Fraction(0),) * len(loop.disturbances))
         for row, half, quantity in ranges_kept(self.claim, loop, where):
             failure = f"{quantity} may leave its range in the model's box"
@@ -98,12 +96,12 @@ class ObservedLoop(LoopClaim):
         limits = ", ".join(map(exactly, input_limits(self.claim, loop, self.where)))
         limit_clause = f", with |u_k| <= {limits}" if limits else ""
         lies = f", in which x{' and xhat stay' if law.at_estimate else ' stays'} in the model's box"
-        lies += granted(loop, disturbances_too=False)
+        lies += words.granted(loop, disturbances_too=False)
         return (
             f"V = z'Pz with z = ({first}, x - xhat), for u = -K xhat of an observer with "
-            f"{weights}, {falls_as(self.decay_rate)}{undisturbed(loop)}; "
+            f"{weights}, {falls_as(loop, self.decay_rate)}; "
             f"{{V <= {exactly(self.level)}}} is never left{lies if boxed else ''}{limit_clause}; "
-            f"exact outputs, no time for computing{self._starts()}{deviations(loop, 'xu')}"
+            f"exact outputs, no time for computing{self._starts()}{words.deviations(loop, 'xu')}"
         )
 
     def _starts(self) -> str:
@@ -139,7 +137,7 @@ def whole_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[s
         yield from joint_loops(claim, loop, where, law.L)
         return
     (L,), n = law.L, loop.order
-    blends = blends_of(replace(loop, C=(), D=(), E=()), claim, where)
+    blends = replace(loop, C=(), D=(), E=()).blends_of(claim, where)
     bounded(len(blends) * len(law.slopes), 2 * n)
     errors = [(L @ R, S - L @ R) for S, R in law.slopes]
     for blend in blends:

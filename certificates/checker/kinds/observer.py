@@ -17,13 +17,6 @@ uses f(xhat).  The claim assumes f(x) - f(xhat) = S e with S in the hull of the 
 
 The inequalities are those of ``decay`` for these matrices.
 
-``observed-feedback``: the loop with u = -sum_j h_j K_j xhat, z = (x, e):
-
-    z' = sum_ij h_i h_j [ A_i - B_i K_j   B_i K_j       ] z,
-                        [ 0               A_i - L_j C_i ]
-
-and V = z'Pz decays, P of order 2n, as in ``decay``.
-
 Evidence: ``L``, one or r matrices (n, p); ``P``; ``decay_rate`` [1/s]; ``secants``.
 
 Source: Tanaka and Wang (2001), chapter 4; secants by the mean value theorem.
@@ -36,20 +29,20 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
     never,
     nonnegative,
     positive,
 )
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.decay import decrease, decrease_factor, falls_as
+from takagi.certificates.checker.kinds.decay import falls_along, falls_as
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.averages import refuse_averages
-from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
-from takagi.certificates.checker.words.loop_words import deviations, undisturbed, while_valid
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, at, bounded
+from takagi.certificates.checker.words import loop_words as words
 
 EXACT = "exact outputs and premises that the observer measures"
 
@@ -74,36 +67,21 @@ class Observer(LoopClaim):
         if hidden := hidden_premises(self.loop):
             yield never(f"premises depend on {hidden}, which is not measured")
         yield positive(self.P, NOT_DEFINITE)
-        factor = decrease_factor(self.loop, self.decay_rate)
-        for label, G in self.matrices():
-            falling = decrease(self.loop, self.P, G, factor)
-            yield positive(falling, f"the inequality fails at {label}")
+        yield from falls_along(self.loop, self.P, self.decay_rate, self.matrices())
 
     def sentence(self) -> str:
         several = " and premises that the observer measures" * (self.loop.rules > 1)
         secants = f"exact outputs and secants of f in the stated hull{several}"
         assumed = secants if "secants" in self.claim else EXACT
-        return self._decays("the error x - xhat of the observer", assumed)
+        return self.decays("the error x - xhat of the observer", assumed)
 
-    def _decays(self, argument: str, assumed: str, letters: str = "") -> str:
+    def decays(self, argument: str, assumed: str, letters: str = "") -> str:
+        """Return that V of ``argument`` decays; ``letters`` : those of ``deviations``."""
         loop = self.loop
         return (
-            f"V of {argument}, for {assumed}, {falls_as(self.decay_rate)}{undisturbed(loop)} along "
-            f"every blend of {loop.rules} rules{while_valid(loop)}{deviations(loop, letters)}"
+            f"V of {argument}, for {assumed}, {falls_as(loop, self.decay_rate)} along every blend "
+            f"of {loop.rules} rules{words.while_valid(loop)}{words.deviations(loop, letters)}"
         )
-
-
-@dataclass(frozen=True)
-class ObservedFeedback(Observer):
-    """V of states and errors decays for u = -K xhat; see the module."""
-
-    P: Matrix = matrix("2n", "2n")
-
-    def matrices(self) -> Iterator[tuple[str, Matrix]]:
-        return joint_loops(self.claim, self.loop, self.where)
-
-    def sentence(self) -> str:
-        return self._decays("the loop with u = -K xhat", EXACT, "xu")
 
 
 def hidden_premises(loop: PolytopicLoop) -> str:
@@ -157,7 +135,7 @@ def secant_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[
         raise CertificateError(f"{where}: one L and secants of {n} by {n} are needed")
     bounded(loop.rules * len(secants), n)
     for i in range(loop.rules):
-        error = _at(loop.A, i) - L[0] @ _at(loop.C, i)
+        error = at(loop.A, i) - L[0] @ at(loop.C, i)
         for k, secant in enumerate(secants):
             yield f"rule {i + 1} and secant {k + 1}", error + secant
 
@@ -165,7 +143,7 @@ def secant_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[
 def error_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield the mean of A_i - L_j C_i over each group of pairs with equal weights."""
     L = _gains(claim, loop, where)
-    for blend in blends_of(_of_error(loop, L), claim, where):
+    for blend in _of_error(loop, L).blends_of(claim, where):
         yield blend.label, blend.A.T
 
 
@@ -187,9 +165,9 @@ def joint_loops(
         # One of the two loops is affine in h and would be tested rule by rule; both must have the
         # same groups of pairs to form one matrix.
         error, closed_loop = _pair_by_pair(error), _pair_by_pair(closed_loop)
-    blends = blends_of(closed_loop, claim, where)
+    blends = closed_loop.blends_of(claim, where)
     bounded(len(blends), 2 * loop.order)
-    for loop_blend, error_blend in zip(blends, blends_of(error, claim, where), strict=True):
+    for loop_blend, error_blend in zip(blends, error.blends_of(claim, where), strict=True):
         push = loop_blend.of(loop_blend.loop.A) - loop_blend.A
         yield loop_blend.label, Matrix.blocks([[loop_blend.A, push], [zero, error_blend.A.T]])
 
@@ -203,7 +181,3 @@ def _of_error(loop: PolytopicLoop, L: Stack) -> PolytopicLoop:
 def _pair_by_pair(loop: PolytopicLoop) -> PolytopicLoop:
     B, K = (stack if len(stack) > 1 else stack * loop.rules for stack in (loop.B, loop.K))
     return replace(loop, B=B, K=K)
-
-
-def _at(stack: Stack, i: int) -> Matrix:
-    return stack[i if len(stack) > 1 else 0]

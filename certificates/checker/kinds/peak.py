@@ -1,7 +1,7 @@
 r"""``peak``: |y| <= gamma b at all times, from rest, for every disturbance with |w|_2 <= b.
 
-The conditions are an invariant set of ``invariant_set`` for |w|_2 <= b (the Euclidean norm at each
-instant), and, for y = C x + D w of every blend with a share 0 <= t <= 1,
+The conditions are an invariant set of ``invariant_ellipsoid`` for |w|_2 <= b (the Euclidean norm at
+each instant), and, for y = C x + D w of every blend with a share 0 <= t <= 1,
 
     gamma^2 b^2 [ (1 - t) P / c   0         ]
                 [ 0               t I / b^2 ]  -  [C D]'[C D]  >= 0,
@@ -9,7 +9,7 @@ instant), and, for y = C x + D w of every blend with a share 0 <= t <= 1,
 Then |y|^2 <= gamma^2 b^2 ((1 - t) V / c + t |w|^2 / b^2) <= gamma^2 b^2 on the set.  Where D = 0
 the second block is left out, and t = 0 is best.  From rest V starts at 0, inside the set.
 
-Evidence: that of ``invariant_set`` with ``disturbance_norm`` = b; ``gain`` = gamma;
+Evidence: that of ``invariant_ellipsoid`` with ``disturbance_norm`` = b; ``gain`` = gamma;
 ``share`` = t (0 when left out); the channel of ``disturbance_channel``.
 
 Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
@@ -22,22 +22,17 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.disturbance_channel import (
     DisturbanceChannel,
     disturbance_channels,
-    scaled_identity,
 )
-from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.kinds.invariant_ellipsoid import InvariantSet
 from takagi.certificates.checker.kinds.loop_claim import number
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    channel_deviations,
-    rounded_channel,
-)
+from takagi.certificates.checker.words import loop_words as words
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
@@ -69,7 +64,7 @@ class Peak(InvariantSet):
         state = self.gain**2 * bound**2 * (1 - share) / self.level * self.P - C.T @ C
         if D is None or not any(map(any, D.rows)):
             return state
-        pushed = scaled_identity(D.shape[1], self.gain**2 * share) - D.T @ D
+        pushed = self.gain**2 * share * Matrix.identity(D.shape[1]) - D.T @ D
         side = -(C.T @ D)
         return Matrix.blocks([[state, side], [side.T, pushed]])
 
@@ -82,7 +77,7 @@ class Peak(InvariantSet):
         return (
             f"|y| <= {at_most(self.gain * bound, 6)} at all times, from rest and from anywhere in "
             f"{self.set_in_words}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
-            f"{at_most(self.gain, 6)}), along {about(loop)} "
-            f"({rounded_channel(self.claim, loop)}); the set is invariant{self.where_valid}"
-            f"{channel_deviations(self.claim, loop, 'x')}"
+            f"{at_most(self.gain, 6)}), along {words.about(loop)} "
+            f"({words.rounded_channel(self.claim, loop)}); the set is invariant{self.where_valid}"
+            f"{words.channel_deviations(self.claim, loop, 'x')}"
         )

@@ -79,6 +79,10 @@ class Polynomial:
     def T(self) -> Polynomial:
         return Polynomial(self.sizes, self.degrees, {a: X.T for a, X in self.terms.items()})
 
+    def after(self, M: Matrix) -> Polynomial:
+        """Return M X(w)."""
+        return Polynomial(self.sizes, self.degrees, {a: M @ X for a, X in self.terms.items()})
+
     def scaled(self, factor: Fraction | int) -> Polynomial:
         """Return a number times the polynomial."""
         return Polynomial(self.sizes, self.degrees, {a: factor * X for a, X in self.terms.items()})
@@ -151,3 +155,51 @@ class Polynomial:
 
 def _sum(a: Exponent, b: Exponent) -> Exponent:
     return tuple(tuple(x + y for x, y in zip(p, q, strict=True)) for p, q in zip(a, b, strict=True))
+
+
+def constant_polynomial(sizes: tuple[int, ...], X: Matrix) -> Polynomial:
+    """Return the polynomial that is X at every w."""
+    return Polynomial(sizes, (0,) * len(sizes), {tuple((0,) * size for size in sizes): X})
+
+
+def blocks(grid: list[list[Polynomial | Matrix]], sides: tuple[int, ...]) -> Polynomial:
+    """Return a block matrix of polynomials and of constants as one polynomial.
+
+    Parameters
+    ----------
+    sides : the sizes of the blocks.
+    """
+    polynomials = [entry for row in grid for entry in row if isinstance(entry, Polynomial)]
+    sizes = polynomials[0].sizes
+    degrees = tuple(max(d) for d in zip(*(X.degrees for X in polynomials), strict=True))
+    raised: list[list[dict[Exponent, Matrix]]] = []
+    for row in grid:
+        raised.append([])
+        for entry in row:
+            if isinstance(entry, Matrix):
+                entry = constant_polynomial(sizes, entry)
+            raised[-1].append(dict(entry.to(degrees).terms))
+    terms = {
+        a: Matrix.blocks(
+            [
+                [
+                    cell[a] if a in cell else Matrix.zeros(sides[i], sides[j])
+                    for j, cell in enumerate(row)
+                ]
+                for i, row in enumerate(raised)
+            ]
+        )
+        for a in exponents(sizes, degrees)
+    }
+    return Polynomial(sizes, degrees, terms)
+
+
+def corners_of_sum_zero(bounds: Sequence[Fraction]) -> Iterator[list[Fraction]]:
+    """Yield the corners of {v : |v_c| <= bound_c, sum_c v_c = 0}: all but one entry at a bound."""
+    for free in range(len(bounds)):
+        other_bounds = [bound for c, bound in enumerate(bounds) if c != free]
+        for signs in product((1, -1), repeat=len(other_bounds)):
+            speeds = [sign * bound for sign, bound in zip(signs, other_bounds, strict=True)]
+            last = -sum(speeds, Fraction(0))
+            if abs(last) <= bounds[free]:
+                yield [*speeds[:free], last, *speeds[free:]]

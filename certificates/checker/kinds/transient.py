@@ -30,7 +30,7 @@ from takagi.certificates.checker.arithmetic.exponential import exp_above
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
+from takagi.certificates.checker.kinds.decay import falls_along
 from takagi.certificates.checker.kinds.loop_claim import (
     NOT_DEFINITE,
     LoopClaim,
@@ -38,13 +38,7 @@ from takagi.certificates.checker.kinds.loop_claim import (
     number,
     numbers,
 )
-from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    undisturbed,
-    while_valid,
-)
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
@@ -73,10 +67,8 @@ class Transient(LoopClaim):
         weight = self.lower * Matrix.diagonal([1 / s**2 for s in self.scales])
         yield nonnegative(P - weight, "P is not above p S^-2")
         yield nonnegative(self.overshoot**2 * weight - P, "P is not below kappa^2 p S^-2")
-        factor = decrease_factor(loop, self.decay_rate)
-        for blend in blends_of(loop, self.claim, self.where):
-            falling = decrease(loop, P, blend.A, factor)
-            yield positive(falling, f"the inequality fails at {blend.label}")
+        blends = loop.blends_of(self.claim, self.where)
+        yield from falls_along(loop, P, self.decay_rate, ((b.label, b.A) for b in blends))
         # e^(-alpha t_s) is rounded up, which makes the test stronger.
         settled = self.overshoot * exp_above(self.decay_rate * self.settling_time)
         yield nonnegative(self.settled_share - settled, "the state may not have settled by then")
@@ -87,6 +79,6 @@ class Transient(LoopClaim):
         return (
             f"|x(t)| <= {at_most(self.overshoot, 6)} exp(-{at_least(self.decay_rate, 6)} t) "
             f"|x(0)|{units}, so at most {at_most(self.settled_share, 6)} |x(0)| after "
-            f"{at_most(self.settling_time, 6)} s,{undisturbed(loop)} "
-            f"along {about(loop)}{while_valid(loop)}{deviations(loop, 'x')}"
+            f"{at_most(self.settling_time, 6)} s,{words.undisturbed(loop)} "
+            f"along {words.about(loop)}{words.while_valid(loop)}{words.deviations(loop, 'x')}"
         )

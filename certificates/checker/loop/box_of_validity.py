@@ -14,7 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
+from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Inequality,
@@ -22,9 +24,28 @@ from takagi.certificates.checker.kernel.obligation import (
     never,
     nonnegative,
 )
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 Range = tuple[Fraction, Fraction]
+
+
+def read_box(
+    model: Any, states: tuple[str, ...], where: str
+) -> tuple[tuple[Range | None, ...], dict[str, Range]]:
+    """Return the range of every state, and those of other variables."""
+    sides = model["box"]
+    if not isinstance(sides, dict):
+        raise CertificateError(f"{where}.box: an object of ranges is needed")
+    ranges = {}
+    for name in sides:
+        # Sentences and messages print a name unchanged.
+        if not name or not name.isprintable():
+            raise CertificateError(f"{where}.box: {name[:60]!a} is no name of printable text")
+        ends = reader.numbers(sides, name, f"{where}.box", 2)
+        reader.increasing(ends, f"{where}.box.{name!a}")
+        ranges[name] = (ends[0], ends[1])
+    return tuple(ranges.pop(name, None) for name in states), ranges
 
 
 def reaches_at_most(

@@ -19,14 +19,12 @@ suffices to check the rules.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field
 from fractions import Fraction
 from itertools import product
-from math import prod
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel import reader
-from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
+from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 if TYPE_CHECKING:
@@ -37,7 +35,6 @@ Stack = tuple[Matrix, ...]
 Pairs = tuple[tuple[int, int], ...]
 Side = tuple[Fraction, Fraction]
 Box = tuple[Side | None, ...]
-SHAPES = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
 # Weights that are mean slopes from the equilibrium to the state: see ``averaged``.
 SECANTS = "secants"
 # The time of exact elimination grows as the fourth power of the order: at most two minutes.
@@ -125,6 +122,20 @@ class PolytopicLoop:
         """Return the groups of ``groups``; their matrices are made when they are asked for."""
         return [Blend(self, label, pairs) for label, pairs in self.groups()]
 
+    def blends_of(self, claim: Any, where: str) -> list[Blend]:
+        """Return the blends on every piece of the weights that the claim has.
+
+        Raises
+        ------
+        CertificateError : pieces that are not those of the loop's weights.
+        """
+        if "halvings" in claim:
+            # Imported here: few claims cut their weights into pieces.
+            from takagi.certificates.checker.loop.halvings import pieces
+
+            return [blend for piece in pieces(claim, self, where) for blend in piece.blends()]
+        return self.blends()
+
 
 @dataclass(frozen=True)
 class Blend:
@@ -154,13 +165,13 @@ class Blend:
 
     def of(self, stack: Stack, side: int = 0) -> Matrix:
         """Return the mean of the matrices of the vertices, or of the gains for ``side`` = 1."""
-        return mean([_at(stack, pair[side]) for pair in self.pairs])
+        return mean([at(stack, pair[side]) for pair in self.pairs])
 
     def _closed(self, X: Stack, Y: Stack) -> Matrix:
         K = self.loop.K
         if not K or not Y:
             return self.of(X)
-        return mean([_at(X, i) - _at(Y, i) @ _at(K, j) for i, j in self.pairs])
+        return mean([at(X, i) - at(Y, i) @ at(K, j) for i, j in self.pairs])
 
 
 def bounded(count: int, order: int) -> None:
@@ -169,157 +180,8 @@ def bounded(count: int, order: int) -> None:
         raise CertificateError(f"{count} inequalities of order {order}: too many")
 
 
-def _at(stack: Stack, i: int) -> Matrix:
+def at(stack: Stack, i: int) -> Matrix:
+    """Return the matrix of rule i; a stack of one matrix has the same for all rules."""
     if not stack:
         raise CertificateError("the claim needs a matrix that the model does not have")
     return stack[i if len(stack) > 1 else 0]
-
-
-def vertices(model: Any, where: str) -> PolytopicLoop:
-    """Return the model of kind ``takagi-sugeno``; ``PolytopicLoop`` says what may be left out."""
-    stacks: dict[str, Any] = {
-        x: read_stack(model, x, where) for x in SHAPES if x == "A" or x in model
-    }
-    axes = [pair for x in stacks for pair in zip(SHAPES[x], stacks[x][0].shape, strict=True)]
-    sizes, counts = dict(axes), {len(stack) for stack in stacks.values()} | {1}
-    if any(sizes[axis] != size for axis, size in axes) or len(counts) > 2:
-        raise CertificateError(f"{where}: {', '.join(stacks)} do not fit together")
-    states = _different(model, "state_names", where, sizes["n"])
-    box, other_box = _box(model, states, where)
-    corners, premises = _corners(model, where, max(counts)), model.get("premises")
-    weights = weights_of(premises, corners)
-    if corners is not None:
-        _require_every_corner(premises, corners, where)
-    matrices: dict[str, Any] = {x: _single(M) if x in "BD" else M for x, M in stacks.items()}
-    return PolytopicLoop(
-        **matrices,
-        sample_time=_sample_time(model, where),
-        states=states,
-        inputs=_names(model, "input_names", sizes.get("m", 0), where),
-        disturbances=_names(model, "disturbance_names", sizes.get("q", 0), where),
-        box=box,
-        other_box=other_box,
-        corners=corners,
-        weights=weights,
-        stated_rules=max(counts),
-    )
-
-
-def _names(model: Any, key: str, count: int, where: str) -> tuple[str, ...]:
-    return _different(model, key, where, count) if count and key in model else ()
-
-
-def _different(owner: Any, key: str, where: str, count: int) -> tuple[str, ...]:
-    """Return this number of different names, each one line of text."""
-    values = reader.member(owner, key, where)
-    listed = values if isinstance(values, list) else []
-    names = tuple(reader.text({key: value}, key, where) for value in listed)
-    if len(names) != count or len(set(names)) != count:
-        raise CertificateError(f"{where}.{key}: {count} different names are needed")
-    return names
-
-
-def _single(stack: Stack) -> Stack:
-    """Return one matrix in the place of equal ones."""
-    return stack[:1] if all(matrix == stack[0] for matrix in stack) else stack
-
-
-def _sample_time(owner: Any, where: str) -> Fraction | None:
-    stated = reader.member(owner, "sample_time", where)
-    step = None if stated is None else reader.number(owner, "sample_time", where)
-    if step is not None and step <= 0:
-        raise CertificateError(f"{where}.sample_time: a positive number is needed")
-    return step
-
-
-def _box(model: Any, states: tuple[str, ...], where: str) -> tuple[Box, dict[str, Side]]:
-    sides = model.get("box", {})
-    if not isinstance(sides, dict):
-        raise CertificateError(f"{where}.box: an object of ranges is needed")
-    ranges = {}
-    for name in sides:
-        # Sentences and messages print a name unchanged.
-        if not name or not name.isprintable():
-            raise CertificateError(f"{where}.box: {name[:60]!a} is no name of printable text")
-        ends = reader.numbers(sides, name, f"{where}.box", 2)
-        reader.increasing(ends, f"{where}.box.{name!a}")
-        ranges[name] = (ends[0], ends[1])
-    return tuple(ranges.pop(name, None) for name in states), ranges
-
-
-def _corners(model: Any, where: str, rules: int) -> tuple[tuple[int, ...], ...] | None:
-    """Return the corners of every rule, or None where weights are not said to be products."""
-    if "rules" not in model:
-        return None
-    rows = reader.matrix(model, "rules", where)
-    corners = tuple(tuple(map(int, row)) for row in rows)
-    is_binary = all(corner in (0, 1) for row in rows for corner in row)
-    if not is_binary or not len(set(corners)) == len(corners) == rules:
-        raise CertificateError(f"{where}.rules: {rules} different rows of 0 and 1 are needed")
-    return corners
-
-
-def weights_of(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> str:
-    """Return the definition of the weights as one text; equal texts mean equal weights.
-
-    Numbers are compared as written. So equal weights may be treated as different, but never
-    different weights as equal.
-    """
-    if not premises and not corners:
-        return ""
-    if not isinstance(premises or [], list):
-        raise CertificateError("premises: a list is needed")
-    needed, rows = ("name", "lower", "upper"), [list(map(str, row)) for row in corners or ()]
-    definitions = [[*(reader.member(p, key, "premises") for key in needed), p.get("expression")]
-            for p in premises or []]  # fmt: skip
-    return reader.canonical([definitions, rows])
-
-
-def closed_by(plain: PolytopicLoop, gains: Any, where: str) -> PolytopicLoop:
-    """Return the loop with u = -sum_j g_j K_j x.
-
-    Raises
-    ------
-    CertificateError : gains for other states, of another shape or sample time.
-    """
-    K = _single(read_stack(gains, "K", where))
-    needed = (plain.B[0].shape[1] if plain.B else 0, plain.order)
-    if K[0].shape != needed:
-        raise CertificateError(f"{where}.K: {needed[0]} by {needed[1]} is needed, not {K[0].shape}")
-    if _sample_time(gains, where) != plain.sample_time:
-        raise CertificateError(f"{where}.sample_time is not the model's")
-    states = _different(gains, "state_names", where, plain.order)
-    inputs = _names(gains, "input_names", needed[0], where) or plain.inputs
-    if states != plain.states or (plain.inputs and inputs != plain.inputs):
-        raise CertificateError(f"{where}: states or inputs are not the model's, in its order")
-    # A gain that is written once applies to all rules of the law, however many these are.
-    rows = gains.get("rules")
-    count = len(rows if isinstance(rows, list) and len(gains["K"]) == 1 else gains["K"])
-    law_corners = _corners(gains, where, count)
-    corners = law_corners or plain.corners
-    shared = weights_of(gains.get("premises"), corners) == plain.weights
-    # A law cannot evaluate weights that depend on its own command.
-    circular = len(K) > 1 and not set(plain.inputs).isdisjoint(plain.scheduled_by or ())
-    has_model_weights = shared and not circular and len(K) in (1, plain.rules)
-    # Equal gains too are one gain only where the law's weights have the sum 1. Without stated
-    # premises nothing else is known about them.
-    if corners and (law_corners or (gains.get("premises") and len(K) > 1 and not shared)):
-        _require_every_corner(gains.get("premises"), corners, where)
-    return replace(plain, K=K, inputs=inputs, shared_weights=has_model_weights)
-
-
-def _require_every_corner(premises: Any, corners: tuple[tuple[int, ...], ...], where: str) -> None:
-    """Refuse products of weights that do not cover all corners, because their sum is not 1.
-
-    Where no premises are stated, one that is at the same end in all rules counts as constant.
-    """
-    if premises:
-        sides = [[reader.number(p, end, where) for end in ("lower", "upper")] for p in premises]
-        ends = [(0,) if low == high else (0, 1) for low, high in sides]
-    else:
-        ends = [tuple(set(column)) for column in zip(*corners, strict=True)]
-    # The count first: forty premises have more corners than fit into memory.
-    if len(corners) != prod(map(len, ends)) or set(corners) != set(product(*ends)):
-        raise CertificateError(
-            f"{where}.rules: not the corners of its {len(ends)} premises, each of them once"
-        )

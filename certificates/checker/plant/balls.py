@@ -42,15 +42,8 @@ def residuals(plant: PlantNodes) -> list[int]:
     left_sides = [g.constant(0)] * len(plant.states)
     if plant.sample_time is not None:
         left_sides = [v.rest for v in plant.states]
-    if plant.mass is not None:
-        left_sides = [
-            g.total(g.multiply(m, left_side) for m, left_side in zip(row, left_sides, strict=True))
-            for row in plant.mass
-        ]
-    variables = (*plant.states, *plant.inputs, *plant.disturbances)
-    origin = {v.symbol: g.constant(0) for v in variables}
-    rows = zip(plant.f, left_sides, strict=True)
-    return [substituted(g, g.subtract(node, left_side), origin) for node, left_side in rows]
+    rows = zip(plant.f, plant.times_mass(left_sides), strict=True)
+    return [plant.at_rest(g.subtract(node, left_side)) for node, left_side in rows]
 
 
 def prove_balls(plant: PlantNodes, algebra: Algebra, ranges: Ranges) -> None:

@@ -18,15 +18,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import member, text
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import member, read_matrix, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.loop.observer_law import measured_outputs
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, at
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.reading import PlantNodes
 from takagi.certificates.checker.plant.references import Following
-from takagi.certificates.checker.replay.observer_reading import measured_outputs
 
 CONSTANT = "constant"
 
@@ -47,10 +47,10 @@ class ConstantObserver:
         if any(any(map(any, D.rows)) for D in loop.D):
             raise Refused("a measured output depends on an input")
         n, k = loop.order, len(self.states)
-        none, inner = _zeros(n, k), self.A - self.L @ self.C
+        none, inner = Matrix.zeros(n, k), self.A - self.L @ self.C
         measured = [Matrix([C.rows[row] for row in self.rows], C.below) for C in loop.C]
         A = tuple(
-            Matrix.blocks([[_at(loop.A, i), none], [self.L @ _at(tuple(measured), i), inner]])
+            Matrix.blocks([[at(loop.A, i), none], [self.L @ at(tuple(measured), i), inner]])
             for i in range(loop.rules)
         )
         B = tuple(Matrix.blocks([[B], [self.B]]) for B in loop.B)
@@ -68,12 +68,8 @@ class ConstantObserver:
     ) -> list[int]:
         """Return the nodes of s' at s = ``estimate``, u - u* = ``push`` and x of ``places``."""
         g = plant.graph
-        at_rest = {v.symbol: g.constant(0) for v in (*plant.states, *plant.inputs)}
-        at_rest |= {v.symbol: g.constant(0) for v in plant.disturbances}
         measured = [plant.outputs[row] for row in self.rows]
-        gaps = [
-            g.subtract(substituted(g, y, state_nodes), substituted(g, y, at_rest)) for y in measured
-        ]
+        gaps = [g.subtract(substituted(g, y, state_nodes), plant.at_rest(y)) for y in measured]
         products = ((self.A - self.L @ self.C, estimate), (self.B, push), (self.L, gaps))
         return [
             g.total(
@@ -112,19 +108,9 @@ def _check_known(plant: PlantNodes, follow: list[Following], measured: list[int]
     """Refuse an h(x) that is no measured output, and no function of states that are measured."""
     algebra, g = Algebra(plant.graph, plant.tables), plant.graph
     measured_states = {
-        v.symbol
-        for v in plant.states
-        if any(algebra.equal(y, g.add(v.rest, g.variable(v.symbol))) for y in measured)
+        v.symbol for v in plant.states if any(algebra.equal(y, plant.value_of(v)) for y in measured)
     }
     for following in follow:
         is_measured = g.variables(following.follow) <= measured_states
         if not is_measured and not any(algebra.equal(following.follow, y) for y in measured):
             raise Refused(f"what follows {following.signal.name} is not measured")
-
-
-def _zeros(rows: int, columns: int) -> Matrix:
-    return Matrix([[0] * columns for _ in range(rows)])
-
-
-def _at(stack: tuple[Matrix, ...], i: int) -> Matrix:
-    return stack[i if len(stack) > 1 else 0]

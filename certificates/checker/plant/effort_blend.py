@@ -30,25 +30,155 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from takagi.certificates.checker.arithmetic.effort_ramp import psi
+from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.kernel.obligation import Obligations
-from takagi.certificates.checker.kernel.reader import canonical, member
+from takagi.certificates.checker.kernel.reader import canonical, integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.plant.blend import Acting, Blend, read_blend, secant
-from takagi.certificates.checker.plant.derivative import substituted
-from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
+from takagi.certificates.checker.plant.graph import FUNCTIONS
 from takagi.certificates.checker.plant.identity import Algebra
-from takagi.certificates.checker.plant.known_signals import check_known
 from takagi.certificates.checker.plant.plant_claim import Enclosure, PlantClaim
 from takagi.certificates.checker.plant.ranges import Ranges
-from takagi.certificates.checker.plant.reading import PlantNodes
-from takagi.certificates.checker.plant.sector_embedding import plant_loop
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable, rational
+from takagi.certificates.checker.plant.sector_embedding import check_known, plant_loop
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 # Bounds that mean "positive" and "finite" for an effectiveness.
 SMALLEST_EFFECTIVENESS, LARGEST_EFFECTIVENESS = Fraction(1, 10**40), Fraction(10**60)
+
+
+@dataclass(frozen=True)
+class Acting:
+    """One actuator: ``sign`` is 1 for the high one, -1 for the low one.
+
+    ``effectiveness`` is a node; ``error`` is the signal delta, None for an exact actuator.
+    """
+
+    name: str
+    unit: str
+    sign: int
+    direction: int
+    effectiveness: int
+    idle: Fraction
+    side: tuple[Fraction, Fraction] | None
+    error: Variable | None
+
+
+@dataclass(frozen=True)
+class Blend:
+    """All data of the blend; ``scope`` has the names that its equations may use."""
+
+    effort: Variable
+    rate: Variable
+    share: Variable
+    rest: Fraction
+    ends: tuple[Fraction, Fraction]
+    overlap: Fraction
+    low: Acting
+    high: Acting
+    equations: list[str]
+    scope: Scope
+
+    @property
+    def actuators(self) -> tuple[Acting, Acting]:
+        return self.low, self.high
+
+
+def secant(s: Fraction, rest: Fraction, overlap: Fraction) -> Fraction:
+    """Return the secant slope of psi from ``rest`` to s; its derivative if they are equal."""
+    if s != rest:
+        return (psi(s, overlap) - psi(rest, overlap)) / (s - rest)
+    return share(s, overlap)
+
+
+def read_blend(model: Any, plant: PlantNodes, where: str) -> Blend:
+    """Return the member ``blending`` of a model of kind ``plant``.
+
+    Raises
+    ------
+    CertificateError : a part is missing or has a wrong form, a variable does not exist, the overlap
+        is not positive, the effort has no range, or an actuator's name is already in use.
+    """
+    stated = member(model, "blending", where)
+    where = f"{where}.blending"
+    effort = _variable(stated, "effort", plant.states, where)
+    rest = plant.graph.value(effort.rest)
+    if rest is None or effort.side is None:
+        raise CertificateError(f"{where}.effort: a rest that is a fraction and a range are needed")
+    overlap = rational(member(stated, "overlap", where), plant.graph, f"{where}.overlap")
+    if overlap <= 0:
+        raise CertificateError(f"{where}.overlap: a positive number is needed")
+    equations = member(stated, "equations", where)
+    if not isinstance(equations, list) or len(equations) != len(plant.states) - 1:
+        raise CertificateError(f"{where}.equations: one for each state but the effort is needed")
+    rate = _variable(stated, "rate", plant.inputs, where)
+    share = _variable(stated, "share", plant.disturbances, where)
+    added = {effort.name, rate.name, share.name}
+    for key in ("low", "high"):
+        named = member(member(stated, key, where), "error", f"{where}.{key}")
+        added |= {named} if isinstance(named, str) else set()
+    # The blend adds these variables; the equations with two actuators must not use them.
+    plant_names = {name: node for name, node in plant.scope.names.items() if name not in added}
+    scope = Scope(plant_names, plant.scope.tables)
+    low, high = (
+        _acting(member(stated, key, where), plant, scope, sign, f"{where}.{key}")
+        for key, sign in (("low", -1), ("high", 1))
+    )
+    used_names = {*plant.scope.names, *scope.tables, *FUNCTIONS, "pi"}
+    if low.name == high.name or {low.name, high.name} & used_names:
+        raise CertificateError(f"{where}: the actuators need names of their own")
+    return Blend(
+        effort=effort,
+        rate=rate,
+        share=share,
+        rest=rest,
+        ends=(rest + effort.side[0], rest + effort.side[1]),
+        overlap=overlap,
+        low=low,
+        high=high,
+        equations=equations,
+        scope=scope,
+    )
+
+
+def _variable(owner: Any, key: str, variables: list[Variable], where: str) -> Variable:
+    name = text(owner, key, where)
+    for variable in variables:
+        if variable.name == name:
+            return variable
+    raise CertificateError(f"{where}.{key}: {name[:60]!a} is none of the model's")
+
+
+def _acting(actuator: Any, plant: PlantNodes, scope: Scope, sign: int, where: str) -> Acting:
+    name = text(actuator, "input", where)
+    if not NAME.fullmatch(name):
+        raise CertificateError(f"{where}.input: {name[:60]!a} is no name")
+    direction = integer(actuator, "direction", where)
+    if direction not in (-1, 1):
+        raise CertificateError(f"{where}.direction: 1 or -1 is needed")
+    written = member(actuator, "effectiveness", where)
+    ends = member(actuator, "range", where)
+    side = None
+    if ends is not None:
+        if not isinstance(ends, list) or len(ends) != 2:
+            raise CertificateError(f"{where}.range: two numbers are needed")
+        low, high = (rational(end, plant.graph, f"{where}.range") for end in ends)
+        side = low, high
+    error = None
+    if member(actuator, "error", where) is not None:
+        error = _variable(actuator, "error", plant.disturbances, where)
+    return Acting(
+        name,
+        text(actuator, "unit", where),
+        sign,
+        direction,
+        read_expression(written, plant.graph, scope, f"{where}.effectiveness"),
+        rational(member(actuator, "idle", where), plant.graph, f"{where}.idle"),
+        side,
+        error,
+    )
 
 
 @dataclass(frozen=True)
@@ -178,20 +308,18 @@ def _acts(plant: PlantNodes, ranges: Ranges, blend: Blend, acting: Acting) -> En
 
 def _check_equations(plant: PlantNodes, blend: Blend, algebra: Algebra, ranges: Ranges) -> None:
     g = plant.graph
-    names = dict(blend.names)
-    origin = {v.symbol: g.constant(0) for v in (*plant.states, *plant.inputs, *plant.disturbances)}
+    names = dict(blend.scope.names)
     for acting in blend.actuators:
         commanded = _command(plant, blend, acting)
         if acting.error is not None:
-            rest = substituted(g, commanded, origin)
+            rest = plant.at_rest(commanded)
             wrong = g.add(g.constant(1), g.variable(acting.error.symbol))
             commanded = g.add(rest, g.multiply(wrong, g.subtract(commanded, rest)))
         names[acting.name] = commanded
-    scope, written = Scope(names, blend.tables), iter(blend.equations)
+    scope, written = Scope(names, blend.scope.tables), iter(blend.equations)
     for i, (state, row) in enumerate(zip(plant.states, plant.f, strict=True)):
         if state is blend.effort:
-            rate = g.add(blend.rate.rest, g.variable(blend.rate.symbol))
-            if not algebra.equal(row, rate):
+            if not algebra.equal(row, plant.value_of(blend.rate)):
                 raise Refused("the effort does not move by its rate")
             _check_own_row(plant, i)
             continue
@@ -205,7 +333,7 @@ def _check_equations(plant: PlantNodes, blend: Blend, algebra: Algebra, ranges: 
 def _command(plant: PlantNodes, blend: Blend, acting: Acting) -> int:
     """Return v of the law, with psi expressed by the share F."""
     g = plant.graph
-    share = g.add(blend.share.rest, g.variable(blend.share.symbol))
+    share = plant.value_of(blend.share)
     if acting.sign < 0:
         share = g.subtract(share, g.constant(1))
     resting = g.constant(psi(acting.sign * blend.rest, blend.overlap))

@@ -21,6 +21,7 @@ from typing import Any
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose
 from takagi.certificates.checker.kernel.reader import Number, member, number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.evaluate import Evaluator
 from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
 from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
@@ -80,7 +81,10 @@ class Premise:
 
 @dataclass
 class PlantNodes:
-    """All data of a certificate about its plant, as nodes of one graph."""
+    """All data of a certificate about its plant, as nodes of one graph.
+
+    ``scope``, ``premise_scope`` : the names that equations may use, and premises.
+    """
 
     graph: Graph
     tables: dict[str, Table]
@@ -97,6 +101,32 @@ class PlantNodes:
     entries: dict[str, Rows] = field(default_factory=dict)
     form: str = "sector"
     balls: dict[str, Ball] = field(default_factory=dict)
+    scope: Scope = field(default_factory=lambda: Scope({}))
+    premise_scope: Scope = field(default_factory=lambda: Scope({}))
+
+    @property
+    def variables(self) -> list[Variable]:
+        """States, inputs and disturbances."""
+        return [*self.states, *self.inputs, *self.disturbances]
+
+    def at_rest(self, node: int) -> int:
+        """Return a node where all deviations are 0."""
+        origin = {v.symbol: self.graph.constant(0) for v in self.variables}
+        return substituted(self.graph, node, origin)
+
+    def value_of(self, variable: Variable) -> int:
+        """Return the node of a variable, its rest and its deviation."""
+        return self.graph.add(variable.rest, self.graph.variable(variable.symbol))
+
+    def times_mass(self, rates: list[int]) -> list[int]:
+        """Return M times a column of nodes; the column where there is no mass matrix."""
+        if self.mass is None:
+            return rates
+        g = self.graph
+        return [
+            g.total(g.multiply(m, rate) for m, rate in zip(row, rates, strict=True))
+            for row in self.mass
+        ]
 
     @property
     def evaluator(self) -> Evaluator:
@@ -105,8 +135,7 @@ class PlantNodes:
     @property
     def sides(self) -> dict[str, tuple[Fraction, Fraction]]:
         """Range of the deviation of each variable that has one, and of each ball."""
-        variables = (*self.states, *self.inputs, *self.disturbances)
-        ranges = {v.symbol: v.side for v in variables if v.side is not None}
+        ranges = {v.symbol: v.side for v in self.variables if v.side is not None}
         return ranges | {name: ball.side for name, ball in self.balls.items()}
 
     @property
@@ -136,6 +165,21 @@ def constant_bracket(written: object, where: str = "constant") -> tuple[Fraction
     return Fraction(bracket[0], ONE), Fraction(bracket[1], ONE)
 
 
+def constant_node(value: Any, graph: Graph, where: str) -> int:
+    """Return the node of a number, or of a text without variables."""
+    if isinstance(value, Number):
+        return graph.constant(Fraction(value))
+    return read_expression(value, graph, Scope({}), where)
+
+
+def rational(value: Any, graph: Graph, where: str) -> Fraction:
+    """Return a number, or the value of a text such as ``"250/9"``."""
+    exact_value = graph.value(constant_node(value, graph, where))
+    if exact_value is None:
+        raise CertificateError(f"{where}: a rational number is needed")
+    return exact_value
+
+
 class _Reading:
     def __init__(self, model: Any, where: str) -> None:
         self.model, self.where = model, where
@@ -153,7 +197,7 @@ class _Reading:
                 if self.balls[name].equals is None:
                     raise CertificateError(f"{where}.equals: an expression is needed")
                 continue
-            exact = self.rational(value, where)
+            exact = rational(value, self.graph, where)
             self.add(name, self.graph.constant(exact), self.names, "parameters")
         tables = self.tables()
         states, inputs, disturbances = (
@@ -166,6 +210,7 @@ class _Reading:
         if plant.balls and "blending" in self.model:
             raise CertificateError(f"{self.where}: a blend has decimals at rest and as parameters")
         scope = Scope(self.names, {name: table.arguments for name, table in tables.items()})
+        plant.scope = scope
         plant.f = self.row("equations", member(self.model, "equations", self.where), scope)
         if len(plant.f) != len(states):
             raise CertificateError(f"{self.where}.equations: one for each state is needed")
@@ -173,7 +218,7 @@ class _Reading:
             plant.mass = self.rows("mass", self.model["mass"], scope, (len(states), len(states)))
         outputs = self.model.get("outputs", [])
         plant.outputs = self.row("outputs", outputs, scope, "expression")
-        self.embedding(plant, scope)
+        self.embedding(plant)
         return plant
 
     def object(self, key: str) -> dict[str, Any]:
@@ -192,23 +237,10 @@ class _Reading:
         self.take(name, key)
         names[name] = node
 
-    def rational(self, value: Any, where: str) -> Fraction:
-        """Return a number, or the value of a text such as ``"250/9"``."""
-        exact_value = self.graph.value(self.constant(value, where))
-        if exact_value is None:
-            raise CertificateError(f"{where}: a rational number is needed")
-        return exact_value
-
-    def constant(self, value: Any, where: str) -> int:
-        """Return a number, or the value of a text without variables."""
-        if isinstance(value, Number):
-            return self.graph.constant(Fraction(value))
-        return read_expression(value, self.graph, Scope({}), where)
-
     def ball(self, name: str, stated: dict[str, Any], where: str) -> int:
         """Return the variable of a number that is not a decimal, and store its ball."""
         middle, radius = (
-            self.rational(member(stated, key, where), f"{where}.{key}")
+            rational(member(stated, key, where), self.graph, f"{where}.{key}")
             for key in ("value", "within")
         )
         if not 0 < radius < abs(middle) or abs(middle) > LARGEST_SIDE:
@@ -257,7 +289,7 @@ class _Reading:
             ends = stated["range"]
             if not isinstance(ends, list) or len(ends) != 2:
                 raise CertificateError(f"{where}.range: two numbers are needed")
-            low, high = [self.rational(end, f"{where}.range") for end in ends]
+            low, high = [rational(end, self.graph, f"{where}.range") for end in ends]
             if rest_range is None:
                 raise CertificateError(f"{where}.range: its rest must be a rational number")
             if (
@@ -279,7 +311,7 @@ class _Reading:
     ) -> tuple[int, tuple[Fraction, Fraction] | None, Ball | None]:
         """Return the node of a rest, the interval that contains it (or None), and its ball."""
         if not isinstance(value, dict):
-            node = self.constant(value, where)
+            node = constant_node(value, self.graph, where)
             exact = self.graph.value(node)
             return node, None if exact is None else (exact, exact), None
         if key == "disturbances":
@@ -306,9 +338,9 @@ class _Reading:
             raise CertificateError(f"{self.where}.{key}: rows of {shape[1]} are needed")
         return rows
 
-    def embedding(self, plant: PlantNodes, equation_scope: Scope) -> None:
+    def embedding(self, plant: PlantNodes) -> None:
         stated, where = member(self.model, "embedding", self.where), f"{self.where}.embedding"
-        scope = Scope({**self.names, **self.symbols}, equation_scope.tables)
+        scope = plant.premise_scope = Scope({**self.names, **self.symbols}, plant.scope.tables)
         listed = member(stated, "premises", where)
         plant.form = text(stated, "form", where) if "form" in stated else "sector"
         plant.premises = self.premises(listed, f"{where}.premises", scope, MOST_PREMISES)
@@ -344,7 +376,7 @@ class _Reading:
             written = member(premise, "expression", premise_place)
             node = read_expression(written, self.graph, scope, f"{premise_place}.expression")
             low, high = (
-                self.rational(member(premise, end, premise_place), f"{premise_place}.{end}")
+                rational(member(premise, end, premise_place), self.graph, f"{premise_place}.{end}")
                 for end in ("lower", "upper")
             )
             if low > high:

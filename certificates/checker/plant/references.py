@@ -11,8 +11,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import canonical, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.plant.blend import names_of
-from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.expression import read_expression
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
@@ -44,8 +43,6 @@ def read_references(model: Any, plant: PlantNodes, where: str) -> list[Following
         raise CertificateError(f"{where}.references: a list is needed")
     signals = [v.name for v in plant.disturbances]
     states = [v.name for v in plant.states]
-    names = names_of(model, plant)
-    tables = {name: table.arguments for name, table in plant.tables.items()}
     references = []
     for k, entry in enumerate(listed):
         entry_place = f"{where}.references[{k}]"
@@ -59,7 +56,7 @@ def read_references(model: Any, plant: PlantNodes, where: str) -> list[Following
                 f"{entry_place}: the reference needs a range, and the law knows it"
             )
         written = member(entry, "follow", entry_place)
-        node = read_expression(written, plant.graph, Scope(names, tables), f"{entry_place}.follow")
+        node = read_expression(written, plant.graph, plant.scope, f"{entry_place}.follow")
         references.append(Following(signal, column, row, node))
     count = len(references)
     if len({f.column for f in references}) < count or len({f.row for f in references}) < count:
@@ -78,8 +75,7 @@ def check_following(plant: PlantNodes, follow: list[Following], algebra: Algebra
     for f in follow:
         if not g.variables(f.follow) <= measured:
             raise Refused(f"what follows {f.signal.name} depends on more than the plant's states")
-        reference = g.add(f.signal.rest, g.variable(f.signal.symbol))
-        if not algebra.equal(plant.f[f.row], g.subtract(f.follow, reference)):
+        if not algebra.equal(plant.f[f.row], g.subtract(f.follow, plant.value_of(f.signal))):
             raise Refused(f"the integral of {f.signal.name} is not that of h - r")
         for i, row in enumerate(plant.entries["E"]):
             if g.value(row[f.column]) != (-1 if i == f.row else 0):

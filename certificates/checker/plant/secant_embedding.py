@@ -26,8 +26,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.obligation import Obligations
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.balls import prove_balls
 from takagi.certificates.checker.plant.derivative import derivative, substituted
@@ -100,15 +100,13 @@ def secants(
             raise CertificateError("model: an entry has a product of premises")
     g, algebra = plant.graph, Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
-    variables = (*plant.states, *plant.inputs, *plant.disturbances)
-    origin = {v.symbol: g.constant(0) for v in variables}
     discrete = plant.sample_time is not None
     if plant.balls:
         prove_balls(plant, algebra, ranges)
     at_rest = plant.f if resting and not plant.balls else []
     for state, row in zip(plant.states, at_rest, strict=bool(at_rest)):
         value = state.rest if discrete else g.constant(0)
-        if not algebra.equal(substituted(g, row, origin), value):
+        if not algebra.equal(plant.at_rest(row), value):
             raise Refused(f"{state.name} is not shown to be at rest at the point of rest")
     groups: list[tuple[str, list[int], list[Variable]]] = [
         ("A", plant.f, plant.states),
@@ -152,8 +150,7 @@ def _check_still(plant: PlantNodes, algebra: Algebra, fixed_signals: list[int]) 
     """
     g = plant.graph
     moving = {plant.disturbances[k].symbol for k in fixed_signals}
-    variables = (*plant.states, *plant.inputs, *plant.disturbances)
-    at_rest = {v.symbol: g.constant(0) for v in variables if v.symbol not in moving}
+    at_rest = {v.symbol: g.constant(0) for v in plant.variables if v.symbol not in moving}
     zero = {symbol: g.constant(0) for symbol in moving}
     for state, row in zip(plant.states, plant.f, strict=True):
         moving_row = substituted(g, row, at_rest)

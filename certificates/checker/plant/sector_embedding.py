@@ -25,7 +25,7 @@ uses f minus its value at rest instead of f; ``balls`` proves that this value is
 
 A signal marked ``unknown`` is an uncertain parameter: steps 1 to 3 hold for every value in its
 range.  Its column of E is 0, and rules that differ only in premises with it have equal gains
-(``known_signals``), so the claims about the loop hold for every value, constant or moving.
+(``check_known``), so the claims about the loop hold for every value, constant or moving.
 
 Step 1 has one exception: a variable x_j whose range contains 0 and that divides, as in sin(x)/x, or
 a sum of multiples of variables in its place, as in sin(x + y)/(x + y) (``linear_sum``).  Where it
@@ -42,7 +42,7 @@ multiplied by 0 and any value in the bounds gives the equation, also the one tha
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
@@ -50,12 +50,14 @@ from typing import Any, ClassVar, TypeAlias
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLoop, weights_of
+from takagi.certificates.checker.loop.model_loop import closed_by
+from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLoop
+from takagi.certificates.checker.loop.product_weights import weights_of
 from takagi.certificates.checker.plant.balls import prove_balls, relations, residuals
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
-from takagi.certificates.checker.plant.known_signals import check_known
 from takagi.certificates.checker.plant.plant_claim import Enclosure, PlantClaim
 from takagi.certificates.checker.plant.quotient_form import jumps, with_signs
 from takagi.certificates.checker.plant.ranges import Ranges
@@ -147,12 +149,11 @@ def _loop(
 
 def _resting_elsewhere(plant: PlantNodes) -> str:
     """Return the letters of x, u, w, y whose equilibrium value is not known to be 0."""
-    g, variables = plant.graph, (*plant.states, *plant.inputs, *plant.disturbances)
-    origin = {v.symbol: g.constant(0) for v in variables}
+    g = plant.graph
     groups = {"x": plant.states, "u": plant.inputs, "w": plant.disturbances}
     letters = "".join(a for a, group in groups.items() if any(g.value(v.rest) != 0 for v in group))
     try:
-        at_rest = [g.value(substituted(g, node, origin)) for node in plant.outputs]
+        at_rest = [g.value(plant.at_rest(node)) for node in plant.outputs]
     except CertificateError:  # 0/0 there; the limit is not needed
         at_rest = [None]
     return letters + ("y" if any(value != 0 for value in at_rest) else "")
@@ -169,8 +170,7 @@ def _scheduling(plant: PlantNodes) -> tuple[str, ...]:
     """Return the labels of the variables in premises that are not constant."""
     varying = [premise.node for premise in plant.premises if premise.lower < premise.upper]
     scheduling_symbols = set().union(*(plant.graph.variables(node) for node in varying))
-    variables = (*plant.states, *plant.inputs, *plant.disturbances)
-    return tuple(v.label for v in variables if v.symbol in scheduling_symbols)
+    return tuple(v.label for v in plant.variables if v.symbol in scheduling_symbols)
 
 
 @dataclass(frozen=True)
@@ -221,6 +221,50 @@ def check_unknown(plant: PlantNodes, model: Any, gains: Any) -> None:
     if symbols and gains is not None:
         unknown_signal = "an uncertain parameter"
         check_known(plant, plant_loop(model), symbols, gains, unknown_signal)
+
+
+def check_known(
+    plant: PlantNodes, loop: PolytopicLoop, unknown: Collection[str], gains: Any, subject: str
+) -> None:
+    """Refuse gains that depend on signals which the law does not know.
+
+    If a premise depends on one, the law cannot compute its weights; so rules that differ only in
+    such premises need equal gains.  Then the unknown weights cancel: sum_i h_i K_i is a sum over
+    the corners of the other premises only.
+
+    Parameters
+    ----------
+    loop : the vertices of the plant's model, without gains.
+    unknown : symbols of these signals.
+    subject : what these signals are, in words, such as ``"an error of an actuator"``.
+
+    Raises
+    ------
+    Refused : rules that differ only in premises with such a signal have different gains, or the
+        gains of several rules have other weights than the model's.
+    CertificateError : another number of gains than of rules.
+    """
+    K = read_stack(gains, "K", "gains")
+    if len(K) == 1:
+        return
+    known_premises = [
+        k for k, p in enumerate(plant.premises) if not set(unknown) & plant.graph.variables(p.node)
+    ]
+    corners = list(corners_of(plant.premises))
+    if len(corners) != len(K):
+        raise CertificateError(f"gains.K: {len(corners)} gains are needed")
+    first: dict[tuple[int, ...], int] = {}
+    for i, corner in enumerate(corners):
+        picks = [pick for pick, _ in corner.values()]
+        j = first.setdefault(tuple(picks[k] for k in known_premises), i)
+        # Equal gains are read as equal rows over one denominator.
+        if K[i] != K[j]:
+            raise Refused(
+                f"gains {j + 1} and {i + 1} differ, and the rules differ only in {subject}, which "
+                "the law does not know"
+            )
+    if not closed_by(loop, gains, "gains").shared_weights:
+        raise Refused("the law's gains go by other weights than the model's rules")
 
 
 def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
@@ -280,12 +324,7 @@ def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str,
                 totals[i] = g.add(totals[i], term)
     if plant.sample_time is not None:
         rates = [g.add(v.rest, rate) for v, rate in zip(plant.states, rates, strict=True)]
-    if plant.mass is not None:
-        rates = [
-            g.total(g.multiply(m, rate) for m, rate in zip(row, rates, strict=True))
-            for row in plant.mass
-        ]
-    equations = plant.f
+    rates, equations = plant.times_mass(rates), plant.f
     if plant.balls:
         pairs = zip(equations, residuals(plant), strict=True)
         equations = [g.subtract(node, residual) for node, residual in pairs]
@@ -297,11 +336,8 @@ def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str,
         solved = relations(plant, algebra) if solved is None else solved
         if not algebra.equal(substituted(g, rate, solved), substituted(g, node, solved)):
             raise Refused(f"the entries do not give the equation of {state.name}")
-    variables = (*plant.states, *plant.inputs, *plant.disturbances)
-    origin = {v.symbol: g.constant(0) for v in variables}
     for k, (output_sum, node) in enumerate(zip(output_sums, plant.outputs, strict=True)):
-        at_rest = substituted(g, node, origin)
-        if not algebra.equal(output_sum, g.subtract(node, at_rest)):
+        if not algebra.equal(output_sum, g.subtract(node, plant.at_rest(node))):
             raise Refused(f"the entries do not give output {k + 1}")
 
 

@@ -52,8 +52,8 @@ class Table:
         if len(point) == 2:
             first, other_knots = _near(self.knots[1], point[1])
             last = first + DEGREE + 1
-            column = [_at_point(other_knots, row[first:last], point[1], orders[1]) for row in rows]
-        return _at_point(knots, column, point[0], orders[0])
+            column = [at_point(other_knots, row[first:last], point[1], orders[1]) for row in rows]
+        return at_point(knots, column, point[0], orders[0])
 
     def bounds(self, arguments: list[Interval], orders: tuple[int, ...]) -> Interval:
         """Return a bracket of a partial derivative over the part of a box inside the table.
@@ -89,7 +89,7 @@ def _near(knots: list[Fraction], x: Fraction) -> tuple[int, list[Fraction]]:
     return first, knots[first + 1 : first + 2 * DEGREE + 1]
 
 
-def _at_point(
+def at_point(
     knots: list[Fraction], coefficients: list[Fraction], x: Fraction, order: int
 ) -> Fraction:
     """Return a derivative of a cubic piece by differences of coefficients and de Boor's recursion.

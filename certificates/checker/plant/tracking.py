@@ -52,13 +52,20 @@ from functools import cached_property
 from itertools import combinations_with_replacement, product
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
-from takagi.certificates.checker.kernel.reader import canonical, member, number, numbers
+from takagi.certificates.checker.kernel.reader import (
+    canonical,
+    member,
+    number,
+    numbers,
+    read_matrix,
+    read_stack,
+)
 from takagi.certificates.checker.kernel.reader import positive as positive_number
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded, closed_by
+from takagi.certificates.checker.loop.model_loop import closed_by
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.plant_claim import Enclosure, PlantClaim
@@ -73,6 +80,7 @@ from takagi.certificates.checker.plant.secant_embedding import secants
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.checker.plant.trim import compared_trim
 from takagi.certificates.checker.plant.vertices import multi_affine_entries
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.obligation import Decider, decided_exactly
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Checked, Verdict
+from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS, READ, replay
 
 # From the place of a claim in the file to what decides its obligations.
@@ -54,19 +54,12 @@ def check(
     data = reader.read_json(Path(path))
     _require_whole(data, str(path))
     messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
-    if gains is None and model is None:
-        return _replayed(data, str(path), messages, decider_of)
-    # Imported here, so that a check without files does not depend on the code that reads them.
-    from takagi.certificates.checker.files import given_files
+    if gains is not None or model is not None:
+        # Imported here, so that a check without files does not depend on the code that reads them.
+        from takagi.certificates.checker.files.given_files import compare_files
 
-    given_files.require_parts(data, str(path))
-    if gains is not None:
-        from takagi.certificates.checker.files.gain_file import compare_gains
-
-        messages[0] = compare_gains(data, gains, allow_old=allow_old_gain_files)
-    if model is not None:
-        messages[1] = given_files.compare_model(data, model)
-    return _replayed(data, str(path), [message for message in messages if message], decider_of)
+        messages = compare_files(data, str(path), gains, model, messages, allow_old_gain_files)
+    return _replayed(data, str(path), messages, decider_of)
 
 
 def check_document(document: Mapping[str, Any], decider_of: DeciderOf = exact_decider) -> Checked:
@@ -99,28 +92,25 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
 
 
 def _replayed(
-    data: dict[str, Any],
-    path: str,
-    messages: list[str],
-    decider_of: DeciderOf = exact_decider,
+    data: dict[str, Any], path: str, messages: list[str], decider_of: DeciderOf
 ) -> Checked:
     claims = reader.listed(data, "claims", path, 1, MOST_CLAIMS)
     kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
     if not READ.issuperset(kinds):
         # Imported here: a file with kinds that are all read does not depend on it.
-        from takagi.certificates.checker.replay.removed_kinds import refuse_removed_kinds
+        from takagi.certificates.checker.replay.containment import refuse_removed_kinds
 
         refuse_removed_kinds(kinds)
     model, gains = member(data, "model", "certificate"), data.get("gains")
     loop = None
     if any(kind in KINDS for kind in kinds):
         # Imported here: a turbine's loop does not need it, because it is not a sum over rules.
-        from takagi.certificates.checker.replay.model_loop import read_model_loop
+        from takagi.certificates.checker.loop.model_loop import read_model_loop
 
         loop = read_model_loop(model, gains)
     if isinstance(gains, dict) and {"observer", "blending", "references"} & gains.keys():
         # Imported here: most laws are gains alone.
-        from takagi.certificates.checker.replay.whole_law import require_whole_law
+        from takagi.certificates.checker.replay.containment import require_whole_law
 
         require_whole_law(gains, kinds)
     outcomes: list[Outcome] = []
@@ -132,18 +122,15 @@ def _replayed(
         from takagi.certificates.checker.replay.containment import of_its_slopes, of_the_plant
 
         outcomes = of_its_slopes(of_the_plant(outcomes, kinds, path), kinds, loop, path)
-    return concluded(outcomes, messages)
+    return concluded([outcome.in_words() for outcome in outcomes], messages)
 
 
-def concluded(outcomes: Sequence[Outcome], notes: list[str]) -> Checked:
-    """Return the verdict on the whole, and then each claim in words; ``notes`` are the messages."""
-    verdicts = {outcome.verdict for outcome in outcomes}
+def concluded(claims: list[Claim], notes: list[str]) -> Checked:
+    """Return the verdict on the whole; ``notes`` are the messages."""
+    verdicts = {claim.verdict for claim in claims}
     overall = Verdict.UNDECIDED
     if Verdict.DISPROVED in verdicts:
         overall = Verdict.DISPROVED
     elif verdicts == {Verdict.PROVED}:
         overall = Verdict.PROVED
-    # Imported here, as all words are: no verdict depends on it.
-    from takagi.certificates.checker.words.saying import in_words
-
-    return Checked(overall, [in_words(outcome) for outcome in outcomes], notes)
+    return Checked(overall, claims, notes)

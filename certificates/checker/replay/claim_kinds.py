@@ -1,7 +1,7 @@
 """The registry of the kinds of claims, and the verdict on one claim.
 
-Modules are listed by name and imported only when a certificate has such a claim. So a verdict loads
-only the code that it needs.
+A kind is a class of its name in a file of its name (``class_of``), which is imported only when a
+certificate has such a claim. So a verdict loads only the code that it needs.
 """
 
 from __future__ import annotations
@@ -10,42 +10,21 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.claim_kind import Decided, Outcome
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.obligation import Decider, decided_exactly
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
-# Claims about the loop of model and gains.
-KINDS = {
-    "decay": "kinds.decay.Decay",
-    "no-common-decay": "kinds.no_common_decay.NoCommonDecay",
-    "fuzzy-decay": "kinds.fuzzy_decay.FuzzyDecay",
-    "fuzzy-l2-gain": "kinds.fuzzy_l2_gain.FuzzyEnergyGain",
-    "region": "kinds.region.Region",
-    "gain-rounding": "kinds.gain_rounding.GainRounding",
-    "l2-gain": "kinds.l2_gain.EnergyGain",
-    "h2-norm": "kinds.h2_norm.H2Norm",
-    "exit-probability": "kinds.exit_probability.ExitProbability",
-    "peak": "kinds.peak.Peak",
-    "invariant-ellipsoid": "kinds.invariant_set.InvariantEllipsoid",
-    "input-limits": "kinds.input_limits.InputLimits",
-    "observer": "kinds.observer.Observer",
-    "observed-feedback": "kinds.observer.ObservedFeedback",
-    "observed-loop": "kinds.observed_loop.ObservedLoop",
-    "transient": "kinds.transient.Transient",
-    "sampled-loop": "kinds.sampled_loop.SampledLoop",
-}
-# Claims about a plant, which read model and gains in their own way.
-PLANT_KINDS = {
-    "effort-blend": "plant.effort_blend.EffortBlend",
-    "sector-embedding": "plant.sector_embedding.SectorEmbedding",
-    "secant-embedding": "plant.secant_embedding.SecantEmbedding",
-    "tracking": "plant.tracking.Tracking",
-    "slope-embedding": "plant.slope_embedding.SlopeEmbedding",
-}
+# Claims about the loop of model and gains, each in a file of ``kinds/``.
+KINDS = (
+    "decay no-common-decay fuzzy-decay fuzzy-l2-gain region gain-rounding l2-gain h2-norm "
+    "exit-probability peak invariant-ellipsoid input-limits observer observed-feedback "
+    "observed-loop transient sampled-loop"
+).split()
+# Claims about a plant, which read model and gains in their own way, each in a file of ``plant/``.
+PLANT_KINDS = "effort-blend sector-embedding secant-embedding tracking slope-embedding".split()
 # Claims about a turbine's loop, which read the whole file and the verdicts on earlier claims.
 TURBINE_KINDS = {
     "coherent-loop": "turbine.effort_sharing.loop_claim.EffortSharingLoop",
@@ -90,13 +69,15 @@ def replay(
         claims = [class_of(kind).read(claim, data, earlier, where)]
     else:
         raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
-    for read in claims:
-        if failure := read.failure(holds):
-            return Claim(read.name, Verdict.UNDECIDED, failure, read.assumes)
-    return Decided(claims[0])
+    outcomes = (Outcome(read, read.failure(holds)) for read in claims)
+    return next((outcome for outcome in outcomes if outcome.failure), Outcome(claims[0]))
 
 
 def class_of(kind: str) -> Any:
-    """Return the class of a kind of claims, e.g. ``kinds.decay.Decay`` for "decay"."""
-    module, _, name = (KINDS | PLANT_KINDS | TURBINE_KINDS)[kind].rpartition(".")
+    """Return the class of a kind of claims: of "l2-gain" it is ``kinds.l2_gain.L2Gain``."""
+    path = TURBINE_KINDS.get(kind)
+    if path is None:
+        room = "plant" if kind in PLANT_KINDS else "kinds"
+        path = f"{room}.{kind.replace('-', '_')}.{kind.title().replace('-', '')}"
+    module, _, name = path.rpartition(".")
     return getattr(import_module(f"takagi.certificates.checker.{module}"), name)

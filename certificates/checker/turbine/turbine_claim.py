@@ -9,7 +9,6 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 from takagi.certificates.checker.kernel.claim_kind import ClaimKind, Outcome
-from takagi.certificates.checker.kernel.figure import WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
@@ -20,9 +19,10 @@ from takagi.certificates.checker.kernel.obligation import (
 )
 from takagi.certificates.checker.kernel.reader import integer, member, number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.turbine.members import Members, refuse_unread
 from takagi.certificates.checker.turbine.rotor import Span
+from takagi.certificates.checker.words.figure import WindProfile
 
 MOST_REASONS = 12
 # Effects that the model of the machine omits.
@@ -139,8 +139,7 @@ def prerequisite_claim(
         raise CertificateError(f"{where}.{member_name}: claims[{place}] is not of kind {kind}")
     if outcome.verdict is Verdict.PROVED:
         return other, ""
-    name = outcome.name if isinstance(outcome, Claim) else outcome.claim.name
-    return other, f"the claim that it rests on is not proved: {name}"
+    return other, f"the claim that it rests on is not proved: {outcome.claim.name}"
 
 
 def merged(spans: list[Span]) -> list[Span]:

@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.claim_kind import Outcome
+from takagi.certificates.checker.kernel.claim_kind import ClaimKind, Outcome
+from takagi.certificates.checker.kernel.obligation import Obligations
 from takagi.certificates.checker.kernel.reader import number, read_text
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import (
     CellRates,
@@ -32,7 +32,6 @@ from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import (
     torque_step,
 )
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_claim
 from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.claims.turbine.wind_rate_claim import wind_rate_claim
@@ -159,11 +158,18 @@ def _open(
     """Return why the checker would not prove a claim of the loop, or nothing."""
     members = {"model": model, "gains": gains, "claims": [*earlier, claim]}
     data, index = read_text(json.dumps(members), "candidate"), len(earlier)
-    below: list[Outcome] = [
-        Claim(str(claim_["kind"]), Verdict.PROVED, "taken as proved") for claim_ in earlier
-    ]
-    outcome = replay(data["claims"][index], data, None, below, f"claims[{index}]")
-    return "" if outcome.verdict is Verdict.PROVED else in_words(outcome).text
+    below = [Outcome(_TakenAsProved()) for _ in earlier]
+    return replay(data["claims"][index], data, None, below, f"claims[{index}]").failure
+
+
+class _TakenAsProved(ClaimKind):
+    name = "taken as proved"
+
+    def obligations(self) -> Obligations:
+        return iter(())
+
+    def sentence(self) -> str:
+        return self.name
 
 
 # Factor on B, which is found in floating point.

@@ -19,8 +19,7 @@ from takagi.certificates.claims.turbine.published_search import (
     search_cells,
 )
 from takagi.models.laws.protocol import law_words
-from takagi.models.laws.published.equilibrium import Equilibrium
-from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.law import Equilibrium, PublishedLaw
 from takagi.models.laws.published.regional_schedule import CouplingFilter
 from takagi.models.ramps import Ramp
 

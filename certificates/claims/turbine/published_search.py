@@ -10,10 +10,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 
-from takagi.certificates.checker.arithmetic.interval import ONE, Interval
+from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.turbine.published.inputs import PublishedLaw as CheckedLaw
@@ -24,8 +25,8 @@ from takagi.lmi.analysis.invariant_ellipsoid import contraction, lyapunov_candid
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import exact
-from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
-from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.law import Equilibrium, PublishedLaw, equilibrium
+from takagi.models.turbine.data import Turbine
 
 Span = tuple[float, float]
 
@@ -126,13 +127,11 @@ class PublishedSearch:
                 f"the filter holds torque at {torque:.6g} N m, the turbine's limit is {limit:.6g} "
                 "N m; a claim needs them equal"
             )
-        members = {"model": turbine_data(law.turbine, []), "gains": published_law_data(law)}
-        data = read_text(json.dumps(members), "candidate")
         try:
-            stated = CheckedLaw.read(data["gains"])
+            stated = CheckedLaw.read(read_text(json.dumps(published_law_data(law)), "gains"))
         except CertificateError as error:
             raise ModelError(f"no claim can be made of this law: {error}") from error
-        return cls(law, Plant.read(data["model"]), stated, narrowest, ladder)
+        return cls(law, _plant(law.turbine), stated, narrowest, ladder)
 
     def enclosed(self, wind: Span, centre: Floats, box: Floats, field: Floats) -> PublishedCell:
         """Return the loop's ranges over one cell, in short decimals; ``field`` is at the centre.
@@ -144,12 +143,12 @@ class PublishedSearch:
         """
         ends = _ends(wind, centre, box)
         matrices = jacobians(self.plant, self.stated, self.stated.overlaps, ends)
-        low, high = (
-            np.array([[[_outward(entry, i) for entry in row] for row in rows] for rows in matrices])
-            for i in (0, 1)
-        )
-        disturbance = np.ceil((field / box + 1e-6) * 10**EMITTED_DIGITS) / 10**EMITTED_DIGITS
-        return PublishedCell(wind, centre, box, low, high, disturbance)
+        scale = 10**EMITTED_DIGITS
+        low = [[[e.low * scale // ONE for e in row] for row in rows] for rows in matrices]
+        high = [[[-(-e.high * scale // ONE) for e in row] for row in rows] for rows in matrices]
+        disturbance = np.ceil((field / box + 1e-6) * scale) / scale
+        lowest, highest = np.array(low) / scale, np.array(high) / scale
+        return PublishedCell(wind, centre, box, lowest, highest, disturbance)
 
     def field_at(self, wind: Span, centre: Floats) -> Floats:
         """Return (n,) bounds of |f_i(z_0(v), v)| over the cell, in SI units."""
@@ -290,15 +289,14 @@ def wind_breaks(law: CheckedLaw, radius: Fraction, low: float, high: float) -> l
     return sorted({low, high, *(v for v in nodes if low < v < high)})
 
 
+@lru_cache(maxsize=4)
+def _plant(turbine: Turbine) -> Plant:
+    return Plant.read(read_text(json.dumps(turbine_data(turbine, ())), "model"))
+
+
 def _ends(wind: Span, centre: Floats, box: Floats) -> Ends:
     first, last = ([exact(z) for z in row] for row in centre.tolist())
     return Ends((exact(wind[0]), exact(wind[1])), (first, last), [exact(r) for r in box.tolist()])
-
-
-def _outward(entry: Interval, end: int) -> float:
-    """Return an end of a range, rounded outward to the decimals that are stated."""
-    scaled = Fraction(entry[end] * 10**EMITTED_DIGITS, ONE)
-    return (math.ceil(scaled) if end else math.floor(scaled)) / 10**EMITTED_DIGITS
 
 
 def _halved(search: PublishedSearch, wind: tuple[float, float]) -> Iterator[FoundCell | Unproved]:

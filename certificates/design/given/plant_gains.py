@@ -12,11 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.files.gain_file import stated_law
-from takagi.certificates.checker.kernel.matrices import read_matrix, read_stack
-from takagi.certificates.checker.kernel.reader import Number, member, read_json
+from takagi.certificates.checker.kernel.reader import (
+    Number,
+    member,
+    read_json,
+    read_matrix,
+    read_stack,
+)
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.plant.narrower_ranges import with_ranges
-from takagi.certificates.design.plant.tracking_observer import measured_rows
+from takagi.certificates.design.plant.tracking_gains import measured_rows
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.decimals import floats, stack_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -52,6 +57,13 @@ def read_gains(path: Path, model: TSModel, *, any_trim: bool = False) -> Floats:
         another model, gains of the wrong shape.
     """
     source, law = str(path), read_plant_law(path)
+    K = _gains(law, model, source)
+    compare_law(law, _law_of(model, K, source), source, any_trim=any_trim)
+    return K
+
+
+def _gains(law: Mapping[str, Any], model: TSModel, source: str) -> Floats:
+    """Return K (r, m, n); one gain for all rules is repeated."""
     K = stack_of(read_stack(law, "K", f"{source}: law"))
     r, n, m = model.B.shape
     if K.shape[0] not in (1, r) or K.shape[1:] != (m, n):
@@ -59,13 +71,16 @@ def read_gains(path: Path, model: TSModel, *, any_trim: bool = False) -> Floats:
             f"{source}: law.K has shape {K.shape}; {r} rules, {m} inputs and {n} states need "
             f"({r}, {m}, {n}), or (1, {m}, {n}) for one gain in all rules"
         )
-    K = np.array(np.broadcast_to(K, (r, m, n)))
+    return np.array(np.broadcast_to(K, (r, m, n)))
+
+
+def _law_of(model: TSModel, K: Floats, source: str) -> Mapping[str, Any]:
+    """Return the law that a model has with these gains."""
     try:
-        law_of_model = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
+        loop = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0])
     except ModelError as error:
         raise CertificateError(f"{source}: law.K: {error}") from error
-    compare_law(law, law_of_model or {}, source, any_trim=any_trim)
-    return K
+    return loop.gains_data or {}
 
 
 def compare_law(
@@ -159,15 +174,11 @@ def read_observer_gains(
             f"{', '.join(work.question.measured)}; design the gains anew, or leave out 'measured'"
         )
     where = f"{source}: law"
-    K = stack_of(read_stack(law, "K", where))
+    K = _gains(law, work.model, source)
     L = stack_of(read_stack(member(law, "observer", where), "L", f"{where}.observer"))
-    r, n, m = work.model.B.shape
-    p = len(work.question.rows)
-    if K.shape[0] not in (1, r) or K.shape[1:] != (m, n):
-        raise CertificateError(f"{where}.K has shape {K.shape}; ({r}, {m}, {n}) is needed")
+    (r, _, n), p = K.shape, len(work.question.rows)
     if L.shape[0] not in (1, r) or L.shape[1:] != (n, p):
         raise CertificateError(f"{where}.observer.L has shape {L.shape}; ({r}, {n}, {p}) is needed")
-    K = np.array(np.broadcast_to(K, (r, m, n)))
     try:
         law_of_model = work.loop(K, L).gains_data
     except (ModelError, CertificateError) as error:
@@ -194,18 +205,14 @@ def read_reference_gains(
             f"{source}: its law has no observer with constant matrices, but the plant measures "
             f"{', '.join(plant.measured or ())} and follows a reference; design the gains anew"
         )
-    r, N, m = model.B.shape
-    n, p = len(own_states(plant)), len(rows)
+    K = _gains(law, model, source)
+    n, m, p = len(own_states(plant)), K.shape[1], len(rows)
     shapes = {"A": (n, n), "B": (n, m), "C": (p, n), "L": (n, p)}
     matrices = {
         key: floats(read_matrix(stated_observer, key, f"{where}.observer", shape))
         for key, shape in shapes.items()
     }
     observer = ConstantObserver(**matrices, measured=plant.measured or ())
-    K = stack_of(read_stack(law, "K", where))
-    if K.shape != (1, m, N) and K.shape != (r, m, N):
-        raise CertificateError(f"{where}.K has shape {K.shape}; (1, {m}, {N}) is needed")
-    K = np.array(np.broadcast_to(K, (r, m, N)))
-    law_of_model = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
-    compare_law(law, {**(law_of_model or {}), **observer_data(observer)}, source, any_trim=False)
+    law_of_model = {**_law_of(model, K, source), **observer_data(observer)}
+    compare_law(law, law_of_model, source, any_trim=False)
     return K, observer

@@ -20,10 +20,10 @@ from takagi.certificates.claims.certification import ClaimRequirements, plant_ce
 from takagi.certificates.controller.content import bound, plain
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import NoDesign, StepClock, Tell
-from takagi.certificates.design.plant.blend_regions import one_gain
 from takagi.certificates.design.plant.gains import (
     FoundGains,
     find_gains,
+    one_gain,
     regional_gains,
     requirements_of,
     rounded_gains,
@@ -50,11 +50,12 @@ from takagi.certificates.design.plant.plain_words import (
 )
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.design.plant.tracking_gains import TrackingGains, tracking_gains
-from takagi.certificates.design.plant.tracking_observer import (
+from takagi.certificates.design.plant.tracking_gains import (
+    TrackingGains,
     measured_rows,
     measures_all,
     require_measured,
+    tracking_gains,
 )
 from takagi.models.arrays import Floats
 from takagi.models.equilibrium_line import own_states, rests_exactly
@@ -115,43 +116,33 @@ def design_plant(
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
     require_sensible(plant, model, chosen)
-    with clock("gains"), in_plant_words(plant):
-        regional = regional_gains(plant, model, chosen)
-    if regional is not None:
-        by_regions = _rounded(work, regional)
-        if by_regions.proved:
-            return by_regions
+    _, by_regions = work.searched("gains", regional_gains)
+    if by_regions is not None and by_regions.proved:
+        return by_regions
     choice = gain_choice(model, one_gain(model, chosen)[0], budget)
     if choice.announcement and announce is not None:
         announce(choice.announcement)
-    with clock("gains"), in_plant_words(plant):
-        if choice.shortened:
-            gains = shortened_gains(plant, model, chosen, choice)
-        else:
-            gains = find_gains(plant, model, chosen)
-    design = _rounded(work, gains) if gains.design.found else None
-    if choice.shortened and (design is None or not design.proved):
-        with clock("gains over few premises"):
-            by_few = gains_of_few_premises(plant, model, chosen, budget)
-        alternative = None if by_few is None else _rounded(work, by_few)
-        if alternative is not None and alternative.proved:
-            return alternative
-    if design is None or not design.proved:
-        with clock("gains by known premises"):
-            by_known = gains_of_known_premises(plant, model, chosen)
-        alternative = None if by_known is None else _rounded(work, by_known)
+    further: list[tuple[Any, ...]] = [("gains by known premises", gains_of_known_premises)]
+    if choice.shortened:
+        gains, design = work.searched("gains", shortened_gains, choice)
+        further.insert(0, ("gains over few premises", gains_of_few_premises, budget))
+    else:
+        gains, design = work.searched("gains", find_gains)
+    for step, search, *options in further if design is None or not design.proved else ():
+        _, alternative = work.searched(step, search, *options)
         if alternative is not None and alternative.proved:
             return alternative
     if design is not None:
         return design
     with clock("what would help"):
+        assert gains is not None  # the search for the whole model returns its last attempt
         reason = _reason(gains, work)
         return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
 
 
 def _design_tracking(work: _Work) -> PlantDesign | NoDesign:
     """Return gains with integral action, or why there are none and what would help."""
-    from takagi.certificates.design.plant.tracking_obstacle import tracking_obstacle
+    from takagi.certificates.design.plant.narrower_ranges import tracking_obstacle
 
     plant, model, settings, clock = work.plant, work.model, work.settings, work.clock
     observed = plant.measured is not None and not measures_all(plant)
@@ -377,6 +368,16 @@ class _Work:
     def with_model(self, model: TSModel) -> _Work:
         requirements = requirements_of(self.plant, model, self.settings)
         return replace(self, model=model, requirements=requirements)
+
+    def searched(
+        self, step: str, search: Callable[..., FoundGains | None], *options: Any
+    ) -> tuple[FoundGains | None, PlantDesign | None]:
+        """Return the gains of a search, and the design with them; None where there are none."""
+        with self.clock(step), in_plant_words(self.plant):
+            gains = search(self.plant, self.model, self.settings, *options)
+        if gains is None or not gains.design.found:
+            return gains, None
+        return gains, _rounded(self, gains)
 
     @property
     def members(self) -> tuple[Any, ...]:

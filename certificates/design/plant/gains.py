@@ -1,4 +1,10 @@
-"""Gains for a plant: translates the settings into a problem for the solver layer."""
+"""Gains for a plant: translates the settings into a problem for the solver layer.
+
+Gains of a blended plant are sought by its regions, without errors, and put on all rules of the
+model.  The rules of the model with errors are corners of premises that the law knows and of errors
+that it does not.  Each takes the gain of that rule of the model without errors which has the same
+corners of what is known; so gains differ only with what is known.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.design.plant.blend_regions import errorless, expanded, one_gain
 from takagi.certificates.design.plant.plain_words import in_file_rates
 from takagi.certificates.design.plant.wishes import (
     ABSURD,
@@ -28,12 +33,15 @@ from takagi.certificates.design.plant.wishes import (
     slowest_mode,
 )
 from takagi.certificates.document.model_data import inner_decimal
-from takagi.certificates.document.plant_text import unknown_premises
-from takagi.models.arrays import Floats
+from takagi.certificates.document.plant_embedding import blend_of, unknown_premises
+from takagi.models.arrays import Floats, Indices
+from takagi.models.blending.blending import SHARE as BLEND_SHARE
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import rate_in_file_units
 
 if TYPE_CHECKING:
+    import sympy as sp
+
     from takagi.certificates.claims.certification import ClaimRequirements
     from takagi.lmi import Design, EigenvalueRegion
     from takagi.models.plant.design_settings import PlantSettings
@@ -42,7 +50,7 @@ if TYPE_CHECKING:
 
 # Fraction of the largest decay rate: at the maximum itself gains have no margin for rounding.
 SHARE = 0.9
-ALL_PAIRS = "wang-tanaka-griffin"
+ALL_PAIRS, ONE_GAIN = "wang-tanaka-griffin", "common-gain"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,12 +75,19 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
     ModelError : what is asked makes no sense for this plant: names, a region in discrete time,
         "max" without bounded gains.
     """
-    if needs_starts(settings) and input_limits(plant, model, settings):
-        return _from_assumed_starts(plant, model, settings)
-    ask = _question(plant, model, settings)
+    settings.require_names(
+        states=tuple(v.name for v in plant.states),
+        inputs=tuple(v.name for v in plant.inputs),
+        disturbances=tuple(v.name for v in plant.disturbances),
+    )
+    limits, box = input_limits(plant, model, settings), _state_box(model)
+    input_limit = np.array([limits[v.name] for v in plant.inputs]) if limits else None
+    if needs_starts(settings) and input_limit is not None:
+        return _from_assumed_starts(plant, model, settings, box, input_limit)
+    ask = _question(plant, model, settings, box, input_limit)
     price = PRICES[settings.effort]
     if settings.decay_rate == "max":
-        if settings.gain_bound is None and not input_limits(plant, model, settings):
+        if settings.gain_bound is None and input_limit is None:
             raise ModelError(_no_largest(ask))
         return _near_largest(ask, plant)
     if settings.decay_rate is not None:
@@ -80,20 +95,19 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
     rates = ask.rates
     if settings.effort == "large" and not ask.limited:
         rates = [*rates, *(2.0**k * rate for rate in rates[-1:] for k in (1, 2))]
-    ranged = np.isfinite(_state_box(model))
+    ranged = np.isfinite(box)
     counted = ranged if ranged.any() else None
     design, note = moderate(ask, rates, for_set=ask.limited, price=price, counted=counted)
     if ask.limited and not rates and design.found:
-        design, note = _not_absurdly_slow(ask, plant, price, design, note)
+        design, note = _not_absurdly_slow(ask, plant, box, price, design, note)
     notes = [in_file_rates(note, plant)] if note else []
     return _smaller(ask, ask.gains(design, *notes), settings)
 
 
 def _not_absurdly_slow(
-    ask: _Question, plant: Plant, price: Price, slowest: Design, note: str
+    ask: _Question, plant: Plant, box: Floats, price: Price, slowest: Design, note: str
 ) -> tuple[Design, str]:
     """Return the design with a rate by what the inputs can do; ``slowest`` unless it is absurd."""
-    box = _state_box(ask.model)
     if np.isfinite(box).all() or not np.isfinite(box).any():
         return slowest, note
     rates, time = reach_rates(ask.model, box, np.asarray(ask.options["input_limit"]))
@@ -206,25 +220,18 @@ class _Question:
         return FoundGains(design, (*self.notes, *notes), self.options, explainable=not self.limited)
 
 
-def _question(plant: Plant, model: TSModel, settings: PlantSettings) -> _Question:
+def _question(
+    plant: Plant, model: TSModel, settings: PlantSettings, box: Floats, input_limit: Floats | None
+) -> _Question:
     from takagi.lmi import attraction_pdc, pdc
 
-    settings.require_names(
-        states=tuple(v.name for v in plant.states),
-        inputs=tuple(v.name for v in plant.inputs),
-        disturbances=tuple(v.name for v in plant.disturbances),
-    )
     settings, gain_notes = one_gain(model, settings)
-    limits = input_limits(plant, model, settings)
     region = _region(model, settings)
-    box = _state_box(model)
-    input_limit = None
     options: dict[str, Any]
     rates = pole_rates(model)
-    if limits:
-        input_limit = np.array([limits[v.name] for v in plant.inputs])
+    if input_limit is not None:
         rates = crossing_rates(model, box, input_limit)
-    if limits and not settings.initial:
+    if input_limit is not None and not settings.initial:
         options = {"input_limit": input_limit, "state_box": box, "saturation": None}
         note = "inputs are limited: gains with the largest ellipsoid in which all limits hold"
         names = (settings.relaxation or ALL_PAIRS,)
@@ -271,10 +278,11 @@ def _state_box(model: TSModel) -> Floats:
     )
 
 
-def _from_assumed_starts(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains:
+def _from_assumed_starts(
+    plant: Plant, model: TSModel, settings: PlantSettings, box: Floats, input_limit: Floats
+) -> FoundGains:
     """Return gains for wishes that need starts, where inputs are limited and none were given."""
-    limits, box = input_limits(plant, model, settings), _state_box(model)
-    largest = largest_set(model, box, np.array([limits[v.name] for v in plant.inputs]))
+    largest = largest_set(model, box, input_limit)
     if not largest.found:
         return FoundGains(largest, (), {}, explainable=False)
     multiple = largest_multiple(largest, box)
@@ -345,3 +353,111 @@ def rounded_gains(gains: Floats, digits: int) -> Floats:
         for K in gains
     ]  # fmt: skip
     return np.array(rounded)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Errorless:
+    """The plant with actuators without error, and its model."""
+
+    plant: Plant
+    model: TSModel
+
+
+def errorless(model: TSModel, settings: PlantSettings) -> tuple[Errorless, Indices] | None:
+    """Return the plant without errors, and for each rule of ``model`` the rule that it takes.
+
+    None where the model without errors has no premise in the share, or one that is not found in
+    ``model``.
+    """
+    from takagi.models.blending.substitution import blended_model, blended_plant
+
+    blending = blend_of(model)
+    if blending is None:
+        return None
+    sure = replace(
+        blending,
+        low=replace(blending.low, error=Fraction(0)),
+        high=replace(blending.high, error=Fraction(0)),
+    )
+    nominal = blended_plant(sure)
+    choice, rest = settings.choice, settings.rest
+    errorless_model = blended_model(nominal, choice=choice, rest=rest, share_apart=True)
+    indices = _premise_indices(errorless_model, model)
+    if indices is None or not any(
+        str(symbol) in (BLEND_SHARE, f"delta_{BLEND_SHARE}")
+        for expression in _expressions(errorless_model)
+        for symbol in expression.free_symbols
+    ):
+        return None
+    numbers = {rule: k for k, rule in enumerate(errorless_model.rules)}
+    rules = [numbers[tuple(rule[index] for index in indices)] for rule in model.rules]
+    return Errorless(nominal, errorless_model), np.array(rules, dtype=np.intp)
+
+
+def expanded(design: Design, rules: Indices) -> Design:
+    """Return the design with the gain of ``rules[i]`` in rule i."""
+    gains = np.asarray(design.require()[0])
+    return replace(design, gains=gains[rules])
+
+
+def _premise_indices(errorless_model: TSModel, model: TSModel) -> list[int] | None:
+    """Return which premise of ``model`` is each one of the errorless model, up to a constant."""
+    is_known = [not unknown for unknown in unknown_premises(model)]
+    expressions = _expressions(model)
+    indices = []
+    pairs = zip(errorless_model.premises, _expressions(errorless_model), strict=True)
+    for premise, expression in pairs:
+        width = premise.upper - premise.lower
+        same = [
+            k
+            for k, candidate in enumerate(expressions)
+            if is_known[k]
+            and not (candidate - expression).simplify().free_symbols
+            and abs((model.premises[k].upper - model.premises[k].lower) - width) <= width / 10**6
+        ]
+        if not same:
+            return None
+        indices.append(same[0])
+    return indices
+
+
+def _expressions(model: TSModel) -> list[sp.Expr]:
+    form = None if model.derivation is None else model.derivation.form
+    return [] if form is None else list(form.factored.premises.values())
+
+
+def _unknown(model: TSModel) -> str:
+    return "uncertain parameters" if blend_of(model) is None else "the errors of the actuators"
+
+
+def one_gain(model: TSModel, settings: PlantSettings) -> tuple[PlantSettings, tuple[str, ...]]:
+    """Return the settings, with one gain for all rules where a premise is not known to the law.
+
+    Raises
+    ------
+    ModelError : another relaxation was asked for.
+    """
+    if any(unknown_premises(model)):
+        cause = f"{_unknown(model)} are not known to a law"
+        note = f"{_unknown(model)} are not measured: one gain for all rules"
+    elif commanded := _commanded_premises(model):
+        cause = f"{', '.join(commanded)} depends on an input, which the law knows only afterwards"
+        note = f"{cause}: one gain for all rules"
+    else:
+        return settings, ()
+    if settings.relaxation not in (None, ONE_GAIN):
+        raise ModelError(
+            f"relaxation {settings.relaxation!r} makes a gain for each rule, but {cause}; leave it "
+            f"out, or give {ONE_GAIN!r}"
+        )
+    return replace(settings, relaxation=ONE_GAIN), (note,)
+
+
+def _commanded_premises(model: TSModel) -> list[str]:
+    """Return the names of the premises that depend on an input."""
+    form = None if model.derivation is None else model.derivation.form
+    if form is None:
+        return []
+    inputs = set(form.problem.equations.inputs)
+    premises = form.factored.premises.items()
+    return [symbol.name for symbol, e in premises if inputs & e.free_symbols]

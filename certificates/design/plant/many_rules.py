@@ -26,9 +26,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.design.plant.blend_regions import ONE_GAIN, expanded
-from takagi.certificates.design.plant.gains import FoundGains, find_gains
-from takagi.certificates.document.plant_text import unknown_premises
+from takagi.certificates.design.plant.gains import ONE_GAIN, FoundGains, expanded, find_gains
+from takagi.certificates.document.plant_embedding import unknown_premises
 from takagi.models.arrays import Floats, Indices
 from takagi.models.ts.model import TSModel
 
@@ -105,15 +104,20 @@ def gains_of_few_premises(
     if not count:
         return None
     premises = sorted(int(k) for k in order[:count])
+    names = ", ".join(model.premises[k].name for k in premises)
+    subject = f"gains that depend on {names} alone, sought with the other premises"
+    return _gains_of(premises, plant, model, settings, subject)
+
+
+def _gains_of(
+    premises: list[int], plant: Plant, model: TSModel, settings: PlantSettings, subject: str
+) -> FoundGains | None:
+    """Return gains that depend on these premises; None where the smaller model has none."""
     smaller, rules = model_of_premises(model, premises)
     gains = find_gains(plant, smaller, settings)
     if not gains.design.found:
         return None
-    names = ", ".join(model.premises[k].name for k in premises)
-    note = (
-        f"gains that depend on {names} alone, sought with the other premises in the middle of "
-        f"their ranges and proved with all {len(model.A)} rules"
-    )
+    note = f"{subject} in the middle of their ranges and proved with all {len(model.A)} rules"
     return replace(gains, design=expanded(gains.design, rules), notes=(note, *gains.notes))
 
 
@@ -134,15 +138,10 @@ def gains_of_known_premises(
         or settings.relaxation is not None
     ):
         return None
-    smaller, rules = model_of_premises(model, known)
-    gains = find_gains(plant, smaller, settings)
-    if not gains.design.found:
-        return None
-    note = (
-        "gains that depend on the premises without uncertain parameters, sought with the others in "
-        f"the middle of their ranges and proved with all {len(model.A)} rules"
+    subject = (
+        "gains that depend on the premises without uncertain parameters, sought with the others"
     )
-    return replace(gains, design=expanded(gains.design, rules), notes=(note, *gains.notes))
+    return _gains_of(known, plant, model, settings, subject)
 
 
 def model_of_premises(model: TSModel, premises: list[int]) -> tuple[TSModel, Indices]:

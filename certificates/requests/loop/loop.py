@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.loop.averages import why_averages_fail
+from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.replay.model_loop import read_model_loop
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.document.plant_embedding import law_members
 from takagi.certificates.requests.loop.weight_pieces import Cuts, Point, loop_at, weights_at
@@ -187,7 +186,7 @@ class ClaimedLoop:
         CertificateError : the claim is malformed.
         """
         read = read_text(json.dumps(claim), "claim")
-        return in_words(replay(read, None, self.exact, [], "claim"))
+        return replay(read, None, self.exact, [], "claim").in_words()
 
     def with_pieces(self, claim: Mapping[str, Any]) -> tuple[Mapping[str, Any], Claim]:
         """Return a claim with the pieces of the weights that it needs, and the verdict on it."""

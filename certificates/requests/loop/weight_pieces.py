@@ -27,7 +27,6 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.loop.halvings import halved
 from takagi.certificates.checker.loop.polytopic_loop import Blend, PolytopicLoop, Stack
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests.loop.decimals import stack_of
 from takagi.models.arrays import Floats
 
@@ -120,7 +119,7 @@ class _LoopAtPoints(PolytopicLoop):
     def groups(self) -> list[tuple[str, tuple[tuple[int, int], ...]]]:
         return [(f"point {k + 1}", ((0, 0),)) for k in range(len(self.point_weights))]
 
-    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
+    def blends(self) -> list[Blend]:
         return [_At(self, f"point {k + 1}", (), h) for k, h in enumerate(self.point_weights)]
 
 
@@ -172,11 +171,11 @@ class Cuts:
         open_pieces = [(_piece(exact, ()), corners_of(exact))]
         while open_pieces and len(tree) < most_entries:
             piece, corners = open_pieces.pop()
-            checked = replay(claim, None, piece, [], "claim")
-            if checked.verdict is Verdict.PROVED:
+            outcome = replay(claim, None, piece, [], "claim")
+            if outcome.verdict is Verdict.PROVED:
                 tree.append([])
                 continue
-            pair = FAILED.search(in_words(checked).text)
+            pair = FAILED.search(outcome.failure)
             if pair is not None and pair[2] is None:
                 self.failed.append(point_at(exact, corners, int(pair[1]) - 1))
             if pair is None or pair[2] is None:
@@ -210,7 +209,7 @@ class _Piece(PolytopicLoop):
             loop = halved(loop, *step)
         return loop
 
-    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
+    def blends(self) -> list[Blend]:
         loop = self.loop
         B, K, D = map(stack_of, (loop.B, loop.K, loop.D))
 

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.decay_rate import vertex_weight
+from takagi.lmi.analysis.decay_rate import change_of, vertex_weight
 from takagi.lmi.argument_checks import Vertices, sample_time_of, vertex_stack
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.expressions.expression import Expression, He, Parameter, matrix
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import vertex_arrays
@@ -160,6 +162,25 @@ def disturbance_channel(
             f"{name} is zero at every vertex, so nothing reaches the output; the gain is 0"
         )
     return DisturbanceChannel(A, W, C_, through, step)
+
+
+def moved(
+    P: Unknown, path: DisturbanceChannel, rate: Parameter | None = None
+) -> tuple[Expression, Expression, Expression | int]:
+    """Return the blocks xx, xw, ww of V' = [x; w]' [[xx, xw], [xw', ww]] [x; w], V = x' P x.
+
+    With a rate V' + 2 alpha V; in discrete time V(x+) - V(x), or V(x+) - rho^2 V(x).
+    """
+    A, B = matrix(path.A, "A_{i}"), matrix(path.B, "B_{i}")
+    if path.sample_time is None:
+        return He(P @ A) if rate is None else change_of(P, A, rate, None), P @ B, 0
+    return A.T @ P @ A - (P if rate is None else rate * P), A.T @ P @ B, B.T @ P @ B
+
+
+def shown(path: DisturbanceChannel) -> tuple[Expression, Expression]:
+    """Return C_i' and D_i' of the output."""
+    C, D = path.C.transpose(0, 2, 1), path.D.transpose(0, 2, 1)
+    return matrix(C, r"C_{i}^\top"), matrix(D, r"D_{i}^\top")
 
 
 def near_least(outcome: Outcome) -> bool:

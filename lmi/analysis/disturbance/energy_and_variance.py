@@ -52,13 +52,17 @@ from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
     disturbance_channel,
+    moved,
+    shown,
 )
 from takagi.lmi.analysis.disturbance.guessed_function import guessed_of_energy, guessed_of_variance
 from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, positive
+from takagi.lmi.condition.statements import pose, positive_definite
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import added, block, matrix
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -93,50 +97,20 @@ def hinf_norm_condition(
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     r, n, q = path.B.shape
-    p = path.C.shape[1]
     P = Unknown("P", n, n, symmetric=True)
     gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-    bounded_real = LMI(
-        name="vertex",
-        blocks=(n, q, p),
-        terms=(
-            *(_continuous(P, path) if path.sample_time is None else _discrete(P, path)),
-            Term(unknown=gamma, left=-np.eye(q)[None], at=(1, 1), latex=("-", "I")),
-            Term(unknown=gamma, left=-np.eye(p)[None], at=(2, 2), latex=("-", "I")),
-        ),
-        constants=(
-            Constant(value=path.C.transpose(0, 2, 1), at=(0, 2), latex=r"C_{i}^\top"),
-            Constant(value=path.D.transpose(0, 2, 1), at=(1, 2), latex=r"D_{i}^\top"),
-        ),
-        sign=-1,
-        count=r,
-        index=rf"i = 1, \dots, {r}",
-    )
-    return Condition(
+    (xx, xw, ww), (C, D) = moved(P, path), shown(path)
+    rows = [
+        [xx, xw, C],
+        [None, ww - gamma * np.eye(q), D],
+        [None, None, -gamma * np.eye(C.shape[1])],
+    ]
+    return pose(
+        positive_definite(P),
+        (block(rows) << 0).named("vertex", rf"i = 1, \dots, {r}"),
+        minimise=gamma,
         name="energy gain, bounded real lemma",
-        unknowns=(P, gamma),
-        lmis=(positive(P), bounded_real),
-        objective={"gamma": np.ones((1, 1, 1))},
         source=SOURCE,
-    )
-
-
-def _continuous(P: Unknown, path: DisturbanceChannel) -> tuple[Term, ...]:
-    eye = np.eye(P.rows)[None]
-    return (
-        Term(unknown=P, left=eye, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=eye, right=path.B, at=(0, 1), latex=("", "B_{i}")),
-    )
-
-
-def _discrete(P: Unknown, path: DisturbanceChannel) -> tuple[Term, ...]:
-    eye = np.eye(P.rows)[None]
-    A, B = path.A.transpose(0, 2, 1), path.B.transpose(0, 2, 1)
-    return (
-        Term(unknown=P, left=A, right=path.A, latex=(r"A_{i}^\top", "A_{i}")),
-        Term(unknown=P, left=-eye, right=eye, latex=("-", "")),
-        Term(unknown=P, left=A, right=path.B, at=(0, 1), latex=(r"A_{i}^\top", "B_{i}")),
-        Term(unknown=P, left=B, right=path.B, at=(1, 1), latex=(r"B_{i}^\top", "B_{i}")),
     )
 
 
@@ -260,65 +234,23 @@ def h2_norm_condition(
     why = infinite_variance(path.D, path.sample_time)
     if why:
         raise ModelError(why)
-    n = path.A.shape[1]
+    r, n, q = path.B.shape
     P = Unknown("P", n, n, symmetric=True)
     nu = Unknown("nu", 1, 1, latex=r"\nu")
-    return Condition(
+    C, each = matrix(path.C, "C_{i}"), rf"i = 1, \dots, {r}"
+    b = matrix(path.B.transpose(0, 2, 1).reshape(r * q, n, 1), "b_{ik}")
+    impulses = added(b.T @ P @ b, np.repeat(np.arange(r), q), count=r, latex=r"\sum_k")
+    spare = nu - impulses
+    if path.sample_time is not None:
+        direct = (path.D**2).sum(axis=(1, 2))[:, None, None]
+        spare -= matrix(direct, r"\mathrm{tr}\left(D_{i}^\top D_{i}\right)")
+    return pose(
+        positive_definite(P),
+        (moved(P, path)[0] + C.T @ C << 0).named("vertex", each),
+        (spare >> 0).named("variance", each),
+        minimise=nu,
         name="output variance",
-        unknowns=(P, nu),
-        lmis=(positive(P), _energy(P, path), _variance(P, nu, path)),
-        objective={"nu": np.ones((1, 1, 1))},
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1",
-    )
-
-
-def _energy(P: Unknown, path: DisturbanceChannel) -> LMI:
-    r, eye = len(path.A), np.eye(P.rows)[None]
-    motion_terms: tuple[Term, ...]
-    if path.sample_time is None:
-        motion_terms = (
-            Term(unknown=P, left=eye, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
-        )
-    else:
-        back = path.A.transpose(0, 2, 1)
-        motion_terms = (
-            Term(unknown=P, left=back, right=path.A, latex=(r"A_{i}^\top", "A_{i}")),
-            Term(unknown=P, left=-eye, right=eye, latex=("-", "")),
-        )
-    return LMI(
-        name="vertex",
-        blocks=(P.rows,),
-        terms=motion_terms,
-        constants=(Constant(value=path.C.transpose(0, 2, 1) @ path.C, latex=r"C_{i}^\top C_{i}"),),
-        sign=-1,
-        count=r,
-        index=rf"i = 1, \dots, {r}",
-    )
-
-
-def _variance(P: Unknown, nu: Unknown, path: DisturbanceChannel) -> LMI:
-    r, n, q = path.B.shape
-    columns = path.B.transpose(0, 2, 1).reshape(r * q, n, 1)
-    direct = Constant(
-        value=-(path.D**2).sum(axis=(1, 2))[:, None, None],
-        latex=r"-\mathrm{tr}\left(D_{i}^\top D_{i}\right)",
-    )
-    return LMI(
-        name="variance",
-        blocks=(1,),
-        terms=(
-            Term(unknown=nu, left=np.ones((1, 1, 1))),
-            Term(
-                unknown=P,
-                left=-columns.transpose(0, 2, 1),
-                right=columns,
-                items=np.repeat(np.arange(r), q),
-                latex=(r"-\sum_k b_{ik}^\top", "b_{ik}"),
-            ),
-        ),
-        constants=() if path.sample_time is None else (direct,),
-        count=r,
-        index=rf"i = 1, \dots, {r}",
     )
 
 

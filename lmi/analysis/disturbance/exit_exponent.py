@@ -24,10 +24,13 @@ import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.analysis.invariant_ellipsoid import diagonal_of
+from takagi.lmi.condition.statements import pose
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.decision.rounds import optimise_by_rounds
+from takagi.lmi.expressions.expression import He, added, block, matrix
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -110,100 +113,37 @@ def exit_condition(system: NoisyVertices, *, rate: float, price: float) -> Condi
         raise ModelError(f"rate = {rate:g}, price = {price:g}: positive numbers are needed")
     P = Unknown("P", n, n, symmetric=True)
     c, kappa = Unknown("c", 1, 1), Unknown("kappa", 1, 1, latex=r"\kappa")
-    eye, corner = np.eye(n)[None], (2, 2) if m else (1, 1)
-    terms = [
-        Term(unknown=P, left=eye, right=system.A, plus_transpose=True, latex=("", "A_{i}")),
-        Term(unknown=P, left=rate * eye, right=eye, latex=("a", "")),
-        Term(unknown=P, left=eye, right=system.S, at=(0, corner[0]), latex=("", "S_{i}")),
-        Term(unknown=kappa, left=-np.eye(q)[None], at=corner, latex=("-", "I")),
-    ]
-    columns = system.S.transpose(0, 2, 1).reshape(N * q, n, 1)
-    spent = [
-        Term(unknown=c, left=np.ones((1, 1, 1))),
-        Term(
-            unknown=P,
-            left=-columns.transpose(0, 2, 1),
-            right=columns,
-            items=np.repeat(np.arange(N), q),
-            latex=(r"-\sum_k s_{ik}^\top", "s_{ik}"),
-        ),
-    ]
+    A, S, h = (
+        matrix(system.A, "A_{i}"),
+        matrix(system.S, "S_{i}"),
+        matrix(system.rows[:, :, None], "h_{j}"),
+    )
+    s = matrix(system.S.transpose(0, 2, 1).reshape(N * q, n, 1), "s_{ik}")
+    drift = He(P @ A) + matrix([[rate]], "a") * P
+    noise = added(s.T @ P @ s, np.repeat(np.arange(N), q), count=N, latex=r"\sum_k")
+    level, each = c - noise, rf"i = 1, \dots, {N}"
+    rows: list[list[object]] = [[drift, P @ S], [None, -kappa * np.eye(q)]]
     unknowns = [P, c, kappa]
     if m:
         b = Unknown("b", 1, 1, count=m)
+        D = matrix(system.D, "D_{i}")
         unknowns.append(b)
-        units = [np.diag(np.eye(m)[j])[None] for j in range(m)]
-        members = [np.full(1, j) for j in range(m)]
-        terms.append(Term(unknown=P, left=eye, right=system.D, at=(0, 1), latex=("", "D_{i}")))
-        for j in range(m):
-            terms.append(
-                Term(
-                    unknown=b,
-                    left=-units[j],
-                    at=(1, 1),
-                    members=members[j],
-                    latex=("-", _place(j, m)),
-                    symbol=_symbol(j, m),
-                )
-            )
-            spent.append(
-                Term(
-                    unknown=b,
-                    left=-np.ones((1, 1, 1)),
-                    members=members[j],
-                    latex=("-", ""),
-                    symbol=_symbol(j, m),
-                )
-            )
-    return Condition(
+        rows = [
+            [drift, P @ D, P @ S],
+            [None, -diagonal_of(b), 0],
+            [None, None, -kappa * np.eye(q)],
+        ]
+        for k in range(m):
+            level -= b.member(k)
+    return pose(
+        (block(rows) << 0).named("drift", each),
+        (level >= 0).named("level", each),
+        (P >= h @ h.T).named("box", rf"j = 1, \dots, {len(system.rows)}"),
+        minimise=c / rate + 2 * price * kappa,
+        unknowns=unknowns,
         name="exit of noise from a set",
-        unknowns=tuple(unknowns),
-        lmis=(
-            LMI(
-                name="drift",
-                blocks=(n, m, q) if m else (n, q),
-                terms=tuple(terms),
-                sign=-1,
-                count=N,
-                index=rf"i = 1, \dots, {N}",
-            ),
-            LMI(
-                name="level",
-                blocks=(1,),
-                terms=tuple(spent),
-                count=N,
-                strict=False,
-                index=rf"i = 1, \dots, {N}",
-            ),
-            LMI(
-                name="box",
-                blocks=(n,),
-                terms=(Term(unknown=P, left=eye, right=eye),),
-                constants=(
-                    Constant(
-                        value=-system.rows[:, :, None] * system.rows[:, None],
-                        latex=r"-h_{j} h_{j}^\top",
-                    ),
-                ),
-                count=len(system.rows),
-                strict=False,
-                index=rf"j = 1, \dots, {len(system.rows)}",
-            ),
-        ),
-        objective={"c": np.full((1, 1, 1), 1 / rate), "kappa": np.full((1, 1, 1), 2 * price)},
         source="docs/plant-theorems.md",
     )
-
-
-def _symbol(j: int, m: int) -> str:
-    """Return b_j in LaTeX; empty, for b, where it is the only one."""
-    return f"b_{{{j + 1}}}" if m > 1 else ""
-
-
-def _place(j: int, m: int) -> str:
-    """Return LaTeX of the matrix with a one at (j, j) alone."""
-    e = f"e_{{{j + 1}}}"
-    return rf"{e} {e}^\top" if m > 1 else ""
 
 
 def exit_function(

@@ -42,6 +42,8 @@ from takagi.lmi.analysis.disturbance.channel import (
     DisturbanceChannel,
     disturbance_channel,
     hiding_states,
+    moved,
+    shown,
 )
 from takagi.lmi.analysis.disturbance.guessed_function import OneVertex
 from takagi.lmi.analysis.disturbance.least_gain import (
@@ -51,11 +53,13 @@ from takagi.lmi.analysis.disturbance.least_gain import (
     states_of,
 )
 from takagi.lmi.answer import Answer
-from takagi.lmi.argument_checks import Vertices, number, rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.argument_checks import Vertices, decay_parameter, number
+from takagi.lmi.condition.statements import pose
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.rounds import first_vertices
+from takagi.lmi.expressions.expression import block
 from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
@@ -92,79 +96,30 @@ def peak_gain_condition(
     Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
-    n = path.A.shape[1]
+    rate = decay_parameter(positive_rate(decay_rate), path.sample_time)
+    r, n, q = path.B.shape
     P = Unknown("P", n, n, symmetric=True)
     mu = Unknown("mu", 1, 1, latex=r"\mu")
     gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-    return Condition(
-        name="peak-to-peak gain, invariant ellipsoid",
+    (xx, xw, ww), (C_i, D_i) = moved(P, path, rate), shown(path)
+    # sigma P: what V falls by.
+    share = 2 * rate * P if path.sample_time is None else P - rate * P
+    eye, each = np.eye(q), rf"i = 1, \dots, {r}"
+    invariance = block([[xx, xw], [None, ww - mu * eye]])
+    peak = block(
+        [
+            [share, 0, C_i],
+            [None, gamma * eye - mu * eye, D_i],
+            [None, None, gamma * np.eye(C_i.shape[1])],
+        ]
+    )
+    return pose(
+        (invariance << 0).named("vertex", each),
+        (peak >> 0).named("output", each),
+        minimise=gamma,
         unknowns=(P, mu, gamma),
-        lmis=(_invariance(P, mu, path), _peak(P, mu, gamma, path)),
-        objective={"gamma": np.ones((1, 1, 1))},
-        parameters=rate_parameter(positive_rate(decay_rate), path.sample_time),
+        name="peak-to-peak gain, invariant ellipsoid",
         source=SOURCE,
-    )
-
-
-def _invariance(P: Unknown, mu: Unknown, path: DisturbanceChannel) -> LMI:
-    r, n, q = path.B.shape
-    eye = np.eye(n)[None]
-    noise = Term(unknown=mu, left=-np.eye(q)[None], at=(1, 1), latex=("-", "I"))
-    terms: tuple[Term, ...]
-    if path.sample_time is None:
-        terms = (
-            Term(unknown=P, left=eye, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
-            Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
-            Term(unknown=P, left=eye, right=path.B, at=(0, 1), latex=("", "B_{i}")),
-        )
-    else:
-        A, B = path.A.transpose(0, 2, 1), path.B.transpose(0, 2, 1)
-        terms = (
-            Term(unknown=P, left=A, right=path.A, latex=(r"A_{i}^\top", "A_{i}")),
-            Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
-            Term(unknown=P, left=A, right=path.B, at=(0, 1), latex=(r"A_{i}^\top", "B_{i}")),
-            Term(unknown=P, left=B, right=path.B, at=(1, 1), latex=(r"B_{i}^\top", "B_{i}")),
-        )
-    return LMI(
-        name="vertex",
-        blocks=(n, q),
-        terms=(*terms, noise),
-        sign=-1,
-        count=r,
-        index=rf"i = 1, \dots, {r}",
-    )
-
-
-def _peak(P: Unknown, mu: Unknown, gamma: Unknown, path: DisturbanceChannel) -> LMI:
-    r, p, q = path.D.shape
-    return LMI(
-        name="output",
-        blocks=(P.rows, q, p),
-        terms=(
-            *_share(P, path.sample_time),
-            Term(unknown=gamma, left=np.eye(q)[None], at=(1, 1), latex=("", "I")),
-            Term(unknown=mu, left=-np.eye(q)[None], at=(1, 1), latex=("-", "I")),
-            Term(unknown=gamma, left=np.eye(p)[None], at=(2, 2), latex=("", "I")),
-        ),
-        constants=(
-            Constant(value=path.C.transpose(0, 2, 1), at=(0, 2), latex=r"C_{i}^\top"),
-            Constant(value=path.D.transpose(0, 2, 1), at=(1, 2), latex=r"D_{i}^\top"),
-        ),
-        count=r,
-        index=rf"i = 1, \dots, {r}",
-    )
-
-
-def _share(P: Unknown, step: float | None) -> tuple[Term, ...]:
-    """Return sigma P."""
-    eye = np.eye(P.rows)[None]
-    if step is None:
-        return (
-            Term(unknown=P, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
-        )
-    return (
-        Term(unknown=P, left=eye, right=eye),
-        Term(unknown=P, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
     )
 
 

@@ -22,19 +22,28 @@ Nemirovski (2001), Lectures on Modern Convex Optimization, for the determinant.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import TypedDict
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from takagi.lmi.analysis.actuator_rates import pairs_of
 from takagi.lmi.analysis.decay_rate import vertex_weight
-from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, bounded, positive
+from takagi.lmi.argument_checks import decay_parameter
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import LMI, Array, Condition
 from takagi.lmi.condition.unknown import Unknown, triangle
+from takagi.lmi.expressions.expression import (
+    Expression,
+    Inequality,
+    Parameter,
+    added,
+    block,
+    matrix,
+    placement,
+    trace,
+)
 from takagi.lmi.gains.attraction.request import AttractionRequest
-from takagi.lmi.gains.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums
+from takagi.lmi.gains.attraction.saturation import SaturatedLoop
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import input_lmis, row_lmis, state_lmis
 from takagi.lmi.sums.double_sum import DoubleSum
@@ -44,27 +53,16 @@ from takagi.models.arrays import Indices
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measure:
-    """An objective for Q, with what it needs: its LMIs are not claims, only an epigraph."""
+    """What to minimise, with its unknowns and LMIs, which are not claims, only an epigraph."""
 
-    objective: Mapping[str, Array]
+    minimise: Expression
     unknowns: tuple[Unknown, ...] = ()
-    lmis: tuple[LMI, ...] = field(default=())
-
-    def put_on(self, condition: Condition) -> Condition:
-        """Return the condition with this objective in the place of its own."""
-        return Condition(
-            name=condition.name,
-            unknowns=condition.unknowns + self.unknowns,
-            lmis=condition.lmis + self.lmis,
-            objective=self.objective,
-            parameters=condition.parameters,
-            source=condition.source,
-        )
+    lmis: tuple[Inequality, ...] = ()
 
 
 def trace_measure(Q: Unknown, units: Array) -> Measure:
     """Return: sum_k Q_kk / units_k^2 largest; units (n,)."""
-    return Measure({Q.name: -np.diag(units**-2.0)[None]})
+    return Measure(-trace(np.diag(units**-2.0) @ Q))
 
 
 def points_measure(Q: Unknown, points: Array) -> Measure:
@@ -73,20 +71,9 @@ def points_measure(Q: Unknown, points: Array) -> Measure:
     The multiple is gamma^(-1/2).
     """
     gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-    eye = np.eye(Q.rows)[None]
-    inside = LMI(
-        name="multiple of the points",
-        blocks=(1, Q.rows),
-        terms=(
-            Term(unknown=gamma, left=np.ones((1, 1, 1))),
-            Term(unknown=Q, left=eye, right=eye, at=(1, 1)),
-        ),
-        constants=(Constant(value=points[:, None, :], at=(0, 1), latex=r"x_k^\top"),),
-        count=len(points),
-        strict=False,
-        index=rf"k = 1, \dots, {len(points)}",
-    )
-    return Measure({"gamma": np.ones((1, 1, 1))}, (gamma,), (inside,))
+    inside = block([[gamma, matrix(points[:, None, :], r"x_k^\top")], [None, Q]]) >= 0
+    index = rf"k = 1, \dots, {len(points)}"
+    return Measure(+gamma, (gamma,), (inside.named("multiple of the points", index),))
 
 
 def volume_measure(Q: Unknown) -> Measure:
@@ -99,100 +86,41 @@ def volume_measure(Q: Unknown) -> Measure:
     nodes = 2 ** int(np.ceil(np.log2(n))) - 1
     c = Unknown("means", 1, 1, count=nodes + n, latex="c")
     T = Unknown("factor", 1, 1, count=triangle(n - 1), latex="T")
-    root = LMI(
-        name="volume",
-        blocks=(1,),
-        terms=(
-            Term(unknown=c, left=np.ones((1, 1, 1)), symbol="c_1"),
-            Term(unknown=v, left=-np.ones((1, 1, 1)), latex=("-", "")),
-        ),
-        strict=False,
-    )
-    return Measure(
-        {"volume": -np.ones((1, 1, 1))}, (v, c, T), (_factor_lmi(Q, T, c), _mean_lmi(c, n), root)
-    )
+    root = (c.member(0) - v >= 0).named("volume")
+    return Measure(-v, (v, c, T), (_factor_lmi(Q, T, c), _mean_lmi(c, n), root))
 
 
-def _factor_lmi(Q: Unknown, T: Unknown, c: Unknown) -> LMI:
+def _factor_lmi(Q: Unknown, T: Unknown, c: Unknown) -> Inequality:
     """Pose [[Q, T], [T', z]] >= 0: T lower triangular, z its diagonal, the leaves of the tree."""
-    n = Q.rows
-    eye = np.eye(n)
-    single = eye[:, :, None] * eye[:, None, :]
+    n, eye = Q.rows, np.eye(Q.rows)
     row, column = np.tril_indices(n, -1)
-    below = eye[row][:, :, None] * eye[column][:, None, :]
     leaves = np.arange(c.count - n, c.count)
+    entries = T.members(np.arange(len(row)), r"T_{\text{lower}}")
+    lower = added(entries * placement(eye[row][:, :, None] * eye[column][:, None, :]), latex="")
+    z_entries = c.members(leaves, r"\mathrm{diag}(z)")
+    z = added(z_entries * placement(eye[:, :, None] * eye[:, None, :]), latex="")
     dots = ", " if n == 2 else r", \dots, "
-    here, there = np.zeros(n, dtype=np.intp), np.zeros(len(row), dtype=np.intp)
-    return LMI(
-        name="factor of Q",
-        blocks=(n, n),
-        terms=(
-            Term(unknown=Q, left=eye[None], right=eye[None]),
-            Term(
-                unknown=T,
-                left=below,
-                at=(0, 1),
-                items=there,
-                members=np.arange(len(row)),
-                symbol=r"T_{\text{lower}}",
-            ),
-            *(
-                Term(
-                    unknown=c,
-                    left=single,
-                    at=(side, 1),
-                    items=here,
-                    members=leaves,
-                    symbol=r"\mathrm{diag}(z)",
-                )
-                for side in (0, 1)
-            ),
-        ),
-        strict=False,
-        index=rf"z = (c_{{{c.count - n + 1}}}{dots}c_{{{c.count}}})",
-    )
+    index = rf"z = (c_{{{c.count - n + 1}}}{dots}c_{{{c.count}}})"
+    return (block([[Q, lower + z], [None, z]]) >= 0).named("factor of Q", index)
 
 
-def _mean_lmi(c: Unknown, n: int) -> LMI:
+def _mean_lmi(c: Unknown, n: int) -> Inequality:
     """Pose [[c_2k, c_k], [c_k, c_2k+1]] >= 0 at every node; the root again for missing leaves."""
     nodes = c.count - n
     k = np.arange(1, nodes + 1)
-    terms = [
-        Term(
-            unknown=c,
-            left=np.ones((1, 1, 1)),
-            at=at,
-            items=np.arange(nodes),
-            members=np.where(index <= c.count, index, 1) - 1,
-            symbol=symbol,
-        )
-        for index, at, symbol in (
-            (2 * k, (0, 0), "c_{2k}"),
-            (2 * k + 1, (1, 1), "c_{2k+1}"),
-            (k, (0, 1), "c_k"),
-        )
-    ]
+
+    def means(index: Indices, symbol: str) -> Expression:
+        return c.members(np.where(index <= c.count, index, 1) - 1, symbol)
+
+    rows = block([[means(2 * k, "c_{2k}"), means(k, "c_k")], [None, means(2 * k + 1, "c_{2k+1}")]])
     missing = "" if nodes + 1 == n else rf",\; c_l = c_1 \text{{ for }} l > {c.count}"
-    return LMI(
-        name="geometric mean",
-        blocks=(1, 1),
-        terms=tuple(terms),
-        count=nodes,
-        strict=False,
-        index=rf"k = 1, \dots, {nodes}{missing}",
-    )
+    return (rows >= 0).named("geometric mean", rf"k = 1, \dots, {nodes}{missing}")
 
 
 # Size of Q, in the states at hand, beyond which an ellipsoid is taken to be unbounded.
 LARGEST = 1e3
 # The parameter that is the rate where an input saturates.
 SATURATED = "saturated_rate"
-
-
-class _Options(TypedDict):
-    weight: float
-    discrete: bool
-    corners: Indices | None
 
 
 def attraction_condition(task: AttractionRequest) -> Condition:
@@ -210,23 +138,27 @@ def attraction_condition(task: AttractionRequest) -> Condition:
     unknowns += loop_unknowns
     single = task.relaxation == "common-gain" or gain is None
     alike = task.saturation is None and isinstance(gain, np.ndarray) and len(gain) == 1
-    pose = relaxation_named("common-gain" if single or alike or r == 1 else task.relaxation)
+    relaxed = relaxation_named("common-gain" if single or alike or r == 1 else task.relaxation)
     for loop in sums:
-        slack, posed = pose(loop)
+        slack, posed = relaxed(loop)
         unknowns += slack
         lmis += posed
     if task.state_box is not None:
         lmis += state_lmis(Q, task.state_box)
     if task.rate_rows is not None and task.rate_limit is not None:
         lmis += row_lmis(Q, task.rate_rows, task.rate_limit, name="input rate limit")
-    plain = Condition(
+    measure = _measure(task, Q)
+    return pose(
+        positive_definite(Q),
+        scale_bound(Q, LARGEST),
+        *lmis,
+        *measure.lmis,
+        minimise=measure.minimise,
+        unknowns=(Q, *unknowns, *measure.unknowns),
+        parameters=_rates(task) if task.saturation is not None else _rates(task)[:1],
         name="region of attraction",
-        unknowns=(Q, *unknowns),
-        lmis=(positive(Q), bounded(Q, LARGEST), *lmis),
-        parameters=_parameters(task),
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 7.2.3",
     )
-    return _measure(task, Q).put_on(plain)
 
 
 def _gain(
@@ -244,16 +176,28 @@ def _loops(
     """Return the double sums, their unknowns other than Q and M, and the input's limits."""
     A, B = task.A, task.B
     r, m = len(A), B.shape[2]
-    options = _Options(weight=_weight(task), discrete=task.step is not None, corners=task.corners)
+    rate, saturated_rate = _rates(task)
+    loop = SaturatedLoop(
+        A=A,
+        B=B,
+        Q=Q,
+        gain=np.zeros((1, m, Q.rows)) if gain is None else gain,
+        rate=rate,
+        saturated_rate=saturated_rate,
+        weight=_weight(task),
+        discrete=task.step is not None,
+        corners=task.corners,
+    )
     if gain is None:
         idle = np.zeros((1, m or 1, Q.rows))
-        (loop,) = secant_sums(A, np.zeros((r, Q.rows, m or 1)), Q, idle, np.ones(1), **options)
-        return (replace(loop, name=""),), (), ()
+        loop = replace(loop, B=np.zeros((r, Q.rows, m or 1)), gain=idle)
+        (plain,) = loop.secant_sums(np.ones(1))
+        return (replace(plain, name=""),), (), ()
     if task.saturation in (None, "secant"):
         reach = 1.0 if task.saturation is None else task.overdrive
-        sums = secant_sums(A, B, Q, gain, np.full(m, 1 / reach), saturated=SATURATED, **options)
+        sums = loop.secant_sums(np.full(m, 1 / reach))
         if task.saturation is None:
-            sums = tuple(replace(loop, name="") for loop in sums)
+            sums = tuple(replace(double_sum, name="") for double_sum in sums)
         return sums, (), _commanded(task, Q, gain, reach)
     count = 1 if task.relaxation == "common-gain" else r
     Z = Unknown("Z", m, Q.rows, count=count)
@@ -262,17 +206,18 @@ def _loops(
     if isinstance(gain, Unknown):
         lmis += _commanded(task, Q, gain, task.overdrive)
     if task.saturation == "polytope":
-        return polytope_sums(A, B, Q, gain, Z, saturated=SATURATED, **options), (Z,), lmis
-    (plain,) = secant_sums(A, B, Q, gain, np.ones(m), **options)
-    loop, S = dead_zone_sum(A, B, Q, gain, Z, saturated=SATURATED, **options)
-    return (replace(plain, name="unsaturated"), loop), (Z, *S), lmis
+        return loop.polytope_sums(Z), (Z,), lmis
+    (plain,) = loop.secant_sums(np.ones(m))
+    dead_zone, S = loop.dead_zone_sum(Z)
+    return (replace(plain, name="unsaturated"), dead_zone), (Z, *S), lmis
 
 
-def _parameters(task: AttractionRequest) -> dict[str, float]:
-    parameters = rate_parameter(task.decay_rate, task.step)
-    if task.saturation is not None:
-        (parameters[SATURATED],) = rate_parameter(task.saturated_decay_rate, task.step).values()
-    return parameters
+def _rates(task: AttractionRequest) -> tuple[Parameter, Parameter]:
+    """Return the rate where no input saturates, and that where one does."""
+    plain = decay_parameter(task.decay_rate, task.step)
+    saturated = decay_parameter(task.saturated_decay_rate, task.step)
+    latex = r"\alpha_{s}" if task.step is None else r"\rho_{s}^2"
+    return plain, Parameter(SATURATED, saturated.value, latex)
 
 
 def _commanded(

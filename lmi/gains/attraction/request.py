@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.actuator_rates import input_rate_rows, membership_corners, membership_rates
+from takagi.lmi.analysis.actuator_rates import input_rate_rows, membership_rates, velocity_corners
 from takagi.lmi.argument_checks import corners_of, number, positive_vector, sample_time_of
 from takagi.lmi.condition.term import Array
 from takagi.lmi.gains.requirements.limits import limits_of
@@ -268,7 +268,7 @@ def _rate_rows(
     phi = membership_rates(bounds, K, discrete=discrete)
     rows = input_rate_rows(A, B, K, discrete=discrete)
     if phi is not None:
-        moving = np.tensordot(membership_corners(phi), K, axes=1)
+        moving = np.tensordot(np.unique(velocity_corners(phi), axis=0), K, axes=1)
         if len(rows) * len(moving) * m > MOST_ROWS:
             raise ModelError(
                 f"{len(A)} rules make {len(rows) * len(moving) * m} rows of the rate limit, more "

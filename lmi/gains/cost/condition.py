@@ -26,8 +26,6 @@ Source: Tanaka and Wang (2001), chapter 6; Boyd, El Ghaoui, Feron, Balakrishnan 
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -39,18 +37,14 @@ from takagi.lmi.argument_checks import (
     symmetric,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, bounded
+from takagi.lmi.condition.statements import lmi_of, pose, scale_bound
+from takagi.lmi.condition.term import LMI, Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
+from takagi.lmi.expressions.expression import Expression, He, block, identity, matrix, trace
 from takagi.lmi.gains.decay.condition import Controlled
-from takagi.lmi.gains.requirements.closed_loop import (
-    closed_loop,
-    gain_member,
-    gain_symbol,
-    gain_unknown,
-)
-from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.gains.requirements.closed_loop import gain_unknown
+from takagi.lmi.sums.double_sum import double_sum_of
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
@@ -59,99 +53,43 @@ from takagi.models.errors import ModelError
 LARGEST_S = 1e6
 
 
-def _cost_loop(
-    A: Array, B: Array, F: Array, G: Array, S: Unknown, M: Unknown, corners: Corners | None
-) -> DoubleSum:
-    """Return the module's double sum: the closed loop, with the cost's factors below it."""
-    n, m, q = S.rows, M.rows, len(F)
-    plain = closed_loop(A, B, S, M, weight=1.0, corners=corners)
-    # Without a decay rate: the cost says how fast.
-    return DoubleSum(
-        rules=len(A),
-        blocks=(n, q, m),
-        parts=(*plain.parts[:2], *_spent(F, G, S, M, 1, ("", ""))),
-        fixed=_ones((q, m), 1),
-        corners=corners,
+def _cost_loop(A: Array, B: Array, F: Array, G: Array, S: Unknown, M: Unknown) -> Expression:
+    """Return the module's Theta_ij: the closed loop, with the cost's factors below it."""
+    M_j = M.over("j")
+    loop = matrix(A, "A_{i}", over="i") @ S - matrix(B, "B_{i}", over="i") @ M_j
+    states, inputs = -identity(len(F)), -identity(M.rows)
+    return block(
+        [
+            [He(loop), None, None],
+            [matrix(F, "F") @ S, states, 0],
+            [matrix(G, "G") @ M_j, 0, inputs],
+        ]
     )
 
 
 def _sampled_cost_loop(
-    A: Array,
-    B: Array,
-    F: Array,
-    G: Array,
-    S: Unknown,
-    M: Unknown,
-    corners: Corners | None,
-    span: float,
-) -> DoubleSum:
-    """Return the module's double sum in discrete time; ``span`` is e."""
-    n, m, q = S.rows, M.rows, len(F)
-    root = float(np.sqrt(span))
-    plain = closed_loop(motion(A, 1.0), B, S, M, weight=1.0, corners=corners)
-    loop = [replace(part, latex=_named(part.latex)) for part in plain.parts[:2]]
-    scaled = [replace(part, left=part.left / span, latex=_over("e", part.latex)) for part in loop]
-    next_state = [
-        replace(
-            part,
-            left=part.left / root,
-            at=(1, 0),
-            plus_transpose=False,
-            latex=_over(r"\sqrt{e}", part.latex),
-        )
-        for part in loop
+    A: Array, B: Array, F: Array, G: Array, S: Unknown, M: Unknown, span: float
+) -> Expression:
+    """Return the module's Theta_ij in discrete time; ``span`` is e."""
+    M_j, root = M.over("j"), float(np.sqrt(span))
+
+    def loop(over: float, name: str) -> Expression:
+        N_i = matrix(motion(A, 1.0) / over, rf"\tfrac{{1}}{{{name}}}N_{{i}}", over="i")
+        return N_i @ S - matrix(B / over, rf"\tfrac{{1}}{{{name}}}B_{{i}}", over="i") @ M_j
+
+    states, inputs = -identity(len(F)), -identity(M.rows)
+    spent = [
+        matrix(factor / root, rf"\tfrac{{1}}{{\sqrt{{e}}}}{name}")
+        for factor, name in ((F, "F"), (G, "G"))
     ]
-    last = SumPart(
-        unknown=S, left=-np.eye(n)[None], right=np.eye(n)[None], at=(1, 1), latex=("-", "")
+    return block(
+        [
+            [He(loop(span, "e")), None, None, None],
+            [loop(root, r"\sqrt{e}"), -S, 0, 0],
+            [spent[0] @ S, 0, states, 0],
+            [spent[1] @ M_j, 0, 0, inputs],
+        ]
     )
-    return DoubleSum(
-        rules=len(A),
-        blocks=(n, n, q, m),
-        parts=(
-            *scaled,
-            *next_state,
-            last,
-            *_spent(F / root, G / root, S, M, 2, (r"\tfrac{1}{\sqrt{e}}", r"\tfrac{1}{\sqrt{e}}")),
-        ),
-        fixed=_ones((q, m), 2),
-        corners=corners,
-    )
-
-
-def _spent(
-    F: Array, G: Array, S: Unknown, M: Unknown, row: int, factors: tuple[str, str]
-) -> tuple[SumPart, SumPart]:
-    """Return F S and G M_j below the loop, the first in this block row."""
-    eye = np.eye(S.rows)[None]
-    return (
-        SumPart(unknown=S, left=F[None], right=eye, at=(row, 0), latex=(f"{factors[0]}F", "")),
-        SumPart(
-            unknown=M,
-            left=G[None],
-            right=eye,
-            at=(row + 1, 0),
-            member=gain_member(M),
-            latex=(f"{factors[1]}G", ""),
-            symbol=gain_symbol(M),
-        ),
-    )
-
-
-def _ones(sizes: tuple[int, int], row: int) -> tuple[KnownBlock, ...]:
-    """Return -I in the diagonal blocks from this block row on."""
-    return tuple(
-        KnownBlock(value=-np.eye(size)[None], at=(row + k, row + k), latex="-I")
-        for k, size in enumerate(sizes)
-    )
-
-
-def _named(latex: tuple[str, str]) -> tuple[str, str]:
-    return latex[0].replace("A_{i}", "N_{i}"), latex[1]
-
-
-def _over(divisor: str, latex: tuple[str, str]) -> tuple[str, str]:
-    sign = "-" if latex[0].startswith("-") else ""
-    return rf"{sign}\tfrac{{1}}{{{divisor}}}{latex[0].removeprefix('-')}", latex[1]
 
 
 def lqr_pdc_condition(
@@ -189,7 +127,7 @@ def lqr_pdc_condition(
 
     Source: Tanaka and Wang (2001), chapter 6.
     """
-    pose = relaxation_named(relaxation)
+    relaxed = relaxation_named(relaxation)
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
     r, n, m = B.shape
@@ -198,24 +136,27 @@ def lqr_pdc_condition(
     S = Unknown("S", n, n, symmetric=True)
     M = gain_unknown(r, m, n, relaxation)
     W = Unknown("W", n, n, symmetric=True)
-    corners = corners_of(model)
     if sample_time_of(model, sample_time) is None:
-        loop = _cost_loop(A, B, F, G, S, M, corners)
+        theta = _cost_loop(A, B, F, G, S, M)
     else:
-        loop = _sampled_cost_loop(A, B, F, G, S, M, corners, span)
-    slack, double_sum = pose(loop)
-    return Condition(
-        name=f"guaranteed quadratic cost, {relaxation}",
+        theta = _sampled_cost_loop(A, B, F, G, S, M, span)
+    # Without a decay rate: the cost says how fast.
+    slack, double_sum = relaxed(double_sum_of(theta << 0, rules=r, corners=corners_of(model)))
+    bound = block([[W, matrix(initial_factor(deviations, n), "L").T], [None, S]])
+    return pose(
+        # S > 0 and W > L' S^-1 L
+        (bound >> 0).named("bound of the cost"),
+        *double_sum,
+        minimise=trace(W),
         unknowns=(S, M, W, *slack),
-        lmis=(_cost_bound(W, S, initial_factor(deviations, n)), *double_sum),
-        objective={"W": np.eye(n)[None]},
+        name=f"guaranteed quadratic cost, {relaxation}",
         source="Tanaka and Wang (2001), chapter 6",
     )
 
 
 def largest_lmi(S: Unknown) -> LMI:
     """Pose S <= 1e6 I, in states where P is about 1: keeps S finite where a state costs nothing."""
-    return bounded(S, LARGEST_S)
+    return lmi_of(scale_bound(S, LARGEST_S))
 
 
 def initial_factor(deviations: ArrayLike, size: int) -> Array:
@@ -234,20 +175,6 @@ def initial_factor(deviations: ArrayLike, size: int) -> Array:
             f"({size}, {size}) L, finite and not zero, with the covariance L L'"
         )
     return factor
-
-
-def _cost_bound(W: Unknown, S: Unknown, factor: Array) -> LMI:
-    """Pose [[W, L'], [L, S]] > 0, which is S > 0 and W > L' S^-1 L."""
-    eye = np.eye(S.rows)[None]
-    return LMI(
-        name="bound of the cost",
-        blocks=(S.rows, S.rows),
-        terms=(
-            Term(unknown=W, left=eye, right=eye),
-            Term(unknown=S, left=eye, right=eye, at=(1, 1)),
-        ),
-        constants=(Constant(value=factor.T[None], at=(0, 1), latex=r"L^\top"),),
-    )
 
 
 def weight_factor(weight: Array) -> Array:

@@ -14,14 +14,15 @@ from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import (
     check_stabilisable,
     corners_of,
+    decay_parameter,
     fixed_mode,
     input_stack,
     number,
-    rate_parameter,
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
+from takagi.lmi.condition.statements import lmi_of, pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import LMI, Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import (
     balanced_inputs,
@@ -30,6 +31,7 @@ from takagi.lmi.cone.balance import (
     nearest_power,
     state_units,
 )
+from takagi.lmi.expressions.expression import block, identity
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
 from takagi.lmi.gains.requirements.requirements import Requirements, required_sums
@@ -237,32 +239,30 @@ def pdc_condition(
     Source: Tanaka and Wang (2001), section 3.3.
     """
     name = relaxation if isinstance(relaxation, str) else ""
-    pose = relaxation if callable(relaxation) else relaxation_named(relaxation)
+    relaxed = relaxation if callable(relaxation) else relaxation_named(relaxation)
     alpha = number("decay_rate", decay_rate)
     step = sample_time_of(model, sample_time)
     posed = double_sums(model, alpha, name, requirements, step)
     Q, M = posed.Q, posed.M
     nu = Unknown("nu", 1, 1, latex=r"\nu")
-    relaxed = [pose(loop) for loop in posed.sums]
-    slack = tuple(unknown for unknowns, _ in relaxed for unknown in unknowns)
-    sums = tuple(lmi for _, lmis in relaxed for lmi in lmis)
+    results = [relaxed(loop) for loop in posed.sums]
+    slack = tuple(unknown for unknowns, _ in results for unknown in unknowns)
+    sums = tuple(lmi for _, lmis in results for lmi in lmis)
     limit_unknowns, restrictions = limit_lmis(Q, M, limits)
     # Without limits Q is determined up to a factor, and Q <= I fixes it; with limits its size
     # matters.
     largest = LARGEST_ELLIPSOID if limits is not None and limits.level else 1.0
-    return Condition(
-        name=", ".join(words for words in ("parallel distributed compensation", name) if words),
+    return pose(
+        positive_definite(Q),
+        scale_bound(Q, largest),
+        *sums,
+        *posed.lmis,
+        effort_lmi(Q, M, nu),
+        *restrictions,
+        minimise=nu,
         unknowns=(Q, M, nu, *posed.unknowns, *slack, *limit_unknowns),
-        lmis=(
-            positive(Q),
-            bounded(Q, largest),
-            *sums,
-            *posed.lmis,
-            effort_lmi(Q, M, nu),
-            *restrictions,
-        ),
-        objective={"nu": np.ones((1, 1, 1))},
-        parameters=rate_parameter(alpha, step),
+        parameters=(decay_parameter(alpha, step),),
+        name=", ".join(words for words in ("parallel distributed compensation", name) if words),
         source="Tanaka and Wang (2001), section 3.3",
     )
 
@@ -336,25 +336,7 @@ def theta_weight(A: Array, alpha: float, step: float | None) -> float:
 
 def effort_lmi(Q: Unknown, M: Unknown, nu: Unknown) -> LMI:
     """Pose [[Q, M_i'], [M_i, nu I]] >= 0, which is K_i Q K_i' <= nu I."""
-    n, m, r = Q.rows, M.rows, M.count
-    eye = np.eye(n)[None]
-    return LMI(
-        name="input effort",
-        blocks=(n, m),
-        terms=(
-            Term(unknown=Q, left=eye, right=eye),
-            Term(
-                unknown=M,
-                left=np.eye(m)[None],
-                right=eye,
-                at=(1, 0),
-                members=np.arange(r),
-                symbol=M.symbol if r == 1 else f"{M.symbol}_i",
-            ),
-            Term(unknown=nu, left=np.eye(m)[None], at=(1, 1), latex=("", "I")),
-        ),
-        count=r,
-        # At the least effort this inequality holds with equality, so it cannot keep a margin.
-        strict=False,
-        index=rf"i = 1, \dots, {r}",
-    )
+    M_i = M.members(np.arange(M.count), M.symbol if M.count == 1 else f"{M.symbol}_i")
+    # At the least effort this inequality holds with equality, so it cannot keep a margin.
+    effort = block([[Q, None], [M_i, nu * identity(M.rows)]]) >= 0
+    return lmi_of(effort.named("input effort", rf"i = 1, \dots, {M.count}"))

@@ -28,15 +28,15 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5, for one gain; 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import number, rate_parameter
-from takagi.lmi.condition.term import Condition, positive
+from takagi.lmi.argument_checks import number
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import He, block, identity, matrix
 from takagi.lmi.gains.disturbance.design import asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
@@ -47,24 +47,15 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
     DisturbanceRequest,
-    Meaning,
+    Norm,
     disturbance_request,
     positive_number,
 )
-from takagi.lmi.gains.disturbance.sums import (
-    decay_sum,
-    disturbance_parts,
-    motion_parts,
-    output_parts,
-    root_share,
-    source_of,
-    sum_of,
-)
+from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
+from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
-from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models.errors import ModelError
 
 SOURCE = "Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001)"
@@ -103,59 +94,50 @@ def hinf_pdc_condition(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001).
     """
-    pose = relaxation_named(relaxation)
     plant = plant_of(model, performance, sample_time)
     alpha = number("decay_rate", decay_rate)
     r, n, m = plant.B.shape
     Q = Unknown("Q", n, n, symmetric=True)
     M = gain_unknown(r, m, n, relaxation)
     level = limits is not None and limits.level
-    gamma = Unknown("gamma2", 1, 1, latex=r"\gamma^2") if level else _gamma()
-    slack, sums = pose(_loop(plant, Q, M, gamma, unit_energy=level))
-    limit_unknowns, decay = pose(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
-    own_unknowns, restrictions = limit_lmis(Q, M, limits)
-    return Condition(
-        name=f"energy gain, {relaxation}",
-        unknowns=(Q, M, gamma, *slack, *limit_unknowns, *own_unknowns),
-        lmis=(positive(Q), *sums, *decay, *restrictions),
-        objective={gamma.name: np.ones((1, 1, 1))},
-        parameters=rate_parameter(alpha, plant.sample_time) if alpha > 0 else {},
-        source=source_of(plant, SOURCE),
+    name, symbol = ("gamma2", r"\gamma^2") if level else ("gamma", r"\gamma")
+    gamma = Unknown(name, 1, 1, latex=symbol)
+    return disturbed_condition(
+        plant,
+        Q,
+        M,
+        (_loop(plant, Q, M, gamma, unit_energy=level),),
+        relaxation=relaxation,
+        decay_rate=alpha,
+        limits=limits,
+        minimise=gamma,
+        unknowns=(gamma,),
+        name="energy gain",
+        source=SOURCE,
     )
-
-
-def _gamma() -> Unknown:
-    return Unknown("gamma", 1, 1, latex=r"\gamma")
 
 
 def _loop(
     plant: DisturbedPlant, Q: Unknown, M: Unknown, gamma: Unknown, *, unit_energy: bool
 ) -> DoubleSum:
     """Return the module's double sum; with -I for w, and -gamma I for z alone, on request."""
-    n, q, p = Q.rows, plant.E.shape[2], plant.C.shape[1]
-    step = plant.sample_time
-    # The states, their disturbance, the next states where there are such, the output.
-    blocks = (n, q, p) if step is None else (n, q, n, p)
-    last = len(blocks) - 1
-    parts: tuple[SumPart, ...] = (
-        *motion_parts(plant, Q, M, 2),
-        *output_parts(plant, Q, M, (last, 0)),
-        _minus(gamma, p, last),
-    )
-    fixed = [
-        *disturbance_parts(plant, 0, root_share(plant), "E_{i}" if step is None else r"\bar E_{i}"),
-        *(disturbance_parts(plant, 2) if step is not None else ()),
-        KnownBlock(value=plant.D11, at=(last, 1), latex="D^{11}_{i}"),
-    ]
-    if unit_energy:
-        fixed.append(KnownBlock(value=-np.eye(q)[None], at=(1, 1), latex="-I"))
+    q, p = plant.E.shape[2], plant.C.shape[1]
+    loop = LoopBlocks.of(plant, Q, M)
+    D11 = matrix(plant.D11, "D^{11}_{i}", over="i")
+    w_bound = -identity(q) if unit_energy else -gamma * identity(q)
+    z_bound = -gamma * identity(p)
+    if loop.next_G is None:
+        theta = block([[He(loop.G), loop.E, None], [None, w_bound, None], [loop.Z, D11, z_bound]])
     else:
-        parts = (*parts, _minus(gamma, q, 1))
-    return sum_of(plant, blocks, parts, tuple(fixed))
-
-
-def _minus(gamma: Unknown, size: int, block: int) -> SumPart:
-    return SumPart(unknown=gamma, left=-np.eye(size)[None], at=(block, block), latex=("-", "I"))
+        theta = block(
+            [
+                [He(loop.G), loop.entering, None, None],
+                [None, w_bound, None, None],
+                [loop.next_G, loop.E, -Q, 0],
+                [loop.Z, D11, 0, z_bound],
+            ]
+        )
+    return sum_of(plant, theta)
 
 
 @limited
@@ -232,6 +214,7 @@ def hinf_pdc(
     task = disturbance_request(
         model,
         limits,
+        Norm(hinf_pdc_condition, _energy_gain, _unit_of_V),
         performance=performance,
         relaxation=relaxation,
         decay_rate=decay_rate,
@@ -243,33 +226,19 @@ def hinf_pdc(
         # The objective is gamma^2 where limits are to hold on the ellipsoid.
         tolerance=(2 if task.level else 1) * task.tolerance,
     )
-    meaning = Meaning(
-        gain=partial(_energy_gain, squared=task.level), size=_unit_size if task.level else _storage
-    )
-    return asked_or_least(task, _condition, meaning, norm_below)
+    return asked_or_least(task, norm_below)
 
 
-def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
-    return hinf_pdc_condition(
-        units.scaled_plant(task.plant),
-        relaxation=task.relaxation,
-        decay_rate=task.decay_rate / units.rate,
-        limits=task.inside(units),
-    )
-
-
-def _energy_gain(units: DisturbanceCoordinates, objective: float, *, squared: bool) -> float:
-    gamma = float(np.sqrt(objective)) if squared else objective
+def _energy_gain(
+    task: DisturbanceRequest, units: DisturbanceCoordinates, objective: float
+) -> float:
+    gamma = float(np.sqrt(objective)) if task.level else objective
     return gamma * units.output / units.disturbance
 
 
-def _storage(units: DisturbanceCoordinates) -> float:
-    """Return the unit of V: |z|^2 / gamma times seconds, or samples."""
-    return units.output * units.disturbance / units.rate
-
-
-def _unit_size(units: DisturbanceCoordinates) -> float:
-    return 1.0
+def _unit_of_V(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
+    """Return |z|^2 / gamma times seconds, or samples; 1 where limits fix the level of V."""
+    return 1.0 if task.level else units.output * units.disturbance / units.rate
 
 
 def _energy(energy: float | None, level: bool) -> float | None:

@@ -30,9 +30,11 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.energy_and_variance import infinite_variance
 from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import number, rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, positive
+from takagi.lmi.argument_checks import number
+from takagi.lmi.condition.statements import lmi_of
+from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import He, added, block, identity, matrix
 from takagi.lmi.gains.disturbance.design import asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
@@ -43,23 +45,20 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
     DisturbanceRequest,
-    Meaning,
+    Norm,
     disturbance_request,
 )
 from takagi.lmi.gains.disturbance.riccati_bound import regulated
 from takagi.lmi.gains.disturbance.sums import (
     WEIGHT,
-    decay_sum,
-    motion_parts,
-    output_parts,
-    source_of,
+    LoopBlocks,
+    disturbed_condition,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
+from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock
-from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models.errors import ModelError
 
 SOURCE = (
@@ -99,7 +98,6 @@ def h2_pdc_condition(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 6.2.1 and 7.4.
     """
-    pose = relaxation_named(relaxation)
     plant = plant_of(model, performance, sample_time)
     why = infinite_variance(plant.D11, plant.sample_time)
     if limits is not None and limits.level:
@@ -113,88 +111,50 @@ def h2_pdc_condition(
     M = gain_unknown(r, m, n, relaxation)
     W = Unknown("W", q, q, symmetric=True, count=r)
     nu = Unknown("nu", 1, 1, latex=r"\nu")
-    slack, sums = pose(_loop(plant, Q, M))
-    limit_unknowns, decay = pose(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
-    own_unknowns, restrictions = limit_lmis(Q, M, limits)
-    return Condition(
-        name=f"output variance, {relaxation}",
-        unknowns=(Q, M, W, nu, *slack, *limit_unknowns, *own_unknowns),
-        lmis=(positive(Q), *sums, _entering(plant, Q, W), _total(W, nu), *decay, *restrictions),
-        objective={"nu": np.ones((1, 1, 1))},
-        parameters=rate_parameter(alpha, plant.sample_time) if alpha > 0 else {},
-        source=source_of(plant, SOURCE),
+    return disturbed_condition(
+        plant,
+        Q,
+        M,
+        (_loop(plant, Q, M),),
+        _entering(plant, Q, W),
+        _total(W, nu),
+        relaxation=relaxation,
+        decay_rate=alpha,
+        limits=limits,
+        minimise=nu,
+        unknowns=(W, nu),
+        name="output variance",
+        source=SOURCE,
     )
 
 
 def _loop(plant: DisturbedPlant, Q: Unknown, M: Unknown) -> DoubleSum:
-    n, p = Q.rows, plant.C.shape[1]
-    blocks = (n, p) if plant.sample_time is None else (n, n, p)
-    last = len(blocks) - 1
-    eye = KnownBlock(value=-np.eye(p)[None], at=(last, last), latex="-I")
-    return sum_of(
-        plant,
-        blocks,
-        (*motion_parts(plant, Q, M, 1), *output_parts(plant, Q, M, (last, 0))),
-        (eye,),
-    )
+    loop, minus_one = LoopBlocks.of(plant, Q, M), -identity(plant.C.shape[1])
+    if loop.next_G is None:
+        return sum_of(plant, block([[He(loop.G), None], [loop.Z, minus_one]]))
+    theta = block([[He(loop.G), None, None], [loop.next_G, -Q, 0], [loop.Z, 0, minus_one]])
+    return sum_of(plant, theta)
 
 
 def _entering(plant: DisturbedPlant, Q: Unknown, W: Unknown) -> LMI:
     """Pose W_i > E_i' P E_i, or W_i > E_i' P E_i + D11_i' D11_i in discrete time."""
-    r, n, q = plant.E.shape
-    eye, noise = np.eye(n)[None], np.eye(q)[None]
-    p = plant.D11.shape[1]
-    constants = [Constant(value=plant.E.transpose(0, 2, 1), at=(0, 1), latex=r"E_{i}^\top")]
-    direct = plant.sample_time is not None and bool(plant.D11.any())
-    if direct:
-        constants += [
-            Constant(value=plant.D11.transpose(0, 2, 1), at=(0, 2), latex=r"{D^{11}_{i}}^\top"),
-            Constant(value=np.eye(p)[None], at=(2, 2), latex="I"),
-        ]
-    return LMI(
-        name="noise",
-        blocks=(q, n, p) if direct else (q, n),
-        terms=(
-            Term(
-                unknown=W,
-                left=noise,
-                right=noise,
-                members=np.arange(r),
-                symbol=rf"{W.symbol}_{{i}}",
-            ),
-            Term(unknown=Q, left=eye, right=eye, at=(1, 1)),
-        ),
-        constants=tuple(constants),
-        count=r,
-        weight=WEIGHT,
-        index=rf"i = 1, \dots, {r}",
-    )
+    r = len(plant.E)
+    W_i = W.members(np.arange(r), rf"{W.symbol}_{{i}}")
+    E_i, D11_i = matrix(plant.E, "E_{i}"), matrix(plant.D11, "D^{11}_{i}")
+    noise = block([[W_i, E_i.T], [None, Q]])
+    if plant.sample_time is not None and plant.D11.any():
+        one = identity(plant.D11.shape[1])
+        noise = block([[W_i, E_i.T, D11_i.T], [None, Q, 0], [None, 0, one]])
+    return lmi_of((noise >> 0).named("noise", rf"i = 1, \dots, {r}", weight=WEIGHT))
 
 
 def _total(W: Unknown, nu: Unknown) -> LMI:
     """Pose nu > trace W_i."""
     r, q = W.count, W.rows
     rule, k = np.divmod(np.arange(r * q), q)
-    row = np.eye(q)[k][:, None, :]
-    return LMI(
-        name="variance",
-        blocks=(1,),
-        terms=(
-            Term(unknown=nu, left=np.ones((1, 1, 1))),
-            Term(
-                unknown=W,
-                left=-row,
-                right=row.transpose(0, 2, 1),
-                items=rule,
-                members=rule,
-                latex=(r"-\sum_k e_k^\top", "e_k"),
-                symbol=rf"{W.symbol}_{{i}}",
-            ),
-        ),
-        count=r,
-        weight=WEIGHT,
-        index=rf"i = 1, \dots, {r}",
-    )
+    e_k, W_i = matrix(np.eye(q)[k][:, :, None], "e_k"), W.members(rule, rf"{W.symbol}_{{i}}")
+    total = added(e_k.T @ W_i @ e_k, rule, count=r, latex=r"\sum_k")
+    return lmi_of((nu >> total).named("variance", rf"i = 1, \dots, {r}", weight=WEIGHT))
 
 
 @limited
@@ -250,6 +210,7 @@ def h2_pdc(
     task = disturbance_request(
         model,
         GivenLimits(gain_bound=gain_bound, sample_time=sample_time),
+        Norm(h2_pdc_condition, _deviation, _cost),
         performance=performance,
         relaxation=relaxation,
         decay_rate=decay_rate,
@@ -260,25 +221,13 @@ def h2_pdc(
         raise ModelError(why)
     # The objective is nu, the square.
     task = replace(task, tolerance=2 * task.tolerance, noise=True)
-    meaning = Meaning(gain=_deviation, size=_cost)
-    return asked_or_least(
-        task, _condition, meaning, norm_below, lambda: regulated(task, _condition)
-    )
+    return asked_or_least(task, norm_below, lambda: regulated(task))
 
 
-def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
-    return h2_pdc_condition(
-        units.scaled_plant(task.plant),
-        relaxation=task.relaxation,
-        decay_rate=task.decay_rate / units.rate,
-        limits=task.inside(units),
-    )
-
-
-def _deviation(units: DisturbanceCoordinates, objective: float) -> float:
+def _deviation(task: DisturbanceRequest, units: DisturbanceCoordinates, objective: float) -> float:
     return float(np.sqrt(objective * units.rate)) * units.output / units.disturbance
 
 
-def _cost(units: DisturbanceCoordinates) -> float:
+def _cost(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
     """Return the unit of V: |z|^2 times seconds, or samples."""
     return units.output**2 / units.rate

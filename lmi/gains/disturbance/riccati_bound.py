@@ -31,7 +31,7 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.4.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -39,7 +39,8 @@ import numpy as np
 
 from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import holds, margin
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.statements import pose
+from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.cone.cone_program import (
@@ -52,6 +53,7 @@ from takagi.lmi.cone.cone_program import (
     pack,
 )
 from takagi.lmi.decision.outcome import Outcome, promised
+from takagi.lmi.expressions.expression import He, block, matrix, trace
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
@@ -109,35 +111,16 @@ def _answers(program: ConeProgram) -> Iterator[Raw]:
 
 def _gramian_condition(A: Floats, B: Floats, E: Floats, C: Floats, D: Floats) -> Condition:
     n, m, p = len(A), B.shape[1], len(C)
-    eye, output = np.eye(n)[None], np.eye(p)[None]
     X, L = Unknown("X", n, n, symmetric=True), Unknown("L", m, n)
     V = Unknown("V", p, p, symmetric=True)
-    loop = LMI(
-        name="Gramian",
-        blocks=(n,),
-        terms=(
-            Term(unknown=X, left=-A[None], right=eye, plus_transpose=True),
-            Term(unknown=L, left=B[None], right=eye, plus_transpose=True),
-        ),
-        constants=(Constant(value=-(E @ E.T)[None]),),
-        strict=False,
-    )
-    output_lmi = LMI(
-        name="output",
-        blocks=(p, n),
-        terms=(
-            Term(unknown=V, left=output, right=output),
-            Term(unknown=X, left=C[None], right=eye, at=(0, 1)),
-            Term(unknown=L, left=-D[None], right=eye, at=(0, 1)),
-            Term(unknown=X, left=eye, right=eye, at=(1, 1)),
-        ),
-        strict=False,
-    )
-    return Condition(
-        name="controllability Gramian",
+    loop = He(matrix(B, "B") @ L - matrix(A, "A") @ X)
+    output = block([[V, matrix(C, "C") @ X - matrix(D, "D") @ L], [None, X]])
+    return pose(
+        (loop >= matrix(E @ E.T, r"E E^\top")).named("Gramian"),
+        (output >= 0).named("output"),
+        minimise=trace(V),
         unknowns=(X, L, V),
-        lmis=(loop, output_lmi),
-        objective={"V": output},
+        name="controllability Gramian",
     )
 
 
@@ -150,11 +133,9 @@ SHARES = (0.25, 0.05, 0.05)
 # cannot be distinguished from zero.
 ALL, NOTHING = 1.0, 1e-9
 
-Pose = Callable[[DisturbanceRequest, DisturbanceCoordinates], Condition]
-
 
 def regulated(
-    task: DisturbanceRequest, pose: Pose
+    task: DisturbanceRequest,
 ) -> tuple[DisturbanceCoordinates, Condition, Outcome] | None:
     """Return gains within the tolerance of the least objective, or of nothing where that is zero.
 
@@ -170,7 +151,7 @@ def regulated(
     lower_bound = -np.inf
     results: list[_Found] = []
     for weight in LADDER:
-        attempt = _at(task, pose, weight)
+        attempt = _at(task, weight)
         if attempt is None:
             continue
         results.append(attempt)
@@ -228,7 +209,7 @@ class _Found:
         return self.units, self.condition, replace(outcome, lower_bound=lower_bound / self.unit)
 
 
-def _at(task: DisturbanceRequest, pose: Pose, weight: float) -> _Found | None:
+def _at(task: DisturbanceRequest, weight: float) -> _Found | None:
     """Return the unknowns and the bound of the regulator with one weight; None without one."""
     began = time.perf_counter()
     regulator = guessed_regulator(task.plant, weight)
@@ -243,7 +224,7 @@ def _at(task: DisturbanceRequest, pose: Pose, weight: float) -> _Found | None:
     if P_room is None:
         return None
     units = DisturbanceCoordinates.of(task.plant, P_room, feedback=regulator.gains, noise=True)
-    condition = pose(task, units)
+    condition = task.condition(units)
     data = assemble(condition)
     posed = units.scaled_plant(task.plant)
     values = _unknowns(condition, posed, task.tolerance)

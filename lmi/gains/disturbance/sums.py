@@ -4,7 +4,7 @@ r"""What the conditions on a disturbed loop are made of, with Q = P^-1, M_j = K_
     discrete     G_ij = (A_i - I) Q - B_i M_j   x+ - x
     both         Z_ij = C_i Q - D12_i M_j       z
 
-as parts of Theta_ij; the decay of the undisturbed loop; limits.
+of which Theta_ij is made; the decay of the undisturbed loop; limits.
 
 In discrete time V(x+) - V(x) = 2 x' P (x+ - x) + (x+ - x)' P (x+ - x).  Sampled fast, x+ - x is a
 share s of x, so small that a solver would lose it in x+; the rows of x are divided by sqrt(s), a
@@ -14,18 +14,24 @@ a bar stands for (A_i - I) / s, B_i / s, C_i / sqrt(s), D12_i / sqrt(s) and E_i 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 
 from takagi.lmi.analysis.decay_rate import vertex_weight
-from takagi.lmi.argument_checks import corners_of
-from takagi.lmi.condition.term import Array, Position
+from takagi.lmi.argument_checks import corners_of, decay_parameter
+from takagi.lmi.condition.statements import pose, positive_definite
+from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
+from takagi.lmi.expressions.expression import Expression, Parameter, matrix
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
-from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.gains.requirements.closed_loop import closed_loop
+from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
+from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
+from takagi.lmi.sums.relaxations import relaxation_named
 
 # Margin of Theta for a margin 1 of Q.  At the least gain Q tends to be singular, and the gains
 # without bound; what margin there is should go to Q.
@@ -41,115 +47,106 @@ def root_share(plant: DisturbedPlant) -> float:
     return float(nearest_power(np.array([min(1.0, size) ** 0.5]))[0])
 
 
-def motion_parts(
-    plant: DisturbedPlant, Q: Unknown, M: Unknown, next_row: int
-) -> tuple[SumPart, ...]:
-    """Return He(G_ij) / s in the first block; in discrete time also what follows from it.
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class LoopBlocks:
+    """The module's matrices of a disturbed loop, as expressions.
+
+    Attributes
+    ----------
+    G : G_ij, over s in discrete time.
+    next_G : G_ij over sqrt(s); None in continuous time.
+    Z, output : Z_ij over sqrt(s), and Z_ij itself.
+    E, entering : E_i over sqrt(s), and E_i over s.
+    """
+
+    G: Expression
+    next_G: Expression | None
+    Z: Expression
+    output: Expression
+    E: Expression
+    entering: Expression
+
+    @classmethod
+    def of(cls, plant: DisturbedPlant, Q: Unknown, M: Unknown) -> LoopBlocks:
+        """Return them for a plant; in continuous time s = 1."""
+        share = root_share(plant)
+        bar = r"\bar " * (plant.sample_time is not None)
+        M_j = M.over("j")
+
+        def moved(over: float, name: str) -> Expression:
+            free, steered = motion(plant.A, plant.sample_time) / over, plant.B / over
+            A_i = matrix(free, rf"{name}A_{{i}}", over="i")
+            return A_i @ Q - matrix(steered, rf"{name}B_{{i}}", over="i") @ M_j
+
+        def shown(over: float, bar: str) -> Expression:
+            C_i = matrix(plant.C / over, rf"{bar}C_{{i}}", over="i")
+            return C_i @ Q - matrix(plant.D12 / over, rf"{bar}D^{{12}}_{{i}}", over="i") @ M_j
+
+        return cls(
+            G=moved(share**2, bar),
+            next_G=moved(share, rf"\sqrt s {bar}") if bar else None,
+            Z=shown(share, bar),
+            output=shown(1.0, ""),
+            E=matrix(plant.E, "E_{i}", over="i"),
+            entering=matrix(plant.E / share, rf"{bar}E_{{i}}", over="i"),
+        )
+
+
+def sum_of(plant: DisturbedPlant, theta: Expression, name: str = "") -> DoubleSum:
+    """Return the double sum of Theta over the plant's rules."""
+    statement = (theta << 0).named(name, weight=WEIGHT)
+    return double_sum_of(statement, rules=len(plant.A), corners=corners_of(plant))
+
+
+def disturbed_condition(
+    plant: DisturbedPlant,
+    Q: Unknown,
+    M: Unknown,
+    sums: Sequence[DoubleSum],
+    *statements: LMI,
+    relaxation: str,
+    decay_rate: float | Fraction = 0.0,
+    limits: Limits | None,
+    minimise: Unknown,
+    unknowns: tuple[Unknown, ...],
+    name: str,
+    source: str,
+) -> Condition:
+    """Pose Q > 0, the double sums, the statements, decay without w where it is asked for, limits.
 
     Parameters
     ----------
-    next_row : the block row of G_ij / sqrt(s) and, on the diagonal, -Q.
+    decay_rate : alpha > 0 in 1/s of V' <= -2 alpha V, or V(x+) <= e^(-2 alpha T) V, without w; 0
+        asks for none.
+    unknowns : those that come first among the solver's variables, behind Q and M.
+    name, source : of the condition, without its relaxation.
     """
-    root, A = root_share(plant), motion(plant.A, plant.sample_time)
-    if plant.sample_time is None:
-        return _pair(Q, M, A, plant.B, ("A_{i}", "B_{i}"), (0, 0), with_transpose=True)
-    names = (r"\bar A_{i}", r"\bar B_{i}")
-    roots = (r"\sqrt s \bar A_{i}", r"\sqrt s \bar B_{i}")
-    here = _pair(Q, M, A / root**2, plant.B / root**2, names, (0, 0), with_transpose=True)
-    there = _pair(Q, M, A / root, plant.B / root, roots, (next_row, 0), with_transpose=False)
-    return (*here, *there, own(Q, (next_row, next_row)))
-
-
-def output_parts(
-    plant: DisturbedPlant, Q: Unknown, M: Unknown, at: Position, *, by_share: bool = True
-) -> tuple[SumPart, ...]:
-    """Return Z_ij / sqrt(s) in a block of the first column, or Z_ij itself."""
-    root, names = 1.0, ("C_{i}", "D^{12}_{i}")
-    if by_share and plant.sample_time is not None:
-        root = root_share(plant)
-        names = (r"\bar C_{i}", r"\bar D^{12}_{i}")
-    return _pair(Q, M, plant.C / root, plant.D12 / root, names, at, with_transpose=False)
-
-
-def disturbance_parts(
-    plant: DisturbedPlant, row: int, divisor: float = 1.0, latex: str = "E_{i}"
-) -> tuple[KnownBlock, ...]:
-    """Return E_i, divided by sqrt(s) or s, in the second block of a row."""
-    return (KnownBlock(value=plant.E / divisor, at=(row, 1), latex=latex),)
-
-
-def _pair(
-    Q: Unknown,
-    M: Unknown,
-    free: Array,
-    steered: Array,
-    symbols: tuple[str, str],
-    at: Position,
-    with_transpose: bool,
-) -> tuple[SumPart, SumPart]:
-    eye = np.eye(Q.rows)[None]
-    return (
-        SumPart(
-            unknown=Q,
-            left=free,
-            right=eye,
-            at=at,
-            plus_transpose=with_transpose,
-            latex=(symbols[0], ""),
-        ),
-        SumPart(
-            unknown=M,
-            left=-steered,
-            right=eye,
-            at=at,
-            plus_transpose=with_transpose,
-            member=gain_member(M),
-            latex=(f"-{symbols[1]}", ""),
-            symbol=gain_symbol(M),
-        ),
+    relaxed = relaxation_named(relaxation)
+    step = plant.sample_time
+    rate: tuple[Parameter, ...] = ()
+    decay: tuple[LMI, ...] = ()
+    if decay_rate > 0:
+        rate = (decay_parameter(decay_rate, step),)
+        weight = WEIGHT * root_share(plant) ** 2
+        loop = closed_loop(
+            plant.A,
+            plant.B,
+            Q,
+            M,
+            weight=weight,
+            discrete=step is not None,
+            corners=corners_of(plant),
+        )
+        decay = relaxed(replace(loop, name="decay"))[1]
+    return pose(
+        positive_definite(Q),
+        *(lmi for double_sum in sums for lmi in relaxed(double_sum)[1]),
+        *statements,
+        *decay,
+        *limit_lmis(Q, M, limits)[1],
+        minimise=minimise,
+        unknowns=(Q, M, *unknowns),
+        parameters=rate,
+        name=f"{name}, {relaxation}",
+        source=source if step is None else f"{source}; {BARS}",
     )
-
-
-def own(Q: Unknown, at: Position, factor: float = -1.0, latex: str = "-") -> SumPart:
-    """Return factor Q in a block on the diagonal."""
-    eye = np.eye(Q.rows)[None]
-    return SumPart(unknown=Q, left=factor * eye, right=eye, at=at, latex=(latex, ""))
-
-
-def sum_of(
-    plant: DisturbedPlant,
-    blocks: tuple[int, ...],
-    parts: tuple[SumPart, ...],
-    fixed: tuple[KnownBlock, ...],
-    *,
-    name: str = "",
-) -> DoubleSum:
-    """Return the double sum over the plant's rules."""
-    return DoubleSum(
-        rules=len(plant.A),
-        blocks=blocks,
-        parts=parts,
-        fixed=fixed,
-        name=name,
-        weight=WEIGHT,
-        corners=corners_of(plant),
-    )
-
-
-def decay_sum(plant: DisturbedPlant, Q: Unknown, M: Unknown) -> DoubleSum:
-    """Return the sum that gives V' <= -2 alpha V, or V(x+) <= e^(-2 alpha T) V, without w."""
-    loop = closed_loop(
-        plant.A,
-        plant.B,
-        Q,
-        M,
-        weight=WEIGHT * root_share(plant) ** 2,
-        discrete=plant.sample_time is not None,
-        corners=corners_of(plant),
-    )
-    return replace(loop, name="decay")
-
-
-def source_of(plant: DisturbedPlant, source: str) -> str:
-    """Return the source, with what the bars in the formula stand for where there are some."""
-    return source if plant.sample_time is None else f"{source}; {BARS}"

@@ -27,304 +27,26 @@ Information Sciences 179, for continuous time.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.argument_checks import decay_parameter
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
+from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
 from takagi.lmi.gains.decay.condition import size_of_motion, theta_weight
-from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol, gain_unknown
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
-from takagi.lmi.sums.membership_shape import double_sums, rate_parts, rule_table
+from takagi.lmi.gains.requirements.closed_loop import gain_unknown
+from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees
 from takagi.lmi.varying.parameter_space import Space
 from takagi.models.arrays import Floats, Indices
 
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class SoughtGains:
-    """The unknowns, and the rules they are for.
-
-    Attributes
-    ----------
-    A, B : (r, n, n), (r, n, m).
-    P : the Lyapunov matrices; S in discrete time.
-    G, M : slack, one or one a rule; M_j.
-    members : (r,), the member of P for each rule.
-    corners : (r, K), the corner of each simplex that rule i takes.
-    products : the memberships are known to be products over these corners.
-    weight : margin of a double sum for a margin 1 of P.
-    """
-
-    A: Array
-    B: Array
-    P: Unknown
-    G: Unknown
-    M: Unknown
-    members: Indices
-    corners: Indices
-    products: bool
-    weight: float
-
-    @property
-    def rules(self) -> int:
-        return len(self.A)
-
-    @property
-    def slack(self) -> Member:
-        """Return which member of G appears in Theta_ij."""
-        return "first" if self.G.count == 1 else "gain"
-
-    @property
-    def slack_symbol(self) -> str:
-        return self.G.symbol if self.G.count == 1 else f"{self.G.symbol}_{{j}}"
-
-    def of_rule(self) -> Member:
-        """Return which member of P appears in Theta_ij: that of the vertex."""
-        return rule_table(self.rules, "vertex", self.members)
-
-    def closed(
-        self, at: tuple[int, int], factor: float, latex: str = ""
-    ) -> tuple[SumPart, SumPart]:
-        """Return factor (A_i G_j - B_i M_j)."""
-        eye = np.eye(self.P.rows)[None]
-        on_diagonal = at[0] == at[1]
-        return (
-            SumPart(
-                unknown=self.G,
-                left=factor * self.A,
-                right=eye,
-                at=at,
-                member=self.slack,
-                plus_transpose=on_diagonal,
-                latex=(f"{latex}A_{{i}}", ""),
-                symbol=self.slack_symbol,
-            ),
-            SumPart(
-                unknown=self.M,
-                left=-factor * self.B,
-                right=eye,
-                at=at,
-                member=gain_member(self.M),
-                plus_transpose=on_diagonal,
-                latex=(f"-{latex}B_{{i}}", ""),
-                symbol=gain_symbol(self.M),
-            ),
-        )
-
-    def sum_of(self, parts: Sequence[SumPart], name: str = "") -> DoubleSum:
-        """Return the double sum of two blocks with these parts."""
-        n = self.P.rows
-        return DoubleSum(
-            rules=self.rules,
-            blocks=(n, n),
-            parts=tuple(parts),
-            weight=self.weight,
-            name=name,
-            corners=self.corners if self.products else None,
-        )
-
-
-def discrete_sums(sought: SoughtGains) -> tuple[DoubleSum, ...]:
-    """Return the module's double sums, one for each next rule; rho^2 is ``contraction``."""
-    P, G, r = sought.P, sought.G, sought.rules
-    eye = np.eye(P.rows)[None]
-    common = (
-        SumPart(
-            unknown=P,
-            left=eye,
-            right=eye,
-            member=sought.of_rule(),
-            parameter="contraction",
-            latex=(r"\rho^2", ""),
-            symbol=f"{P.symbol}_{{i}}",
-        ),
-        SumPart(
-            unknown=G,
-            left=-eye,
-            right=eye,
-            member=sought.slack,
-            plus_transpose=True,
-            parameter="contraction",
-            latex=(r"-\rho^2", ""),
-            symbol=sought.slack_symbol,
-        ),
-        *sought.closed((1, 0), 1.0),
-    )
-    following = [
-        SumPart(
-            unknown=P,
-            left=-eye,
-            right=eye,
-            at=(1, 1),
-            member=np.full((r, r), member),
-            latex=("-", ""),
-            symbol=f"{P.symbol}_{{{number + 1}}}",
-        )
-        for number, member in enumerate(sought.members)
-    ]
-    return double_sums(
-        sought.sum_of(common), [(next_part,) for next_part in following], "next rule"
-    )
-
-
-def continuous_sums(
-    sought: SoughtGains,
-    velocities: Sequence[Sequence[Floats]],
-    eps: float,
-    kappa: float,
-) -> tuple[DoubleSum, ...]:
-    """Return the module's double sums, one for each velocity; alpha is the parameter ``alpha``.
-
-    Parameters
-    ----------
-    velocities : corners of dw^k/dt, each one array a simplex.
-    """
-    P, G = sought.P, sought.G
-    eye = np.eye(P.rows)[None]
-    rule_member, symbol = sought.of_rule(), f"{P.symbol}_{{i}}"
-    across = kappa / np.sqrt(eps)
-    parts = (
-        *sought.closed((0, 0), 1.0),
-        SumPart(
-            unknown=P,
-            left=2.0 * eye,
-            right=eye,
-            member=rule_member,
-            parameter="alpha",
-            latex=(r"2\alpha", ""),
-            symbol=symbol,
-        ),
-        SumPart(
-            unknown=P,
-            left=across * eye,
-            right=eye,
-            at=(1, 0),
-            member=rule_member,
-            latex=("c", ""),
-            symbol=symbol,
-        ),
-        SumPart(unknown=G, left=-across * eye, right=eye, at=(0, 1), latex=("-c", "")),
-        *sought.closed((1, 0), float(np.sqrt(eps)), "d "),
-        SumPart(
-            unknown=G,
-            left=-kappa * eye,
-            right=eye,
-            at=(1, 1),
-            plus_transpose=True,
-            latex=(r"-\kappa", ""),
-        ),
-    )
-    plain = sought.sum_of(parts)
-    rate_terms = [
-        rate_parts(P, sought.corners, velocity, members=sought.members) for velocity in velocities
-    ]
-    return double_sums(plain, rate_terms)
-
-
 LARGEST_SLACK = 16.0
-
-
-def effort_lmi(sought: SoughtGains, nu: Unknown, *, discrete: bool) -> LMI:
-    """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; G_j + G_j' - S_i in discrete time."""
-    r, n, m = sought.rules, sought.P.rows, sought.M.rows
-    i, j = (index.ravel() for index in np.indices((r, r)))
-    eye = np.eye(n)[None]
-    rule_members = sought.members[i]
-    gains = j if sought.M.count > 1 else np.zeros_like(j)
-    slacks = j if sought.G.count > 1 else np.zeros_like(j)
-    first: tuple[Term, ...] = (
-        Term(
-            unknown=sought.P,
-            left=eye,
-            right=eye,
-            members=rule_members,
-            symbol=f"{sought.P.symbol}_i",
-        ),
-    )
-    if discrete:
-        first = (
-            Term(
-                unknown=sought.P,
-                left=-eye,
-                right=eye,
-                members=rule_members,
-                latex=("-", ""),
-                symbol=f"{sought.P.symbol}_i",
-            ),
-            Term(
-                unknown=sought.G,
-                left=eye,
-                right=eye,
-                members=slacks,
-                plus_transpose=True,
-                symbol=sought.slack_symbol,
-            ),
-        )
-    inputs = np.eye(m)[None]
-    return LMI(
-        name="input effort",
-        blocks=(n, m),
-        terms=(
-            *first,
-            Term(
-                unknown=sought.M,
-                left=inputs,
-                right=eye,
-                at=(1, 0),
-                members=gains,
-                symbol=gain_symbol(sought.M),
-            ),
-            Term(unknown=nu, left=inputs, at=(1, 1), latex=("", "I")),
-        ),
-        count=r * r,
-        strict=False,
-        index=rf"i, j = 1, \dots, {r}",
-    )
-
-
-def scale_lmis(sought: SoughtGains) -> tuple[LMI, ...]:
-    """Pose 0 < P_i <= I, and |G| <= 16, which only keeps the slack finite."""
-    P, G = sought.P, sought.G
-    eye = np.eye(P.rows)[None]
-    every, slack_members = np.arange(P.count), np.arange(G.count)
-    member_term = Term(unknown=P, left=eye, right=eye, members=every, symbol=f"{P.symbol}_i")
-    bound = Constant(value=LARGEST_SLACK * eye, latex=f"{LARGEST_SLACK:g} I")
-    return (
-        LMI(
-            name=f"{P.symbol} positive definite",
-            blocks=(P.rows,),
-            terms=(member_term,),
-            count=P.count,
-            index=rf"i = 1, \dots, {P.count}",
-        ),
-        LMI(
-            name=f"scale of {P.symbol}",
-            blocks=(P.rows,),
-            terms=(member_term,),
-            constants=(Constant(value=-eye, latex="-I"),),
-            sign=-1,
-            count=P.count,
-            strict=False,
-            index=rf"i = 1, \dots, {P.count}",
-        ),
-        LMI(
-            name="scale of G",
-            blocks=(P.rows, P.rows),
-            terms=(Term(unknown=G, left=eye, right=eye, at=(0, 1), members=slack_members),),
-            constants=(bound, replace(bound, at=(1, 1))),
-            count=G.count,
-            strict=False,
-        ),
-    )
-
-
 SlackKind: TypeAlias = Literal["common", "rules"]
 
 
@@ -355,64 +77,111 @@ class FuzzyRequest:
         return self.sample_time is not None
 
     @property
-    def kappa(self) -> float:
-        """Return a power of two about the size of A: what time is measured by."""
-        return float(nearest_power(np.array([size_of_motion(self.A, 0.0, None) / 2]))[0])
+    def degrees(self) -> tuple[int, ...]:
+        """Return the degree of P in each simplex; 0 where it may not depend on what jumps."""
+        linear = tuple(int(size > 1) for size in self.space.sizes)
+        return linear if self.discrete else kept_degrees(linear, self.rates, discrete=False)
 
-    def sought(self, alpha: float) -> SoughtGains:
-        """Return the unknowns; P has a member for each rule, or for each that may differ."""
+    @property
+    def members(self) -> Indices:
+        """Return (r,): rules that differ in what may jump only share a member of P."""
+        varying_corners = self.space.corners * np.array(self.degrees, dtype=np.intp)
+        _, members = np.unique(varying_corners, axis=0, return_inverse=True)
+        return np.asarray(members.ravel(), dtype=np.intp)
+
+    @property
+    def P(self) -> Unknown:
+        """Return the Lyapunov matrices; S in discrete time."""
+        n, count = self.A.shape[1], int(self.members.max()) + 1
+        return Unknown("S" if self.discrete else "P", n, n, symmetric=True, count=count)
+
+    @property
+    def G(self) -> Unknown:
+        """Return the slack, one or one a rule."""
+        r, n = self.A.shape[:2]
+        return Unknown("G", n, n, count=r if self.slack == "rules" else 1)
+
+    @property
+    def M(self) -> Unknown:
+        """Return the numerators of the gains."""
         r, n, m = self.B.shape
-        members = self._members()
-        G = Unknown("G", n, n, count=r if self.slack == "rules" else 1)
-        name = "S" if self.discrete else "P"
-        return SoughtGains(
-            A=self.A,
-            B=self.B,
-            P=Unknown(name, n, n, symmetric=True, count=int(members.max()) + 1),
-            G=G,
-            M=gain_unknown(r, m, n, self.relaxation),
-            members=members,
-            corners=self.space.corners,
-            products=bool(self.space.premises),
-            weight=theta_weight(self.A, alpha, self.sample_time),
-        )
+        return gain_unknown(r, m, n, self.relaxation)
 
     def condition(self, alpha: float, eps: float = 1.0) -> Condition:
         """Return the condition; eps is the scalar of continuous time."""
-        sought = self.sought(alpha)
         nu = Unknown("nu", 1, 1, latex=r"\nu")
-        slack_unknowns: tuple[Unknown, ...] = ()
-        lmis: tuple[LMI, ...] = scale_lmis(sought)
-        sums: tuple[DoubleSum, ...]
-        if self.discrete:
-            sums = discrete_sums(sought)
-        else:
-            motion = continuous_motion(self.space, self._degrees(), self.rates)
-            sums = continuous_sums(sought, motion.velocities, eps, self.kappa)
-        for double_sum in sums:
-            slack, relaxed_lmis = relaxation_named(self.relaxation)(double_sum)
-            slack_unknowns, lmis = (*slack_unknowns, *slack), (*lmis, *relaxed_lmis)
-        return Condition(
+        rate = decay_parameter(alpha, self.sample_time)
+        sums = double_sums(
+            self.next_rules(rate) if self.discrete else self.at_rates(rate, eps),
+            "next rule" if self.discrete else "rates",
+            rules=len(self.A),
+            weight=theta_weight(self.A, alpha, self.sample_time),
+            corners=self.space.corners if self.space.premises else None,
+        )
+        relaxed = relaxation_named(self.relaxation)
+        size = LARGEST_SLACK * np.eye(self.A.shape[1])
+        return pose(
+            positive_definite(self.P),
+            scale_bound(self.P),
+            # This only keeps the slack finite.
+            (block([[size, self.G], [None, size]]) >= 0).named("scale of G"),
+            *(lmi for double_sum in sums for lmi in relaxed(double_sum)[1]),
+            self.effort_bound(nu),
+            minimise=nu,
+            unknowns=(self.P, self.G, self.M, nu),
+            parameters=(rate,),
             name=f"fuzzy Lyapunov function and gains, {self.relaxation}",
-            unknowns=(sought.P, sought.G, sought.M, nu, *slack_unknowns),
-            lmis=(*lmis, effort_lmi(sought, nu, discrete=self.discrete)),
-            objective={"nu": np.ones((1, 1, 1))},
-            parameters=rate_parameter(alpha, self.sample_time),
             source="de Oliveira, Bernussou and Geromel (1999); Guerra and Vermeiren (2004)"
             if self.discrete
             else "Mozelli, Palhares and Avellar (2009)",
         )
 
-    def _degrees(self) -> tuple[int, ...]:
-        linear_degrees = tuple(int(size > 1) for size in self.space.sizes)
-        return (
-            linear_degrees
-            if self.discrete
-            else kept_degrees(linear_degrees, self.rates, discrete=False)
-        )
+    @property
+    def P_i(self) -> Expression:
+        """Return the vertex's P, or S."""
+        table = rule_table(len(self.A), "vertex", self.members)
+        return self.P.members(table, f"{self.P.symbol}_{{i}}")
 
-    def _members(self) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-        """Return (r,): rules that differ in what may jump only share a member of P."""
-        varying_corners = self.space.corners * np.array(self._degrees(), dtype=np.intp)
-        _, members = np.unique(varying_corners, axis=0, return_inverse=True)
-        return np.asarray(members.ravel(), dtype=np.intp)
+    @property
+    def closed(self) -> Expression:
+        """Return A_i G_j - B_i M_j."""
+        A_i, B_i = matrix(self.A, "A_{i}", over="i"), matrix(self.B, "B_{i}", over="i")
+        return A_i @ self.G.over("j") - B_i @ self.M.over("j")
+
+    def next_rules(self, contraction: Parameter) -> list[Expression]:
+        """Return the module's Theta_ij of discrete time, one for each next rule."""
+        S, r = self.P, len(self.A)
+        first = contraction * (self.P_i - He(self.G.over("j")))
+        following = [
+            S.members(np.full((r, r), member), f"S_{{{number + 1}}}")
+            for number, member in enumerate(self.members)
+        ]
+        return [block([[first, None], [self.closed, -S_l]]) for S_l in following]
+
+    def at_rates(self, alpha: Parameter, eps: float) -> list[Expression]:
+        """Return the module's Theta_ij of continuous time, one for each velocity."""
+        # A power of two about the size of A: what time is measured by.
+        size = float(nearest_power(np.array([size_of_motion(self.A, 0.0, None) / 2]))[0])
+        c, d = matrix([[size / np.sqrt(eps)]], "c"), matrix([[float(np.sqrt(eps))]], "d")
+        first = He(self.closed) + 2 * alpha * self.P_i
+        across = c * self.P_i - (c * self.G).T + d * self.closed
+        last = -He(matrix([[size]], r"\kappa") * self.G)
+        velocities = continuous_motion(self.space, self.degrees, self.rates).velocities
+        rates = (
+            rate_of(self.P, self.space.corners, velocity, members=self.members)
+            for velocity in velocities
+        )
+        return [block([[first + rate, None], [across, last]]) for rate in rates]
+
+    def effort_bound(self, nu: Unknown) -> Inequality:
+        """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; He(G_j) - S_i in discrete time."""
+        r = len(self.A)
+        i, j = (index.ravel() for index in np.indices((r, r)))
+
+        def of_gain(X: Unknown) -> Expression:
+            return X.members(j, f"{X.symbol}_{{j}}") if X.count > 1 else X.as_expression()
+
+        P_i = self.P.members(self.members[i], f"{self.P.symbol}_i")
+        first = -P_i + He(of_gain(self.G)) if self.discrete else P_i
+        effort = block([[first, None], [of_gain(self.M), nu * np.eye(self.M.rows)]]) >= 0
+        return effort.named("input effort", rf"i, j = 1, \dots, {r}")

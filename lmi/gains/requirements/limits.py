@@ -10,8 +10,10 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import number, positive_vector
 from takagi.lmi.condition.region import EigenvalueRegion, Uncertainty
-from takagi.lmi.condition.term import LMI, Array, Constant, Term
+from takagi.lmi.condition.statements import lmi_of
+from takagi.lmi.condition.term import LMI, Array
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import block, matrix
 from takagi.lmi.gains.requirements.requirements import Requirements, requirements_of
 from takagi.models.errors import ModelError
 
@@ -151,56 +153,24 @@ def input_lmis(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
     """
-    n, m, r = Q.rows, M.rows, M.count
+    m, r = M.rows, M.count
     rule, k = np.divmod(np.arange(r * m), m)
-    eye = np.eye(n)[None]
-    return (
-        LMI(
-            name=name,
-            blocks=(1, n),
-            terms=(
-                Term(
-                    unknown=M,
-                    left=np.eye(m)[k][:, None, :],
-                    right=eye,
-                    at=(0, 1),
-                    members=rule,
-                    latex=(r"e_k^\top", ""),
-                    symbol=rf"{M.symbol}_i",
-                ),
-                Term(unknown=Q, left=eye, right=eye, at=(1, 1)),
-            ),
-            constants=(Constant(value=(limit**2)[k][:, None, None], latex=rf"{symbol}_k^2"),),
-            count=r * m,
-            weight=LIMIT_WEIGHT,
-            labels=tuple(
-                f"{name.replace('input ', '')} of input {b + 1}, rule {a + 1}"
-                for a, b in zip(rule, k, strict=True)
-            ),
-            index=r",\; ".join(
-                [rf"i = 1, \dots, {r}"] * (r > 1) + [rf"k = 1, \dots, {m}"] * (m > 1)
-            ),
-        ),
+    e_k = matrix(np.eye(m)[k][:, None, :], r"e_k^\top")
+    bound = matrix((limit**2)[k][:, None, None], rf"{symbol}_k^2")
+    lmi = block([[bound, e_k @ M.members(rule, f"{M.symbol}_i")], [None, Q]]) >> 0
+    ranges = [rf"i = 1, \dots, {r}"] * (r > 1) + [rf"k = 1, \dots, {m}"] * (m > 1)
+    labels = tuple(
+        f"{name.replace('input ', '')} of input {b + 1}, rule {a + 1}"
+        for a, b in zip(rule, k, strict=True)
     )
+    return (lmi_of(lmi.named(name, r",\; ".join(ranges), weight=LIMIT_WEIGHT, labels=labels)),)
 
 
 def initial_lmis(Q: Unknown, points: Array) -> tuple[LMI, ...]:
     """Pose [[1, x0'], [x0, Q]] > 0: the point x0 lies in x' P x <= 1."""
-    eye = np.eye(Q.rows)[None]
-    return (
-        LMI(
-            name="initial state",
-            blocks=(1, Q.rows),
-            terms=(Term(unknown=Q, left=eye, right=eye, at=(1, 1)),),
-            constants=(
-                Constant(value=np.ones((1, 1, 1)), latex="1"),
-                Constant(value=points[:, None, :], at=(0, 1), latex=r"x_0^\top"),
-            ),
-            count=len(points),
-            weight=LIMIT_WEIGHT,
-            index="x_0 \\text{ a corner of the initial box}",
-        ),
-    )
+    lmi = block([[np.eye(1), matrix(points[:, None, :], r"x_0^\top")], [None, Q]]) >> 0
+    index = r"x_0 \text{ a corner of the initial box}"
+    return (lmi_of(lmi.named("initial state", index, weight=LIMIT_WEIGHT)),)
 
 
 def ball_lmis(Q: Unknown, ball: Array) -> tuple[LMI, ...]:
@@ -210,18 +180,8 @@ def ball_lmis(Q: Unknown, ball: Array) -> tuple[LMI, ...]:
 
     Source: Tanaka and Wang (2001), section 3.4.1, for a ball (phi^2 I <= X there).
     """
-    eye = np.eye(Q.rows)[None]
-    return (
-        LMI(
-            name="initial ball",
-            blocks=(Q.rows,),
-            terms=(Term(unknown=Q, left=eye, right=eye),),
-            constants=(
-                Constant(value=-np.diag(ball**2)[None], latex=r"-\operatorname{diag}(a_k^2)"),
-            ),
-            weight=LIMIT_WEIGHT,
-        ),
-    )
+    lmi = Q >> matrix(np.diag(ball**2), r"\operatorname{diag}(a_k^2)")
+    return (lmi_of(lmi.named("initial ball", weight=LIMIT_WEIGHT)),)
 
 
 def state_lmis(Q: Unknown, box: Array) -> tuple[LMI, ...]:
@@ -229,22 +189,11 @@ def state_lmis(Q: Unknown, box: Array) -> tuple[LMI, ...]:
     k = np.flatnonzero(np.isfinite(box))
     if not len(k):
         return ()
-    row = np.eye(Q.rows)[k][:, None, :]
-    return (
-        LMI(
-            name="state box",
-            blocks=(1,),
-            terms=(
-                Term(unknown=Q, left=row, right=row.transpose(0, 2, 1), latex=(r"e_k^\top", "e_k")),
-            ),
-            constants=(Constant(value=-(box[k] ** 2)[:, None, None], latex=r"-\bar x_k^2"),),
-            sign=-1,
-            count=len(k),
-            weight=LIMIT_WEIGHT,
-            labels=tuple(f"box of state {a + 1}" for a in k),
-            index=r"k \text{ with a limit}",
-        ),
-    )
+    e_k = matrix(np.eye(Q.rows)[k][:, :, None], "e_k")
+    lmi = e_k.T @ Q @ e_k << matrix((box[k] ** 2)[:, None, None], r"\bar x_k^2")
+    labels = tuple(f"box of state {a + 1}" for a in k)
+    index = r"k \text{ with a limit}"
+    return (lmi_of(lmi.named("state box", index, weight=LIMIT_WEIGHT, labels=labels)),)
 
 
 def row_lmis(Q: Unknown, rows: Array, limit: Array, *, name: str) -> tuple[LMI, ...]:
@@ -255,25 +204,9 @@ def row_lmis(Q: Unknown, rows: Array, limit: Array, *, name: str) -> tuple[LMI, 
     rows : (T, n), e.g. the rows of known gains.
     limit : (T,) b.
     """
-    return (
-        LMI(
-            name=name,
-            blocks=(1,),
-            terms=(
-                Term(
-                    unknown=Q,
-                    left=rows[:, None, :],
-                    right=rows[:, :, None],
-                    latex=("c_t", r"c_t^\top"),
-                ),
-            ),
-            constants=(Constant(value=-(limit**2)[:, None, None], latex="-b_t^2"),),
-            sign=-1,
-            count=len(rows),
-            weight=LIMIT_WEIGHT,
-            index=rf"t = 1, \dots, {len(rows)}",
-        ),
-    )
+    c_t = matrix(rows[:, None, :], "c_t")
+    lmi = c_t @ Q @ c_t.T << matrix((limit**2)[:, None, None], "b_t^2")
+    return (lmi_of(lmi.named(name, rf"t = 1, \dots, {len(rows)}", weight=LIMIT_WEIGHT)),)
 
 
 def gain_lmis(
@@ -285,42 +218,18 @@ def gain_lmis(
     the identity in the model's units: diag(s)^-2 and diag(tau)^-2 in scaled ones.
     """
     assert limits.gain is not None
-    n, m, r = Q.rows, M.rows, M.count
     q = Unknown("q", 1, 1)
-    states = np.diag(limits.state_units**-2.0)[None]
-    inputs = np.diag(limits.input_units**-2.0)[None] * limits.gain**2
-    eye = np.eye(n)[None]
-    above = LMI(
-        name="Q above q",
-        blocks=(n,),
-        terms=(
-            Term(unknown=Q, left=eye, right=eye),
-            Term(unknown=q, left=-states, latex=("-", r"I")),
-        ),
-        strict=False,
-    )
-    members = np.arange(r)
-    bound = LMI(
-        name="gain bound",
-        blocks=(n, m),
-        terms=(
-            Term(unknown=Q, left=eye, right=eye),
-            Term(
-                unknown=M,
-                left=np.eye(m)[None],
-                right=eye,
-                at=(1, 0),
-                members=members,
-                symbol=rf"{M.symbol}_i",
-            ),
-            Term(unknown=q, left=inputs, at=(1, 1), latex=("g^2", "I")),
-        ),
-        count=r,
+    states = matrix(np.diag(limits.state_units**-2.0), "I")
+    inputs = matrix(np.diag(limits.input_units**-2.0) * limits.gain**2, "g^2 I")
+    rules = np.arange(M.count)
+    M_i = M.members(rules, f"{M.symbol}_i")
+    bound = (block([[Q, None], [M_i, q * inputs]]) >> 0).named(
+        "gain bound",
+        rf"i = 1, \dots, {M.count}",
         weight=LIMIT_WEIGHT,
-        labels=tuple(f"gain bound, rule {k + 1}" for k in range(r)),
-        index=rf"i = 1, \dots, {r}",
+        labels=tuple(f"gain bound, rule {k + 1}" for k in rules),
     )
-    return (q,), (above, bound)
+    return (q,), (lmi_of((Q - q * states >= 0).named("Q above q")), lmi_of(bound))
 
 
 def corners_of_box(box: Array) -> Array:

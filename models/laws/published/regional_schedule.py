@@ -121,13 +121,7 @@ class CouplingFilter:
 
     def torque_weights(self, torque: ArrayLike) -> Floats:
         """Return (w_12, w_22) at commanded torques [N m], stacked on the first axis."""
-        T = np.asarray(torque, dtype=np.float64)
-        if self.variant == "sector":
-            rising, falling = self._torque_ramps
-            high = rising(T) - falling(T)
-        else:
-            low = self.torque_corners[0]
-            high = np.clip((self._saturated_factor(T) - low) / (1.0 - low), 0.0, 1.0)
+        high = np.vectorize(self._high_weight_at, otypes=[float])(torque)
         return np.stack((1.0 - high, high))
 
     def memberships(self, rotor_speed: ArrayLike, torque: ArrayLike) -> Floats:
@@ -167,14 +161,6 @@ class CouplingFilter:
     def _torque_ramps(self) -> tuple[Ramp, Ramp]:
         low, high, overlap = self.minimum_torque, self.rated_torque, self.torque_overlap
         return Ramp(low - overlap, overlap, self.shape), Ramp(low, high - low, self.shape)
-
-    def _saturated_factor(self, T: Floats) -> Floats:
-        half, limit = self.torque_overlap / 2, self.rated_torque
-        # The parabola is only ever divided by torques near rated, never by zero.
-        near_rated = np.maximum(T, limit - half)
-        curve = limit - (limit + half - near_rated) ** 2 / (4 * half)
-        phi = np.where(near_rated >= limit + half, limit, curve)
-        return np.where(limit - half >= T, 1.0, phi / near_rated)
 
     def _high_weight_at(self, torque: float) -> float:
         low, limit, overlap = self.minimum_torque, self.rated_torque, self.torque_overlap

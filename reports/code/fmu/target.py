@@ -21,15 +21,10 @@ from typing import NamedTuple
 
 from takagi.reports.code.c.source import c_source
 from takagi.reports.code.controller_program import ControllerProgram
-from takagi.reports.code.fmu.description import (
-    build_description,
-    model_description_2,
-    model_description_3,
-)
+from takagi.reports.code.fmu.description import model_description
 from takagi.reports.code.fmu.model_source import FmuModel, fmu_model, model_header
-from takagi.reports.code.proof_words import proof_lines
-from takagi.reports.code.status import status_bits
 from takagi.reports.code.targets import Exported, ExportSettings
+from takagi.reports.code.templates import filled
 
 COMPILERS = ("cc", "gcc", "clang")
 # -ffp-contract=off: a * b + c is rounded twice, as in Python, on every processor.
@@ -108,7 +103,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     files: dict[str, bytes | str] = {}
     use: dict[str, str] = {}
     for version, ending in ((3, ""), (2, "_fmi2")):
-        name = f"{model.word}{ending}.fmu"
+        name = f"{model.c.word}{ending}.fmu"
         files[name], content_words = _fmu(model, version)
         use[name] = f"FMI {version}.0 co-simulation: the law, {content_words}"
     return Exported(files, use)
@@ -133,34 +128,18 @@ def _fmu(model: FmuModel, version: int) -> tuple[bytes, str]:
     compiled = [name for name in sources if name.endswith(".c")]
     compiled_library = library(sources, compiled)
     files: dict[str, bytes | str] = {}
+    files["modelDescription.xml"] = model_description(model, version, token, compiled)
     if version == 3:
-        files["modelDescription.xml"] = model_description_3(model, token)
-        files["sources/buildDescription.xml"] = build_description(model, compiled)
-    else:
-        files["modelDescription.xml"] = model_description_2(model, token, compiled)
-    files["documentation/index.html"] = _page(model)
+        context = {"model": model, "sources": compiled}
+        files["sources/buildDescription.xml"] = filled("fmu", "buildDescription.xml", context)
+    page = {"escape": escape, **model.c.context}
+    files["documentation/index.html"] = filled("fmu", "index.html", page)
     files |= {f"sources/{name}": text for name, text in sources.items()}
-    binaries_folder = _place(compiled_library, version)
+    binaries_folder = compiled_library.platform if version == 3 else compiled_library.folder
     if compiled_library.content is not None and binaries_folder is not None:
-        files[f"binaries/{binaries_folder}/{model.word}{compiled_library.suffix}"] = (
+        files[f"binaries/{binaries_folder}/{model.c.word}{compiled_library.suffix}"] = (
             compiled_library.content
         )
         return archive(files), f"with sources and a library for {binaries_folder}"
     why = compiled_library.why_not or f"FMI 2.0 has no word for {compiled_library.platform}"
     return archive(files), f"sources alone, which your tool has to compile: {why}"
-
-
-def _page(model: FmuModel) -> str:
-    """Return the page that tools show of a unit: what is proved, and the status."""
-    proof = "".join(f"<li>{escape(line)}</li>\n" for line in proof_lines(model.program))
-    bits = sorted(status_bits(model.program))
-    status = "".join(f"<li>{bit}: {escape(text)}</li>\n" for bit, _, text in bits)
-    return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(model.title)}'
-        f"</title></head>\n<body><h1>{escape(model.title)}</h1>\n<h2>What is proved</h2>\n<ul>\n"
-        f"{proof}</ul>\n<h2>status: 0, or a sum of</h2>\n<ul>\n{status}</ul>\n</body></html>\n"
-    )
-
-
-def _place(compiled_library: Library, version: int) -> str | None:
-    return compiled_library.platform if version == 3 else compiled_library.folder

@@ -13,11 +13,9 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import ControllerProgram, Spline, file_word, parsed
-from takagi.reports.code.matlab.step_function import start_function, step_function, words_of
-from takagi.reports.code.proof_words import as_list, proof_lines
+from takagi.reports.code.matlab.step_function import texts, words_of
 from takagi.reports.code.run import value_of
 from takagi.reports.code.sampling import start_sample_time
-from takagi.reports.code.status import REPORTED, status_bits
 from takagi.reports.code.targets import Exported, ExportSettings
 
 # The first 116 bytes of a MAT-file are free text.  scipy writes the date there, which is replaced:
@@ -139,10 +137,8 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     word, time = file_word(program.plant), start_sample_time(program, settings.sample_time)
     return Exported(
         {
-            f"{word}_step.m": step_function(program, word),
-            f"{word}_start.m": start_function(program, word, time),
             f"{word}.mat": struct_file(program, settings.model, settings.claims),
-            "README.md": _page(program, word, time),
+            **texts(program, word, time),
         },
         {
             f"{word}_step.m": "one sample of the law; runs in MATLAB, Simulink and Octave",
@@ -150,56 +146,4 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
             f"{word}.mat": f"struct of gains, tables and matrices: load {word}.mat",
             "README.md": "inputs, outputs, units, an example and a Simulink block",
         },
-    )
-
-
-def _page(program: ControllerProgram, word: str, time: Decimal) -> str:
-    names = words_of(program)
-    rows = [
-        f"| `{kind}.{names[signal.name]}` | {signal.unit} | {signal.meaning} |"
-        for kind, signals in (("inputs", program.inputs), ("outputs", program.outputs))
-        for signal in signals
-    ]
-    members = ", ".join(f"'{names[signal.name]}', {signal.rest or 0}" for signal in program.inputs)
-    arguments = ", ".join(f"{names[signal.name]}" for signal in program.inputs)
-    fields = ", ".join(f"'{names[signal.name]}', {names[signal.name]}" for signal in program.inputs)
-    return "\n".join(
-        [
-            f"# {program.name} in MATLAB",
-            "",
-            "The numbers are those of the gain file.",
-            "",
-            as_list(proof_lines(program)),
-            "",
-            "```matlab",
-            f"state = {word}_start();",
-            f"inputs = struct({members});",
-            f"[outputs, state, status] = {word}_step(state, inputs, {time})",
-            "```",
-            "",
-            "In Simulink, a MATLAB Function block with this sample time:",
-            "",
-            "```matlab",
-            f"function outputs = law({arguments})",
-            "persistent state",
-            f"if isempty(state), state = {word}_start(); end",
-            f"inputs = struct({fields});",
-            f"[outputs, state] = {word}_step(state, inputs, {time});",
-            "end",
-            "```",
-            "",
-            "| | unit | meaning |",
-            "|---|---|---|",
-            *rows,
-            "",
-            "`status` is 0 or a sum of:",
-            "",
-            "| | |",
-            "|---|---|",
-            *(
-                f"| {number} | {text} |"
-                for number, _, text in sorted(status_bits(program, REPORTED))
-            ),
-            "",
-        ]
     )

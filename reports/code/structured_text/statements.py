@@ -10,7 +10,7 @@ Source of keywords and functions: IEC 61131-3:2013, tables of keywords and of st
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 
 from takagi.models.errors import ModelError
@@ -19,27 +19,16 @@ from takagi.reports.code.controller_program import (
     Call,
     Constant,
     Formula,
+    Kept,
     Name,
     Number,
     Operation,
     Spline,
 )
 
-FUNCTIONS = {
-    "abs": "ABS",
-    "sqrt": "SQRT",
-    "exp": "EXP",
-    "log": "LN",
-    "sin": "SIN",
-    "cos": "COS",
-    "tan": "TAN",
-    "asin": "ASIN",
-    "acos": "ACOS",
-    "atan": "ATAN",
-    "min": "MIN",
-    "max": "MAX",
-}
-"""Word of the gain file's language -> standard function."""
+# Word of the gain file's language -> standard function.
+_SAME_NAME = ("abs", "sqrt", "exp", "sin", "cos", "tan", "asin", "acos", "atan", "min", "max")
+FUNCTIONS = {"log": "LN", **{name: name.upper() for name in _SAME_NAME}}
 
 # Functions that the standard lacks, expressed by those that it has: {0} is the argument.
 WRITTEN_OUT = {
@@ -106,11 +95,21 @@ class Statements:
         self.indices: list[str] = []  # INT
         self.arrays: dict[str, int] = {}  # LREAL, by their last index
         self.found: dict[tuple[object, ...], str] = {}
-        self.indent = "    "
+        self.indent = ""
 
     def say(self, line: str) -> None:
         """Add a line."""
         self.lines.append(f"{self.indent}{line}")
+
+    def start(self, states: Iterable[Kept]) -> None:
+        """Add the start of kept values, at the first sample alone."""
+        lookups = dict(self.found)
+        self.say("IF NOT started THEN")
+        self.indent = "    "
+        for state in states:
+            self.say(f"{self.words[state.name]} := {self.text(state.start)};")
+        self.indent, self.found = "", lookups
+        self.say("END_IF;")
 
     def assign(self, assignment: Assignment) -> None:
         """Add an assignment; where it has ``near``, the formula of the place where it holds."""

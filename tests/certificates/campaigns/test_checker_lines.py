@@ -100,7 +100,7 @@ def test_survivors_carry_their_sentence(tmp_path: Path) -> None:
 def test_broken_definiteness_is_noticed(tmp_path: Path) -> None:
     """Of twelve changes in ``definite`` its own tests leave none that is not explained."""
     command = [sys.executable, "benchmarks/checker_lines.py", "kernel/definite", "--count", "12"]
-    command += ["--tests", "tests/certificates/test_definite.py", "--folder", str(tmp_path)]
+    command += ["--tests", "tests/certificates/test_matrices.py", "--folder", str(tmp_path)]
 
     ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
 

@@ -1,4 +1,4 @@
-"""Certificates of every kind for both checkers, and damaged ones."""
+"""Certificates of every kind, and damaged ones."""
 
 from __future__ import annotations
 
@@ -14,13 +14,24 @@ import numpy as np
 from takagi.certificates import certify
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.requests import ExitProbability, FuzzyDecay, FuzzyL2Gain, SampledLoop
-from takagi.certificates.requests.attempts import attempts_at_all
+from takagi.certificates.requests import (
+    Decay,
+    ExitProbability,
+    FuzzyDecay,
+    FuzzyL2Gain,
+    GainRounding,
+    ObservedFeedback,
+    ObserverError,
+    Poles,
+    SampledLoop,
+)
+from takagi.certificates.requests.attempts import attempted, attempts_at_all
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.lmi import observer, pdc
-from takagi.models import TSModel, sector_model
+from takagi.certificates.requests.request import Request
+from takagi.lmi import EigenvalueRegion, observer, pdc
+from takagi.models import Premise, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.test_damage import damage, documents, paths, resealed
+from tests.certificates.kinds.claims import resealed
 from tests.certificates.weights.cells import cubic
 
 Data = dict[str, Any]
@@ -48,8 +59,8 @@ def plant_certificate(name: str) -> Data:
     return dict(certify(model, gains, claims="all").document)
 
 
-def sampled_certificate() -> Data:
-    """Return all that is claimed of a sampled loop with disturbance, box and output."""
+def sampled_loop() -> tuple[TSModel, Any]:
+    """Return a sampled model with disturbance, box and output, and gains of three digits."""
     model = TSModel(
         [[[1.0, 0.1], [0.1, 1.0]], [[1.0, 0.1], [0.3, 0.95]]],
         [[0.0], [0.1]],
@@ -59,8 +70,7 @@ def sampled_certificate() -> Data:
         box={"p [m]": (-1, 1), "v [m/s]": (-3, 3)},
         sample_time=0.1,
     )
-    gains = np.round(pdc(model, decay_rate=0.3).require()[0], 3)
-    return dict(certify(model, gains, claims="all").document)
+    return model, np.round(pdc(model, decay_rate=0.3).require()[0], 3)
 
 
 def observed_certificate() -> Data:
@@ -69,7 +79,8 @@ def observed_certificate() -> Data:
     gains = np.round(pdc(model, decay_rate=0.5).require()[0], 3)
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
     loop = ClaimedLoop.of(model, gains)
-    found, _ = attempts_at_all(loop, observer=L)
+    found, _ = attempts_at_all(loop)
+    found += [attempted(request, loop) for request in (ObserverError(L), ObservedFeedback(L))]
     whole = dict(certify(model, gains).document)
     whole["claims"] = [whole["claims"][0], *(attempt.claim for attempt in found)]
     return resealed(whole)
@@ -104,7 +115,7 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
         "fuzzy gain",
         dict(certify(pushed, claims=[FuzzyL2Gain(rate_bounds=0.2)]).document),
     )
-    yield "sampled", sampled_certificate()
+    yield "sampled", dict(certify(*sampled_loop(), claims="all").document)
     yield (
         "held command",
         dict(certify(cubic(), [[[1.0]], [[1.5]]], claims=[SampledLoop(0.1)]).document),
@@ -114,6 +125,55 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
     yield "observed", observed_certificate()
     yield "observed loop", observed_loop_certificate()
     yield "impossible", impossible_certificate()
+
+
+STRANGE: list[Any] = [None, True, "", "1", [], {}, [[]], [1], {"a": 1}, -1, 0, 1e-30, 1e30]
+
+
+def documents(sample_time: float | None) -> list[Data]:
+    """Return a certificate of each kind about one loop of two rules with their own gains."""
+    A = np.array([[[0.0, 1.0], [1.0, 0.0]], [[0.0, 1.0], [2.0, 0.0]]])
+    B = np.array([[[0.0], [1.0]], [[0.0], [1.1]]])
+    K = np.array([[[3.0, 2.0]], [[4.0, 2.0]]])
+    region = EigenvalueRegion.half_plane(0.1)
+    if sample_time is not None:
+        A, B, region = np.eye(2) + sample_time * A, sample_time * B, EigenvalueRegion.disc(0.999)
+    model = TSModel(A, B, premises=[Premise("z", "-1", "1")], sample_time=sample_time)
+    requests: list[Request] = [
+        Decay(0.2),
+        Poles(region),
+        GainRounding(),
+        FuzzyDecay(rate_bounds=0.1, decay_rate=0.1),
+    ]
+    return [dict(certify(model, K, claims=[request]).document) for request in requests]
+
+
+def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the path of every part."""
+    if path:
+        yield path
+    if isinstance(value, (dict, list)):
+        for key in value if isinstance(value, dict) else range(len(value)):
+            yield from paths(value[key], (*path, key))
+
+
+def damage(document: Data, path: tuple[Any, ...], rng: random.Random) -> None:
+    """Replace, remove or double the part at the path; numbers change by a factor."""
+    place: Any = document
+    for key in path[:-1]:
+        place = place[key]
+    before = place[path[-1]]
+    way = rng.random()
+    if way < 0.1:
+        del place[path[-1]]
+    elif way < 0.15 and isinstance(place, list):
+        place.append(deepcopy(before))
+    elif isinstance(before, (int, float)) and not isinstance(before, bool) and way < 0.7:
+        place[path[-1]] = before * rng.choice([-1, 0, 0.5, 0.99, 1.01, 2, 1e6]) + rng.choice(
+            [0, 0.1]
+        )
+    else:
+        place[path[-1]] = deepcopy(rng.choice(STRANGE))
 
 
 def mutants(whole: list[Data], count: int, seed: int) -> Iterator[tuple[str, Data]]:

@@ -21,7 +21,7 @@ from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.cli.main import main
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.cross.documents import plant_certificate
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed
 from tests.certificates.weights.cells import cubic
 
 Data = dict[str, Any]

@@ -18,8 +18,7 @@ from takagi.certificates import CertificateError
 from takagi.certificates.coq.coq_export import CoqFile, coq_file, shorter, text_of
 from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.cli.verbs.export import run as export_verb
-from tests.certificates.kinds.claims import model_data
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import model_data, resealed
 
 Data = dict[str, Any]
 needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason="coqc is not installed")

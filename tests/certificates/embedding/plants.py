@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
 from takagi.certificates import Checked, Claim
-from takagi.certificates.checker import check_document, read_text
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import TSModel, sector_model
 from takagi.models.blending.substitution import blended_model
 from takagi.models.plant_files.loader import load_plant
+from tests.certificates.kinds.claims import as_read
 
 CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
 
@@ -27,14 +26,9 @@ def library_model(name: str) -> TSModel:
     return sector_model(plant) if plant.blending is None else blended_model(plant)
 
 
-def as_read(data: Any) -> Any:
-    """Return the data as the checker's reader sees it."""
-    return read_text(json.dumps({"data": data}), "data")["data"]
-
-
 def said_of(data: Any) -> Claim:
     """Return the checker's word on a plant's data, without a file around it."""
-    return in_words(embedding_outcome(as_read(data)))
+    return embedding_outcome(as_read(data)).in_words()
 
 
 def embedding_outcome(model: Any, gains: Any = None, claim: Any = CLAIM) -> Outcome:

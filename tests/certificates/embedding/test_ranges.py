@@ -28,8 +28,8 @@ from takagi.models import (
     table_function,
 )
 from takagi.models.splines.spline import interpolate
-from tests.certificates.both_checkers import verdicts
 from tests.certificates.embedding.plants import changed, one_state, said_of
+from tests.certificates.kinds.claims import verdicts
 
 Data = dict[str, Any]
 

@@ -16,7 +16,8 @@ from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Interval, ModelError, Output, Parameter, Plant, Variable
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.embedding.plants import as_read, changed, embedding_outcome
+from tests.certificates.embedding.plants import changed, embedding_outcome
+from tests.certificates.kinds.claims import as_read
 
 x, v, u, w = sp.symbols("x v u w", real=True)
 CLAIM = {"name": "secants", "kind": "secant-embedding"}
@@ -115,7 +116,7 @@ def test_one_form_is_not_taken_for_the_other() -> None:
 
 def test_a_law_cannot_have_the_weights_of_secants() -> None:
     """Gains that differ from rule to rule are checked in all pairs."""
-    from takagi.certificates.checker.replay.model_loop import read_model_loop
+    from takagi.certificates.checker.loop.model_loop import read_model_loop
 
     model = secant_model(load_plant("flexible_joint"))
     gains = np.array([[[1.0, 0.0, 0.0, 0.0]], [[2.0, 0.0, 0.0, 0.0]]])

@@ -39,10 +39,9 @@ def document(model: TSModel) -> dict[str, Any]:
 
 def verdict(given: dict[str, Any]) -> tuple[Verdict, str]:
     """What the checker's embedding claim says of a document."""
-    from takagi.certificates.checker.words.saying import in_words
 
     read = read_text(json.dumps(given), "document")
-    found = in_words(embedding_outcome(read["model"], claim=read["claim"]))
+    found = embedding_outcome(read["model"], claim=read["claim"]).in_words()
     return found.verdict, found.text
 
 

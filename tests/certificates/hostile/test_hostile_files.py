@@ -19,7 +19,7 @@ import pytest
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.files.given_files import compare_model
 from takagi.certificates.document.certificate_file import certificate_document, dumps
-from tests.certificates.conftest import resealed
+from tests.certificates.kinds.claims import resealed
 from tests.certificates.recorded.inputs import of_model, texts_of
 
 Document = dict[str, Any]
@@ -320,3 +320,25 @@ def test_companions_are_no_more_trusted(name: str, text: str, tmp_path: Path) ->
     companion: dict[str, Any] = {name: other}
     with pytest.raises(CertificateError):
         check(about_it, **companion)
+
+
+@pytest.mark.parametrize("claims", [True, 1, None, "x", {}, [], [1], [None], [{}], [{"kind": 1}]])
+@pytest.mark.parametrize("controller", [{}, {"controller": {"version": "1"}}])
+def test_claims_of_another_type_beside_a_gain_file(
+    claims: Any, controller: dict[str, Any], tmp_path: Path
+) -> None:
+    """The file is compared before the claims are replayed: what it needs of them is read first."""
+    law = {"name": "pdc", "K": [[[1]]]}
+    document = {
+        "format": "takagi-certificate",
+        "version": 1,
+        "model": {"kind": "plant"},
+        "gains": law,
+        "claims": claims,
+        **controller,
+    }
+    (tmp_path / "c.json").write_text(json.dumps(resealed(document)), "utf-8")
+    (tmp_path / "gains.json").write_text(json.dumps({"law": law}), "utf-8")
+
+    with pytest.raises(CertificateError, match="claims"):
+        check(tmp_path / "c.json", gains=tmp_path / "gains.json")

@@ -13,7 +13,7 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import input_rate_bound, pdc
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.claims import law_data, model_data, said_of
+from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
 
 Data = dict[str, Any]
 MORE = 1 + 1e-12
@@ -52,13 +52,13 @@ def test_amplitude_and_rate_at_their_exact_limits() -> None:
         {"level": 4 * MORE},
         {"multiplier": 4 * MORE},
     ):
-        assert said_of(model, gains, claim | mutant).verdict is Verdict.UNDECIDED
+        assert verdict_of(model, gains, claim | mutant) == "UNDECIDED"
 
 
 def test_moving_memberships_move_the_input() -> None:
     model, gains, claim = two_gains()
 
-    assert said_of(model, gains, claim).verdict is Verdict.PROVED
+    assert verdict_of(model, gains, claim) == "PROVED"
     for mutant in (
         {"rate_limits": [20.999]},
         {"rate_shares": {"motion": [19.999], "memberships": [1]}},
@@ -66,10 +66,10 @@ def test_moving_memberships_move_the_input() -> None:
         {"membership_rates": [0.5001, 0.5001]},
         {"input_limits": [4.999]},
     ):
-        assert said_of(model, gains, claim | mutant).verdict is Verdict.UNDECIDED
+        assert verdict_of(model, gains, claim | mutant) == "UNDECIDED"
     # Rates sum to zero, so the slower membership holds back the other.
     slow = claim | {"membership_rates": [0.5, 9]}
-    assert said_of(model, gains, slow).verdict is Verdict.PROVED
+    assert verdict_of(model, gains, slow) == "PROVED"
 
 
 def test_sampled_input_moves_from_one_sample_to_the_next() -> None:
@@ -79,9 +79,9 @@ def test_sampled_input_moves_from_one_sample_to_the_next() -> None:
     claim |= {"input_limits": [0.5], "rate_limits": [0.25], "rate_shares": {"motion": [0.25]}}
     gains = law_data([[[0.5]]], sample_time=1)
 
-    assert said_of(model, gains, claim).verdict is Verdict.PROVED
+    assert verdict_of(model, gains, claim) == "PROVED"
     less = {"rate_limits": [0.2499], "rate_shares": {"motion": [0.2499]}}
-    assert said_of(model, gains, claim | less).verdict is Verdict.UNDECIDED
+    assert verdict_of(model, gains, claim | less) == "UNDECIDED"
 
 
 def test_sampled_memberships_jump() -> None:
@@ -91,9 +91,9 @@ def test_sampled_memberships_jump() -> None:
     claim |= {"input_limits": [1.5], "rate_limits": [2.25], "rate_shares": {"motion": [2.25]}}
     gains = law_data([[[0.5]], [[1.5]]], sample_time=1)
 
-    assert said_of(model, gains, claim).verdict is Verdict.PROVED
+    assert verdict_of(model, gains, claim) == "PROVED"
     less = {"rate_limits": [2.2499], "rate_shares": {"motion": [2.2499]}}
-    assert said_of(model, gains, claim | less).verdict is Verdict.UNDECIDED
+    assert verdict_of(model, gains, claim | less) == "UNDECIDED"
 
 
 def test_disturbance_pushes_the_input() -> None:
@@ -102,9 +102,9 @@ def test_disturbance_pushes_the_input() -> None:
     pushed = model | {"E": [[[1]]]}
     claim |= {"multiplier": 2, "disturbance": "disturbances", "disturbance_bounds": [4]}
 
-    assert said_of(pushed, gains, claim).verdict is Verdict.UNDECIDED
-    assert said_of(pushed, gains, claim | {"rate_limits": [24]}).verdict is Verdict.PROVED
-    assert said_of(pushed, gains, claim | {"rate_limits": [23.999]}).verdict is Verdict.UNDECIDED
+    assert verdict_of(pushed, gains, claim) == "UNDECIDED"
+    assert verdict_of(pushed, gains, claim | {"rate_limits": [24]}) == "PROVED"
+    assert verdict_of(pushed, gains, claim | {"rate_limits": [23.999]}) == "UNDECIDED"
 
 
 def test_each_rule_moves_with_its_own_matrix() -> None:
@@ -115,7 +115,7 @@ def test_each_rule_moves_with_its_own_matrix() -> None:
 
     for motion, verdict in ((22.5, Verdict.PROVED), (22.4999, Verdict.UNDECIDED)):
         shares = {"motion": [motion], "memberships": [1]}
-        assert said_of(apart, gains, claim | {"rate_shares": shares}).verdict is verdict
+        assert verdict_of(apart, gains, claim | {"rate_shares": shares}) == verdict.name
 
 
 def test_rates_that_are_not_claimed() -> None:
@@ -143,10 +143,10 @@ def test_one_gain_for_two_rules_needs_no_membership_rates() -> None:
     two = model | {"A": [[[2]], [[1]]]}
     claim |= {"multiplier": 2}
 
-    assert said_of(two, gains, claim).verdict is Verdict.PROVED
+    assert verdict_of(two, gains, claim) == "PROVED"
     for first, second in ((0.999, 1), (1, 0.999)):
         faster = model | {"A": [[[first]], [[second]]]}
-        assert said_of(faster, gains, claim).verdict is Verdict.UNDECIDED
+        assert verdict_of(faster, gains, claim) == "UNDECIDED"
 
 
 def test_limits_need_gains_and_evidence() -> None:

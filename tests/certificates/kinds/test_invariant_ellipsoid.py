@@ -23,7 +23,7 @@ from takagi.certificates.requests import InvariantEllipsoid
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.claims import law_data, model_data, said_of
+from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
 
 Data = dict[str, Any]
 LESS = 1 - 1e-12
@@ -65,11 +65,9 @@ def test_disturbance_that_the_set_just_withstands() -> None:
     found = said_of(model, None, claim)
     assert found.verdict is Verdict.PROVED
     assert "lies in the model's box" in found.text
-    assert said_of(model, None, claim | {"disturbance_bounds": [MORE]}).verdict is (
-        Verdict.UNDECIDED
-    )
-    assert said_of(model, None, claim | {"level": LESS}).verdict is Verdict.UNDECIDED
-    assert said_of(model, None, claim | {"level": MORE}).verdict is Verdict.UNDECIDED
+    assert verdict_of(model, None, claim | {"disturbance_bounds": [MORE]}) == "UNDECIDED"
+    assert verdict_of(model, None, claim | {"level": LESS}) == "UNDECIDED"
+    assert verdict_of(model, None, claim | {"level": MORE}) == "UNDECIDED"
 
 
 def test_sampled_loop_that_forgets_its_state() -> None:
@@ -78,10 +76,8 @@ def test_sampled_loop_that_forgets_its_state() -> None:
     _, claim = line()
     claim |= {"P": [[1]], "multiplier": 1}
 
-    assert said_of(model, None, claim).verdict is Verdict.PROVED
-    assert said_of(model, None, claim | {"disturbance_bounds": [MORE]}).verdict is (
-        Verdict.UNDECIDED
-    )
+    assert verdict_of(model, None, claim) == "PROVED"
+    assert verdict_of(model, None, claim | {"disturbance_bounds": [MORE]}) == "UNDECIDED"
 
 
 def test_disturbance_that_a_sampled_set_just_withstands() -> None:
@@ -91,12 +87,10 @@ def test_disturbance_that_a_sampled_set_just_withstands() -> None:
     _, claim = line()
     claim |= {"P": [[0.25]], "multiplier": 0.5}
 
-    assert said_of(model, None, claim).verdict is Verdict.PROVED
-    assert said_of(model, None, claim | {"disturbance_bounds": [MORE]}).verdict is (
-        Verdict.UNDECIDED
-    )
+    assert verdict_of(model, None, claim) == "PROVED"
+    assert verdict_of(model, None, claim | {"disturbance_bounds": [MORE]}) == "UNDECIDED"
     for s in (0.49, 0.51):
-        assert said_of(model, None, claim | {"multiplier": s}).verdict is Verdict.UNDECIDED
+        assert verdict_of(model, None, claim | {"multiplier": s}) == "UNDECIDED"
 
 
 def test_both_ends_of_a_range_count() -> None:
@@ -113,19 +107,19 @@ def test_every_corner_of_the_disturbance_counts() -> None:
     model, claim = line()
     two = claim | {"disturbance_bounds": [0.5, 0.5]}
 
-    assert said_of(model | {"E": [[[1, -1]]]}, None, two).verdict is Verdict.PROVED
-    assert said_of(model | {"E": [[[1, 1]]]}, None, two).verdict is Verdict.PROVED
+    assert verdict_of(model | {"E": [[[1, -1]]]}, None, two) == "PROVED"
+    assert verdict_of(model | {"E": [[[1, 1]]]}, None, two) == "PROVED"
     two["disturbance_bounds"] = [1, 0.001]
-    assert said_of(model | {"E": [[[1, -1]]]}, None, two).verdict is Verdict.UNDECIDED
+    assert verdict_of(model | {"E": [[[1, -1]]]}, None, two) == "UNDECIDED"
 
 
 def test_input_range_is_kept_by_every_gain() -> None:
     """|3 x| <= 6 on |x| <= 2; the nearer end of the range counts."""
     model, gains, claim = steered()
 
-    assert said_of(model, gains, claim).verdict is Verdict.PROVED
+    assert verdict_of(model, gains, claim) == "PROVED"
     for mutant in ({"level": 4 * MORE}, {"multiplier": 4 * MORE}):
-        assert said_of(model, gains, claim | mutant).verdict is Verdict.UNDECIDED
+        assert verdict_of(model, gains, claim | mutant) == "UNDECIDED"
     harder = law_data([[[3]], [[3.001]]])
     two = model | {"A": [[[1]], [[1]]]}
     found = said_of(two, harder, claim)
@@ -140,9 +134,9 @@ def test_what_is_added_to_an_input_takes_of_its_range() -> None:
 
     for end, verdict in ((5, Verdict.PROVED), (4.9999, Verdict.UNDECIDED), (1, Verdict.UNDECIDED)):
         boxed = model | {"box": {"u [N]": [-end, 9]}}
-        assert said_of(boxed, gains, claim).verdict is verdict
+        assert verdict_of(boxed, gains, claim) == verdict.name
     more = claim | {"disturbance_bounds": [2 * MORE]}
-    assert said_of(model, gains, more).verdict is Verdict.UNDECIDED
+    assert verdict_of(model, gains, more) == "UNDECIDED"
 
 
 def test_what_is_added_to_an_input_without_gains() -> None:
@@ -182,9 +176,9 @@ def test_rest_without_disturbance_must_be_allowed() -> None:
     rest = {"P": [[4]], "level": 1, "multiplier": 4}
     claim = {"name": claim["name"], "kind": claim["kind"], **rest}
 
-    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    assert verdict_of(model, None, claim) == "PROVED"
     apart = model | {"box": model["box"] | {"w [-]": [1, 2]}}
-    assert said_of(apart, None, claim).verdict is Verdict.UNDECIDED
+    assert verdict_of(apart, None, claim) == "UNDECIDED"
 
 
 @pytest.mark.parametrize(
@@ -218,7 +212,7 @@ def test_more_work_than_a_reader_waits_for_is_refused(monkeypatch: pytest.Monkey
     model, claim = line()
     monkeypatch.setattr("takagi.certificates.checker.loop.polytopic_loop.MOST_WORK", 16)
 
-    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    assert verdict_of(model, None, claim) == "PROVED"
     with pytest.raises(CertificateError, match="too many"):
         two = claim | {"disturbance_bounds": [0.5, 0.5]}
         said_of(model | {"E": [[[1, 1]]]}, None, two)
@@ -227,7 +221,7 @@ def test_more_work_than_a_reader_waits_for_is_refused(monkeypatch: pytest.Monkey
 def test_matrix_that_is_not_definite_is_not_proved() -> None:
     model, claim = line()
 
-    assert said_of(model, None, claim | {"P": [[-4]]}).verdict is Verdict.UNDECIDED
+    assert verdict_of(model, None, claim | {"P": [[-4]]}) == "UNDECIDED"
 
 
 def test_found_sets_are_kept_in_simulation() -> None:

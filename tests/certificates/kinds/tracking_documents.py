@@ -1,4 +1,4 @@
-"""Certificates about outputs that follow references, and the verdicts of both checkers."""
+"""Certificates about outputs that follow references."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import Plant, load_model
 from takagi.models.plant.design_settings import PlantSettings
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed
 
 Data = dict[str, Any]
 

@@ -17,6 +17,7 @@ from takagi.models.laws.effort_sharing.law import (
     LoopUncertainty,
     loop_vertices,
 )
+from takagi.models.laws.effort_sharing.schedule import Feedforward, known_rate_feedforward
 from tests.certificates.loop_cells.loop_points import (
     BOX,
     FAST,
@@ -49,7 +50,6 @@ def test_the_rate_limit_is_a_sector(turbine: Turbine, law: EffortSharingLaw) -> 
     found = campaign(turbine, law, cells, points(law, FAST, 500, seed=3))
 
     assert max(d for _, d in found) < ROUNDING
-    assert max(float(cell.pitch_rate) for cell in cells) > 3 * turbine.pitch_rate_limit
     assert min(cell.lag_rate.lower / cell.lag_rate.upper for cell in cells) < 0.3
 
 
@@ -165,3 +165,28 @@ def test_a_box_beyond_actuators_or_tables_is_misuse(
     with pytest.raises(ModelError, match="wind cell") as raised:
         effort_sharing_cells(turbine, law, box, WIDE, rates_of(law))
     assert words in str(raised.value)
+
+
+def leads(turbine: Turbine, law: EffortSharingLaw, lead: float, inertia: float) -> EffortSharingLaw:
+    """Return the law with another pitch lead [s] and share of the torque's feed-forward."""
+    ahead = known_rate_feedforward(turbine, law.schedule, inertia_share=inertia)
+    return replace(law, feedforward=Feedforward(ahead.inertia, ahead.effort_limit, lead))
+
+
+@pytest.mark.parametrize(
+    ("lead", "inertia"),
+    [
+        (0.1, 0.5),
+        *(pytest.param(*c, marks=pytest.mark.slow) for c in ((0.0, 0.0), (0.3, 1.0))),
+    ],
+)
+def test_another_feedforward_has_its_own_family(
+    lead: float, inertia: float, turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell]
+) -> None:
+    """The loop lies in the family of its own law, and not in that of the law it was before."""
+    other = leads(turbine, law, lead, inertia)
+    own = effort_sharing_cells(turbine, other, BOX, WIDE, rates_of(law))
+    found = [(p, derivative(turbine, other, p)) for p in points(other, BOX, 1000, seed=8)]
+
+    assert max(distance(own[p.k], p, rates) for p, rates in found) < ROUNDING
+    assert max(distance(cells[p.k], p, rates) for p, rates in found) > 100 * ROUNDING

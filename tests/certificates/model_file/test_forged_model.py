@@ -13,6 +13,7 @@ from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.files.turbine_file import compare_turbine
 from takagi.certificates.document.certificate_file import content_of
 from takagi.models.turbine.loader import model_files
+from tests.certificates.kinds.claims import resealed
 
 Document = dict[str, Any]
 TURBINE = next(file for file in model_files("nrel5mw") if file.suffix == ".toml")
@@ -62,14 +63,12 @@ def test_a_plant_that_is_not_the_files_is_refused(what: str, short: Document) ->
         compared(short)
 
 
-def test_matching_hashes_do_not_help_a_forger(
-    whole: Document, reseal: Callable[[Document], Document], tmp_path: Path
-) -> None:
+def test_matching_hashes_do_not_help_a_forger(whole: Document, tmp_path: Path) -> None:
     """A lighter rotor beside the true content of the file is refused with --model alone."""
     whole["model"]["rotor_inertia"] *= 0.9999
     whole["model"] |= content_of(model_files("nrel5mw"))
     forged = tmp_path / "certificate.json"
-    forged.write_text(json.dumps(reseal(whole)), encoding="utf-8")
+    forged.write_text(json.dumps(resealed(whole)), encoding="utf-8")
 
     check(forged)
     with pytest.raises(CertificateError, match="rotor_inertia"):

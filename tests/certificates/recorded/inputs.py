@@ -14,8 +14,7 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker import read_text
-from takagi.certificates.checker.kernel.reader import digest
+from tests.certificates.kinds.claims import as_read, resealed
 
 Document = dict[str, Any]
 
@@ -38,21 +37,12 @@ def document(law: str, *kinds: str) -> Document:
 
 def sealed(parts: Document) -> Document:
     """Return a certificate with the hashes of its parts."""
-    complete = {"format": "takagi-certificate", "version": 1, **parts}
-    read = as_read(complete)
-    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
-    return complete | {"provenance": {"sha256": hashes}}
-
-
-def as_read(data: Document) -> Document:
-    """Return a certificate as the checker reads it, its numbers as they are written."""
-    found: Document = read_text(json.dumps(data), "certificate")
-    return found
+    return resealed({"format": "takagi-certificate", "version": 1, **parts})
 
 
 def read_law(name: str) -> Document:
     """Return the turbine with a recorded law and its claims, as the checker reads them."""
-    return as_read({"model": _LAWS["turbine"], **_LAWS["certificates"][name]})
+    return dict(as_read({"model": _LAWS["turbine"], **_LAWS["certificates"][name]}))
 
 
 def texts_of(model: str) -> dict[str, str]:
@@ -64,4 +54,4 @@ def of_model(name: str) -> Document:
     """Return model, gains, claims and controller as the checker reads them."""
     found = {key: deepcopy(part) for key, part in _FILES[name].items() if key != "files"}
     found["provenance"] = {"sha256": {"model": "m", "gains": "g", "claims": "c"}}
-    return as_read(found)
+    return dict(as_read(found))

@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from takagi.certificates.checker import check_document
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import (
     law_members,
@@ -23,7 +21,7 @@ from takagi.certificates.document.plant_embedding import (
     slopes_data,
 )
 from takagi.models import Interval, Output, Plant, Variable, sector_model
-from tests.certificates.both_checkers import second
+from tests.certificates.kinds.claims import verdict_of
 
 Data = dict[str, Any]
 x, u, w = sp.symbols("x u w", real=True)
@@ -44,18 +42,14 @@ def plant_of(rate: sp.Expr, output: sp.Expr, *, pushed: bool = False, **others: 
     )
 
 
-def last(plant: Plant, gains: list[float], *claims: Data, **law: Any) -> tuple[str, str]:
-    """Return both checkers' verdicts on the last claim, under one gain for each rule."""
+def last(plant: Plant, gains: list[float], *claims: Data, **law: Any) -> str:
+    """Return the verdict on the last claim, under one gain for each rule."""
     model = sector_model(plant)
     data = plant_data(model)
     if plant.measured:
         data["slopes"] = slopes_data(secant_model(plant))
     own = pdc_law_data(model, np.reshape(gains, (2, 1, 1))) | law_members(data) | law
-    document = certificate_document(
-        model=data, gains=own, claims=[EMBEDDED, *claims], provenance={}
-    )
-    found = check_document(document).claims[-1].verdict.name
-    return found, second(document)[-1]
+    return verdict_of(data, own, EMBEDDED, *claims)
 
 
 @pytest.mark.parametrize(
@@ -71,9 +65,9 @@ def test_second_gain_is_tested_where_the_disturbance_alone_differs(claim: Data) 
     """x' = -3 x + u + (1 + x^2) w; with u = 100 x in the second rule it leaves every set."""
     plant = plant_of(-3 * x + u + (1 + x**2) * w, x, pushed=True)
 
-    assert last(plant, [0, 0], claim) == ("PROVED", "PROVED")
-    assert last(plant, [0, -100], claim) == ("UNDECIDED", "UNDECIDED")
-    assert last(plant, [-100, 0], claim) == ("UNDECIDED", "UNDECIDED")
+    assert last(plant, [0, 0], claim) == "PROVED"
+    assert last(plant, [0, -100], claim) == "UNDECIDED"
+    assert last(plant, [-100, 0], claim) == "UNDECIDED"
 
 
 def test_second_gain_of_an_observer_is_tested_where_the_input_alone_differs() -> None:
@@ -81,8 +75,8 @@ def test_second_gain_of_an_observer_is_tested_where_the_input_alone_differs() ->
     plant = plant_of(-x + (2 + x**2) * u, x)
     claim = {"name": "o", "kind": "observer", "decay_rate": 0, "P": [[1]]}
 
-    assert last(plant, [1, 1], claim | {"L": [[[1]], [[2]]]}) == ("PROVED", "PROVED")
-    assert last(plant, [1, 1], claim | {"L": [[[1]], [[-40]]]}) == ("UNDECIDED", "UNDECIDED")
+    assert last(plant, [1, 1], claim | {"L": [[[1]], [[2]]]}) == "PROVED"
+    assert last(plant, [1, 1], claim | {"L": [[[1]], [[-40]]]}) == "UNDECIDED"
 
 
 def test_second_gain_is_tested_where_the_output_alone_differs() -> None:
@@ -93,5 +87,5 @@ def test_second_gain_is_tested_where_the_output_alone_differs() -> None:
     claim = {"name": "l", "kind": "observed-loop", "level": 0.2, "decay_rate": 0}
     claim |= {"P": [[1, 0], [0, 20]]}
 
-    assert last(plant, [0, 0], slopes, claim, observer=observer) == ("PROVED", "PROVED")
-    assert last(plant, [0, -100], slopes, claim, observer=observer) == ("UNDECIDED", "UNDECIDED")
+    assert last(plant, [0, 0], slopes, claim, observer=observer) == "PROVED"
+    assert last(plant, [0, -100], slopes, claim, observer=observer) == "UNDECIDED"

@@ -21,7 +21,8 @@ from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Surface, interpolate_curve, sector_model
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.splines.spline import interpolate
-from tests.certificates.embedding.plants import as_read, changed, one_state, said_of
+from tests.certificates.embedding.plants import changed, one_state, said_of
+from tests.certificates.kinds.claims import as_read
 
 CURVE = interpolate_curve([-4, -2, 0, 1, 2.5, 4], [-0.5, -0.3, 0, 0.3, 0.2, 0.5])
 FRICTION = {

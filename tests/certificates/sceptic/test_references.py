@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates.document.certificate_file import certificate_document
-from tests.certificates import both_checkers
+from tests.certificates.kinds.claims import verdicts
 
 Data = dict[str, Any]
 NAMES = ["x", "y", "p_integral", "q_integral"]
@@ -67,15 +67,15 @@ def law(references: Any) -> Data:
     }
 
 
-def verdicts(whole: Data, gains: Data | None = None) -> tuple[str, str]:
-    """Return what both checkers say of the embedding; REFUSED where one refuses the file."""
+def verdict(whole: Data, gains: Data | None = None) -> str:
+    """Return the verdict on the embedding; REFUSED where the file is refused."""
     document = certificate_document(
         model=whole,
         gains=gains or law(whole.get("references")),
         claims=[{"name": "embedding", "kind": f"{whole['embedding']['form']}-embedding"}],
         provenance={},
     )
-    return both_checkers.verdicts(document)[0], both_checkers.second(document)[0]
+    return verdicts(document)[0]
 
 
 def changed(change: Callable[[Data], None]) -> Data:
@@ -85,16 +85,14 @@ def changed(change: Callable[[Data], None]) -> Data:
 
 
 def test_the_honest_one_is_proved() -> None:
-    assert verdicts(model()) == ("PROVED", "PROVED")
+    assert verdict(model()) == "PROVED"
 
 
 @pytest.mark.parametrize("references", [None, [], {}, "p", 5, [5], [{}], [["p"]]])
 def test_a_law_with_references_has_a_list_of_them(references: Any) -> None:
     """Model and law agree, and neither says what is integrated."""
     whole = model() | {"references": references}
-    first, second = verdicts(whole, law(references))
-    assert first == "REFUSED"
-    assert second != "PROVED"
+    assert verdict(whole, law(references)) == "REFUSED"
 
 
 def entry(k: int, **parts: Any) -> Callable[[Data], None]:
@@ -146,9 +144,7 @@ def one_integral(whole: Data) -> None:
     ],
 )
 def test_entries_that_name_nothing_of_the_model_are_refused(change: Callable[[Data], None]) -> None:
-    first, second = verdicts(changed(change))
-    assert first == "REFUSED"
-    assert second != "PROVED"
+    assert verdict(changed(change)) == "REFUSED"
 
 
 def row(k: int, equation: str, follow: str = "", **matrices: list[str]) -> Callable[[Data], None]:
@@ -190,8 +186,8 @@ def test_models_with_other_integrals_are_not_proved(change: Callable[[Data], Non
     alone = {k: v for k, v in whole.items() if k != "references"}
     gains = {k: v for k, v in law([]).items() if k != "references"}
 
-    assert verdicts(alone, gains) == ("PROVED", "PROVED")
-    assert "PROVED" not in verdicts(whole)
+    assert verdict(alone, gains) == "PROVED"
+    assert verdict(whole) != "PROVED"
 
 
 def in_samples(whole: Data) -> None:
@@ -216,8 +212,8 @@ def test_rows_that_are_no_rates_are_no_integrals(change: Callable[[Data], None])
     gains = law(model()["references"]) | {"sample_time": whole["sample_time"]}
     plain = {k: v for k, v in gains.items() if k != "references"}
 
-    assert verdicts(alone, plain) == ("PROVED", "PROVED")
-    assert verdicts(whole, gains) == ("UNDECIDED", "UNDECIDED")
+    assert verdict(alone, plain) == "PROVED"
+    assert verdict(whole, gains) == "UNDECIDED"
 
 
 @pytest.mark.parametrize(
@@ -233,4 +229,4 @@ def test_rows_that_are_no_rates_are_no_integrals(change: Callable[[Data], None])
 def test_a_law_with_other_references_is_refused(change: Callable[[Any], None]) -> None:
     gains = law(model()["references"])
     change(gains["references"])
-    assert verdicts(model(), gains) == ("REFUSED", "REFUSED")
+    assert verdict(model(), gains) == "REFUSED"

@@ -1,14 +1,11 @@
-"""Certificates about the running loop that were changed: hashes made again, and both verdicts."""
+"""Certificates about the running loop that were changed: hashes made again, and the verdict."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import Any
 
-from takagi.certificates.checker import read_text
-from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.cross_check.comparison import cross_checked_document
+from tests.certificates.kinds.claims import resealed, verdicts
 
 Change = Callable[[Any], None]
 
@@ -26,16 +23,13 @@ def entry(*path: Any, factor: float = 1.0, value: Any = None) -> Change:
 
 
 def sealed(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with the hashes of what it now says."""
-    read = read_text(json.dumps(document), "document")
-    parts = ("model", "gains", "claims", "controller")
-    return document | {"provenance": {"sha256": {part: digest(read.get(part)) for part in parts}}}
+    """Return the document with the hashes of what it and its controller now say."""
+    return resealed(document, "controller")
 
 
-def verdicts(document: dict[str, Any]) -> tuple[str, str]:
-    """Return what both deciders say; REFUSED where the file is not read to its end."""
-    row = cross_checked_document(sealed(document)).rows[0]
-    return row.first, row.second
+def verdict(document: dict[str, Any]) -> str:
+    """Return the verdict on the first claim; REFUSED where the file is not read to its end."""
+    return verdicts(sealed(document))[0]
 
 
 def everywhere(*path: Any, value: Any) -> Change:

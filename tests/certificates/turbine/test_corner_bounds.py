@@ -1,16 +1,33 @@
-"""The corners of a wind cell: what a moving schedule adds, and which way bounds are rounded."""
+"""The corners of a wind cell: bounds, signs and bends that one place alone decides."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
+from itertools import product
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
+from takagi.certificates.checker import Verdict, check_document, read_text
+from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import first_failure
-from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, Corners, Stated
+from takagi.certificates.checker.turbine.effort_sharing.corners import (
+    BOUNDS,
+    RANGES,
+    Corners,
+    Stated,
+)
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
+from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
+from takagi.certificates.checker.turbine.published.interval_matrices import contraction
+from tests.certificates.kinds.claims import resealed
 
 # A cell without a residual whose one free coefficient is the lag's rate T.  P was searched for:
 # it decreases along the loop for T from 0.5 to 1 1/s, and not for T = 1.5 1/s.
@@ -107,3 +124,260 @@ def test_the_rest_is_rounded_outward() -> None:
 
     assert "equilibrium" not in failing(r)
     assert "equilibrium" in failing(r + unit / 2)
+
+
+def last_cell(document: dict[str, Any], rate: str, pitch_max: Fraction | None = None) -> Loop:
+    """Return the loop in the last wind cell, at a rate of the wind [m/s^2] and a limit [rad]."""
+    read = read_text(json.dumps(document), "document")
+    subject = Subject.read(read["claims"][0], read["model"], read["gains"], "claim")
+    if pitch_max is not None:
+        subject = replace(subject, law=replace(subject.law, pitch_max=pitch_max))
+    return Loop(subject, len(subject.law.wind) - 2, Fraction(rate))
+
+
+def test_pitch_alone_beyond_the_limit_is_refused(short: Any) -> None:
+    """While the schedule rests the command is below the limit, the pitch on its way there not.
+
+    The set reaches pitch that is larger than any command by the effort that pitch still owes.
+    """
+    found = last_cell(short, "0")
+    reached, asked = Fraction(found.reached.high, ONE), found.largest_pitch()
+    assert asked < reached
+
+    between = last_cell(short, "0", (asked + reached) / 2)
+    assert between.largest_pitch() < between.law.pitch_max
+    assert "pitch beyond its limit" in first_failure(between.limits())
+    assert first_failure(last_cell(short, "0", reached).limits()) == ""
+    hair = Fraction(1, ONE)
+    assert "pitch beyond its limit" in first_failure(last_cell(short, "0", reached - hair).limits())
+
+
+def test_a_command_alone_beyond_the_limit_is_refused(short: Any) -> None:
+    """The lead of a fast schedule commands more than the pitch ever reaches."""
+    reached = Fraction(last_cell(short, "0").reached.high, ONE)
+    rate = next(r for r in range(100) if last_cell(short, str(r)).largest_pitch() > reached)
+
+    failed = last_cell(short, str(rate), reached)
+    assert "pitch beyond its limit" in first_failure(failed.limits())
+    asked = failed.largest_pitch()
+    assert "pitch beyond" not in first_failure(last_cell(short, str(rate), asked).limits())
+
+
+@pytest.mark.parametrize("rate", [50.0, 5.0, None])
+def test_a_function_that_is_not_positive_definite_shows_no_rate(
+    short: Any, rate: float | None
+) -> None:
+    """With R = -P the inequality -(A'R + RA + 2 r R) > 0 holds for every large r, and says nothing.
+
+    That the inequality holds at every corner is what makes the forgery: -R = P > 0, and
+    A'P + PA + 2 r P > 0 as soon as r is beyond the fastest motion.  Without a rate R is indefinite.
+    """
+    settling = short["claims"][0]["settling"]
+    if rate is None:
+        settling["P"][1][1] = -settling["P"][1][1]
+    else:
+        settling["P"] = [[-entry for entry in row] for row in settling["P"]]
+        settling["decay_rate"] = rate
+
+    claim = check_document(resealed(short)).claims[0]
+
+    assert claim.verdict is Verdict.UNDECIDED
+    assert "common decay rate is not positive definite" in claim.text
+    if rate == 50.0:
+        # The inequality itself holds, so that nothing else would have refused the file.
+        assert "inequality fails" not in claim.text
+
+
+OVERLAP = Fraction(1)
+
+
+def moving(efforts: tuple[str, str], effort: str, b: tuple[str, str], gamma: str = "0") -> Loop:
+    """Return a cell from wind 0 to 1 m/s that moves at 1 m/s^2, with the lag's own time as lead."""
+    low, high = (Fraction(value) for value in efforts)
+    law: Any = SimpleNamespace(
+        wind=[Fraction(0), Fraction(1)],
+        effort=[Fraction(0), Fraction(effort)],
+        gamma=[Fraction(1), 1 + Fraction(gamma)],
+        effectiveness=[Fraction(value) for value in b],
+        overlap=OVERLAP,
+        effort_torque=Fraction(1),
+        lead=Fraction(2),
+    )
+    plant: Any = SimpleNamespace(lag=Fraction(2), rate_limit=Fraction(1), gear_per_inertia=1)
+    box: Any = SimpleNamespace(speed_signal=Fraction(1), effort_lag=Fraction(1))
+    law.slope = partial(Law.slope, law)
+    subject: Any = SimpleNamespace(
+        plant=plant,
+        law=law,
+        box=box,
+        uncertainty=SimpleNamespace(kappa=(Fraction(1),) * 2, power=(Fraction(1),) * 2),
+    )
+    found = Loop(subject, 0, Fraction(1))
+    found.efforts = low, high
+    return found
+
+
+def largest(efforts: tuple[str, str], A: float, c: float) -> float:
+    """Return max(0, sup A F(s) - c psi(s)) over efforts s by a fine grid, from F and psi."""
+    low, high = (float(value) for value in efforts)
+    s = np.union1d(np.linspace(low, high, 100_001), np.clip([-1, 1], low, high))
+    F = np.clip((s + 1) / 2, 0, 1)
+    psi = np.where(s >= 1, s, np.where(s <= -1, 0, (s + 1) ** 2 / 4))
+    return max(0.0, float(np.max(A * F - c * psi)))
+
+
+@pytest.mark.parametrize(
+    ("efforts", "effort", "b", "gamma", "A", "c"),
+    [
+        # c = 1/tau - |b'/b|, A = |q'| + |gamma'| * signal
+        (("-2", "3"), "0.25", ("1", "2"), "0", 0.25, -0.5),
+        (("-2", "0.5"), "0.25", ("1", "2"), "0", 0.25, -0.5),
+        (("-2", "3"), "0.25", ("1", "1.5"), "0", 0.25, 0.0),
+        (("2", "3"), "3", ("1", "1"), "0", 3.0, 0.5),
+        (("1", "3"), "-3", ("1", "1"), "0", 3.0, 0.5),
+        (("7", "8"), "3", ("1", "1"), "0", 3.0, 0.5),
+        (("-2", "5"), "0.3", ("1", "1"), "0.3", 0.6, 0.5),
+        (("-2", "-0.5"), "0.3", ("1", "1"), "-0.3", 0.6, 0.5),
+        (("-2", "5"), "2", ("1", "1"), "0", 2.0, 0.5),
+        (("0.5", "5"), "0.9", ("1", "1"), "0", 0.9, 0.5),
+        (("0.5", "5"), "0.2", ("1", "1"), "0", 0.2, 0.5),
+        (("-3", "-2"), "2", ("1", "1"), "0", 2.0, 0.5),
+    ],
+    ids=[
+        *("no c left", "no c left, inside the ramp", "c is zero"),
+        *("beyond the ramp", "from the ramp's end", "beyond what counts"),
+        *("greatest inside the ramp", "greatest at the upper effort", "greatest at full pitch"),
+        *("greatest at the lower effort", "nothing is left", "no pitch at all"),
+    ],
+)
+def test_what_the_cut_lead_leaves(
+    efforts: tuple[str, str], effort: str, b: tuple[str, str], gamma: str, A: float, c: float
+) -> None:
+    """The bound is the supremum, in every branch: never below it, and not above."""
+    found = float(moving(efforts, effort, b, gamma).lag_disturbance())
+
+    assert found == pytest.approx(largest(efforts, A, c), rel=1e-8, abs=1e-8)
+
+
+F = Fraction
+WIND, FILTER, PHI = [F(8), F(9), F(10)], F(1), F(1, 5)
+
+
+@pytest.mark.parametrize(
+    "node",
+    [
+        pytest.param(0, id="the estimate is at the range's first wind"),
+        pytest.param(1, id="the estimate is at a node, the schedule wind between two"),
+        pytest.param(2, id="the estimate is at the range's last wind"),
+    ],
+)
+def test_an_estimate_that_outruns_the_schedule_wind_at_one_place(node: int) -> None:
+    """Where phi is constant, the schedule wind keeps behind the estimate as long as r <= phi.
+
+    The estimate is fastest at one node, by 1/1000 m/s^2 more than the schedule wind may be; there
+    the schedule wind is 1/5 m/s beside that node, which is no node of its own.
+    """
+    for excess, refused in ((F(1, 1000), True), (F(0), False)):
+        estimate = [F(1, 10)] * 3
+        estimate[node] = PHI + excess
+        one = Range(WIND, estimate, [PHI] * 3, F(0))
+        found = first_failure(filter_keeps_up(one, FILTER))
+        assert bool(found) == refused
+        if found:
+            s = F(found.removeprefix("the rates do not fit at ").partition(" ")[0])
+            assert abs(s - WIND[node]) == FILTER * PHI
+            assert s not in WIND
+
+
+def test_a_disturbance_is_worst_where_its_parts_have_opposite_signs() -> None:
+    """x' = -x + d, |d_i| <= delta: the set x'Px <= 1 keeps the rest x = d for each sign, or none.
+
+    For P = [[2, -1], [-1, 2]] the rests d = delta (1, 1) have V = 2 delta^2, and those of opposite
+    signs V = 6 delta^2; the inequality with alpha = 1 allows delta < 1/sqrt(6) = 0.408.
+    """
+    P = [[F(2), F(-1)], [F(-1), F(2)]]
+    A = [[F(-1), F(0)], [F(0), F(-1)]]
+    for delta, fails in ((F(1, 2), True), (F(41, 100), True), (F(2, 5), False)):
+        said = first_failure(contraction(P, [(A, A)], [delta] * 2, F(1, 2), F(1), "here"))
+        rests = [(s * delta, t * delta) for s, t in product((1, -1), repeat=2)]
+        V = [2 * x * x - 2 * x * y + 2 * y * y for x, y in rests]
+        assert (max(V) > 1) == fails
+        assert bool(said) == fails
+        assert min(V) < 1
+
+
+def test_the_worst_signs_are_found_for_each_pair_of_states() -> None:
+    """As above with the sign of the coupling changed, and with a third state that is left alone."""
+    for sign, delta in product((1, -1), (F(41, 100), F(2, 5))):
+        P = [[F(2), F(0), F(sign)], [F(0), F(2), F(0)], [F(sign), F(0), F(2)]]
+        A = [[F(-int(i == j)) for j in range(3)] for i in range(3)]
+        bounds = [delta, F(0), delta]
+        said = first_failure(contraction(P, [(A, A)], bounds, F(1, 2), F(1), "here"))
+        assert bool(said) == (6 * delta**2 > 1)
+
+
+# Two units of the last decimal, for two roundings of one.
+STEP = Fraction(2, 10**7)
+SHARES = (0, 8, 20, 30, 35, 38, 41, 44, 50, 65, 80, 99)
+Inputs = tuple[Subject, list[Any]]
+
+
+@pytest.fixture(scope="session")
+def inputs(built: Any) -> Inputs:
+    """Return what the checker reads of the whole certificate, and its cells."""
+    read = read_text(json.dumps(built.document), "document")
+    claim = read["claims"][0]
+    return Subject.read(claim, read["model"], read["gains"], "claim"), claim["cells"]
+
+
+def outside(loop: Loop, ranges: Any, sizes: dict[str, Fraction]) -> str:
+    """Return which coefficient is not as it is stated."""
+    return first_failure(loop.enclosed(Stated(ranges, sizes, "cell")))
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_what_a_cell_states_is_enclosed_and_no_more(inputs: Inputs, share: int) -> None:
+    """From cut-in to cut-out, more closely around rated wind: every range and every size."""
+    subject, cells = inputs
+    k = share * (len(cells) - 1) // 99
+    cell = cells[k]
+    loop = Loop(subject, k, Fraction(cell["wind_rate"]))
+    ranges = {name: [Fraction(end) for end in cell[name]] for name in RANGES}
+    sizes = {name: Fraction(cell[name]) for name in BOUNDS}
+
+    assert outside(loop, ranges, sizes) == ""
+    assert first_failure(loop.limits()) == ""
+
+    found = {name: [Fraction(end, ONE) for end in bracket] for name, bracket in loop.ranges()}
+    largest = dict(loop.sizes())
+    assert found.keys() == set(RANGES)
+    assert largest.keys() == set(BOUNDS)
+    for name, (low, high) in found.items():
+        assert low - STEP <= ranges[name][0] <= low, name
+        assert high <= ranges[name][1] <= high + STEP, name
+    # The residual is bounded in two ways: over a whole cell here, over pieces of it there.
+    residual = largest.pop("residual")
+    assert residual <= sizes["residual"] <= 2 * residual
+    for name, size in largest.items():
+        assert size <= sizes[name] <= size + STEP, name
+
+
+@pytest.mark.parametrize("name", (*RANGES, *BOUNDS))
+def test_each_stated_number_is_compared(inputs: Inputs, name: str) -> None:
+    """One that is too small by two units of the last decimal is named, at either end."""
+    subject, cells = inputs
+    k = next(k for k, cell in enumerate(cells) if Fraction(cell["reference_slope"]) > 0)
+    cell = cells[k]
+    loop = Loop(subject, k, Fraction(cell["wind_rate"]))
+    ranges = {one: [Fraction(end) for end in cell[one]] for one in RANGES}
+    sizes = {one: Fraction(cell[one]) for one in BOUNDS}
+
+    if name in RANGES:
+        low, high = ranges[name]
+        assert f"loop's {name} leaves" in outside(loop, ranges | {name: [low + STEP, high]}, sizes)
+        assert f"loop's {name} leaves" in outside(loop, ranges | {name: [low, high - STEP]}, sizes)
+        assert outside(loop, ranges | {name: [low - STEP, high + STEP]}, sizes) == ""
+    else:
+        less = sizes[name] / 2 if name == "residual" else sizes[name] - STEP
+        assert f"loop's {name} exceeds" in outside(loop, ranges, sizes | {name: less})
+        assert outside(loop, ranges, sizes | {name: sizes[name] + STEP}) == ""

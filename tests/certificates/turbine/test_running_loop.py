@@ -1,4 +1,4 @@
-"""The claim about the running loop: both checkers, forged files, and the nonlinear loop itself.
+"""The claim about the running loop: the checker, forged files, and the nonlinear loop itself.
 
 The certificate is the first line of ``recorded/running-loop.jsonl``: four cells of the default law
 of the NREL 5-MW turbine.
@@ -48,7 +48,7 @@ from takagi.certificates.controller import content
 from takagi.certificates.design.given.turbine_law import read_observer
 from takagi.reports.sections.turbine.summary import summary_rows
 from tests.certificates.recorded.answers import recorded
-from tests.certificates.turbine.running_documents import Change, entry, sealed, verdicts
+from tests.certificates.turbine.running_documents import Change, entry, sealed, verdict
 from tests.undrawn import unmeasured
 
 motion: Any = import_module("turbine_running")
@@ -67,11 +67,11 @@ def document(stored: dict[str, Any]) -> dict[str, Any]:
     return deepcopy(stored)
 
 
-# Both checkers.
+# The checker.
 
 
-def test_both_checkers_prove_it(document: dict[str, Any]) -> None:
-    assert verdicts(document) == ("PROVED", "PROVED")
+def test_it_is_proved(document: dict[str, Any]) -> None:
+    assert verdict(document) == "PROVED"
 
 
 def test_the_sentence_names_every_gap(document: dict[str, Any]) -> None:
@@ -141,7 +141,7 @@ def test_a_forged_file_is_not_proved(document: dict[str, Any], change: Change) -
     claim = document["claims"][0]
     claim["cells"], claim["winds"] = claim["cells"][::3], claim["winds"][::3]
     change(document)
-    assert "PROVED" not in verdicts(document)
+    assert verdict(document) != "PROVED"
 
 
 @pytest.mark.parametrize("gain", ["l1", "l2"])
@@ -149,12 +149,12 @@ def test_an_observer_that_makes_it_swing_is_not_proved(document: dict[str, Any],
     """The same in claim and controller, so that it is read."""
     for part in (document["claims"][0], document["controller"]):
         part["observer"][gain] *= 0.02 if gain == "l1" else 40
-    assert verdicts(document) == ("UNDECIDED", "UNDECIDED")
+    assert verdict(document) == "UNDECIDED"
 
 
 def test_a_file_without_a_controller_is_about_its_own_observer(document: dict[str, Any]) -> None:
     del document["controller"]
-    assert verdicts(document) == ("PROVED", "PROVED")
+    assert verdict(document) == "PROVED"
 
 
 def test_a_gain_file_with_another_observer_is_refused(
@@ -375,7 +375,7 @@ def test_the_claim_of_a_short_law_is_proved_twice(document: dict[str, Any], stop
     assert claim["winds"] == [[law["wind"][0], law["wind"][-1]]]
     assert len(claim["cells"][0]["P"]) == (10 if stopped else 8)
     short = document | {"claims": [claim]}
-    assert verdicts(short) == ("PROVED", "PROVED")
+    assert verdict(short) == "PROVED"
     # The loop that is written anew finds nothing against it, and something against a faster one.
     assert motion.why_running_false(short, claim, np.random.default_rng(1)) == ""
     fast = claim | {"decay_rate": 20 * claim["decay_rate"]}

@@ -22,13 +22,9 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
 )
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.checker.words.running_loop import measured
-from takagi.certificates.checker.words.saying import in_words
-from takagi.certificates.document.certificate_file import certificate_document
-from tests.certificates.both_checkers import second, verdicts
-from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.claims import resealed, verdicts
 from tests.certificates.recorded.answers import recorded
-from tests.certificates.turbine.running_documents import Change, entry
-from tests.certificates.turbine.running_documents import verdicts as answers
+from tests.certificates.turbine.running_documents import Change, entry, verdict
 
 Data = dict[str, Any]
 
@@ -58,13 +54,6 @@ SEEN, FILTERS, FAMILY = ((*CLAIM, k) for k in ("observer", "measurement", "uncer
 def machine(document: Data) -> Machine:
     data = read(document)
     return Machine.read(data["claims"][0], data["model"], data["gains"], "claim")
-
-
-def by_second(document: Data) -> str:
-    whole = certificate_document(
-        model=document["model"], gains=document["gains"], claims=document["claims"], provenance={}
-    )
-    return second(whole)[0]
 
 
 def without_inertia(document: Data) -> None:
@@ -101,14 +90,13 @@ def test_a_machine_that_cannot_be_is_refused(change: Change) -> None:
     document = changed(change)
     with pytest.raises(CertificateError):
         machine(document)
-    assert by_second(document) != "PROVED"
 
 
-def test_an_estimate_held_at_one_wind_is_refused_by_both() -> None:
-    """It can follow no wind; one checker found that, and the other refused its limits."""
+def test_an_estimate_held_at_one_wind_is_refused() -> None:
+    """It can follow no wind."""
     document = changed(entry(*SEEN, "wind_limits", value=[8, 8]))
     document["controller"]["observer"]["wind_limits"] = [8, 8]
-    assert answers(document) == ("REFUSED", "REFUSED")
+    assert verdict(document) == "REFUSED"
 
 
 def test_ends_that_a_machine_may_have() -> None:
@@ -170,7 +158,7 @@ def said(document: Data) -> str:
     """Return the verdict of the one cell, or why it is refused, with the claim's words."""
     data = read(document)
     try:
-        found = in_words(replay(data["claims"][0], data, None, [], "claim"))
+        found = replay(data["claims"][0], data, None, [], "claim").in_words()
     except CertificateError as error:
         return str(error)
     return f"{found.verdict.name}: {found.text.rpartition(' m/s: ')[2]}"
@@ -221,7 +209,7 @@ def test_filters_of_another_form_are_refused(path: tuple[str, ...], stated: set[
 
     whole = resealed(changed(change))
 
-    assert verdicts(whole) == second(whole) == ["REFUSED"]
+    assert verdicts(whole) == ["REFUSED"]
     assert verdicts(resealed(changed(lambda document: None))) == ["PROVED"]
 
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import input_rate_bound
-from takagi.lmi.analysis.actuator_rates import input_rate_rows, membership_corners
+from takagi.lmi.analysis.actuator_rates import input_rate_rows, velocity_corners
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ def on_the_boundary(P: Floats, count: int, seed: int = 1) -> Floats:
 
 def rates_that_sum_to_zero(phi: Floats, count: int, seed: int = 2) -> Floats:
     """Return random blends of the corners of the rates, and the corners themselves."""
-    corners = membership_corners(phi)
+    corners = velocity_corners(phi)
     weights = np.random.default_rng(seed).dirichlet(0.1 * np.ones(len(corners)), count)
     return np.concatenate([weights @ corners, corners])
 
@@ -130,7 +130,7 @@ def test_many_rules_are_bounded_without_their_corners() -> None:
 
 def test_corners_of_the_rates_are_all_there() -> None:
     """|d_1| <= 1, |d_2| <= 2, |d_3| <= 0.5, sum 0: a hexagon with these corners."""
-    corners = {tuple(corner) for corner in membership_corners(np.array([1.0, 2.0, 0.5])).tolist()}
+    corners = {tuple(corner) for corner in velocity_corners(np.array([1.0, 2.0, 0.5])).tolist()}
 
     assert corners == {
         (1.0, -1.5, 0.5), (1.0, -0.5, -0.5), (-1.0, 1.5, -0.5), (-1.0, 0.5, 0.5),

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import re
-import sys
-from collections.abc import Iterator
-from importlib import import_module
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.docs_pages import ROOT, catalogue
 from tests.lmi.published.solved import NUMBERS, STATUSES
 
 pytestmark = pytest.mark.numeric
 
-ROOT = Path(__file__).resolve().parents[3]
+published = catalogue("catalogue.published")
 # Found by the tests that are named, from both sides or as a bound, not as one number.
 FROM_BOTH_SIDES = {
     "sp-mixed-sensitivity",
@@ -33,36 +29,19 @@ FROM_BOTH_SIDES = {
 }
 
 
-@pytest.fixture(scope="module")
-def published() -> Iterator[Any]:
-    """The list that makes the page; it lies beside it, not in the package."""
-    sys.path.insert(0, str(ROOT / "docs"))
-    try:
-        yield import_module("catalogue.published")
-    finally:
-        sys.path.remove(str(ROOT / "docs"))
-
-
-def printed(published: Any, name: str) -> str:
+def printed(name: str) -> str:
     """What the page prints as found here."""
     (found,) = [problem.found for problem in published.PROBLEMS if problem.name == name]
     return str(found)
 
 
-def test_the_page_is_what_the_list_gives(published: Any) -> None:
-    """Run ``make docs`` when this fails."""
-    text = (ROOT / "docs" / "published.md").read_text(encoding="utf-8")
-
-    assert published.page() == text
-
-
 @pytest.mark.parametrize("name", NUMBERS)
-def test_every_number_is_found_again(published: Any, name: str) -> None:
+def test_every_number_is_found_again(name: str) -> None:
     """To one unit of the last digit that the page prints, or a ten-thousandth of the number.
 
     How near a solver comes depends on the processor; a thousandth is what is promised.
     """
-    texts = re.findall(r"\d+\.\d+", printed(published, name))
+    texts = re.findall(r"\d+\.\d+", printed(name))
     found = np.atleast_1d(NUMBERS[name]())
 
     assert len(texts) == len(found)
@@ -72,12 +51,12 @@ def test_every_number_is_found_again(published: Any, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", STATUSES)
-def test_every_status_is_found_again(published: Any, name: str) -> None:
+def test_every_status_is_found_again(name: str) -> None:
     """What is said to be feasible has a candidate."""
-    assert STATUSES[name]() == printed(published, name)
+    assert STATUSES[name]() == printed(name)
 
 
-def test_every_problem_is_held(published: Any) -> None:
+def test_every_problem_is_held() -> None:
     """By a number, a status or named tests from both sides; or the page says why not."""
     names = {problem.name for problem in published.PROBLEMS}
     untested = {p.name for p in published.PROBLEMS if p.note.startswith("not tested: ")}
@@ -87,7 +66,7 @@ def test_every_problem_is_held(published: Any) -> None:
     assert all(p.found and p.tests for p in published.PROBLEMS if p.name not in untested)
 
 
-def test_no_row_contradicts_the_whole_collection(published: Any) -> None:
+def test_no_row_contradicts_the_whole_collection() -> None:
     """What the paragraph on SDPLIB found by hand is not said to have had no data."""
     said = " ".join(published.COLLECTIONS.split()).split("SDPLIB (Borchers 1999) are solved")[1]
     ranges = re.findall(
@@ -108,7 +87,7 @@ def test_no_row_contradicts_the_whole_collection(published: Any) -> None:
     assert by_hand and notes.keys() - by_hand
 
 
-def test_every_test_that_is_named_exists(published: Any) -> None:
+def test_every_test_that_is_named_exists() -> None:
     """A test that is renamed leaves no trace on the page."""
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py")]
     there = {name for text in sources for name in re.findall(r"^def (test_\w+)\(", text, re.M)}

@@ -1,4 +1,4 @@
-"""Guaranteed quadratic cost by PDC: Riccati equations, cvxpy, relaxations, units, bad weights."""
+"""Guaranteed quadratic cost by PDC in both times: Riccati equations, cvxpy, blends, units."""
 
 from __future__ import annotations
 
@@ -9,22 +9,30 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.linalg import solve_continuous_are
+from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
 
-from takagi.lmi import Design, h2_norm, lqr_pdc, lqr_pdc_condition
-from takagi.models import ModelError, TSModel
-from tests.lmi.known_models import cost_of, three_rules
+from takagi.lmi import Design, h2_norm, lqr_pdc, lqr_pdc_condition, structured_pdc
+from takagi.models import ModelError, Premise, TSModel
+from tests.lmi.known_models import cost_of, tanaka_wang_rules, three_rules
 
 Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
 
 
-def two_rules() -> TSModel:
-    """Tanaka and Wang (2001), page 58, with b = 3."""
-    return TSModel(
-        [[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]],
-        [[[1.0], [0.0]], [[3.0], [0.0]]],
-    )
+def sampled(A: Floats, B: Floats, step: float) -> tuple[Floats, Floats]:
+    """Return the step-invariant model of x' = A x + B u."""
+    n, m = B.shape
+    E = expm(step * np.block([[A, B], [np.zeros((m, n + m))]]))
+    return E[:n, :n], E[:n, n:]
+
+
+def two_rules(step: float | None = None) -> TSModel:
+    """Tanaka and Wang (2001), page 58, with b = 3; with ``step`` each rule sampled."""
+    model = tanaka_wang_rules(b=3.0)
+    if step is None:
+        return model
+    rules = [sampled(a, b, step) for a, b in zip(model.A, model.B, strict=True)]
+    return TSModel([a for a, _ in rules], [b for _, b in rules], sample_time=step)
 
 
 def benchmark(name: str) -> tuple[Floats, Floats, Floats, float]:
@@ -60,14 +68,21 @@ def benchmark(name: str) -> tuple[Floats, Floats, Floats, float]:
 
 
 def worst_excess(model: TSModel, design: Design, Q: Floats, R: Floats) -> float:
-    """Return the largest relative eigenvalue of He(P Acl(h)) + Q + K(h)' R K(h) over blends h."""
+    """Return the largest relative eigenvalue over blends h, with G = A(h) - B(h) K(h), of
+
+    He(P G) + Q + K(h)' R K(h), or of G'PG - P + Q + K(h)' R K(h) in discrete time.
+    """
     K, P = design.require()
     h = np.random.default_rng(0).dirichlet(np.ones(len(K)), 200)
     h = np.concatenate([h, np.eye(len(K))])
     A, B, K = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
-    closed = P @ (A - B @ K)
+    loop = A - B @ K
+    closed = P @ loop
+    rate = closed + closed.transpose(0, 2, 1)
+    if model.sample_time is not None:
+        rate = loop.transpose(0, 2, 1) @ closed - P
     spent = Q + K.transpose(0, 2, 1) @ R @ K
-    total = closed + closed.transpose(0, 2, 1) + spent
+    total = rate + spent
     sizes = np.linalg.norm(spent, 2, axis=(1, 2))
     return float((np.linalg.eigvalsh(total)[:, -1] / sizes).max())
 
@@ -103,36 +118,87 @@ def test_one_rule_is_the_linear_quadratic_regulator(seed: int, n: int, rank: int
     np.testing.assert_allclose(design.require()[0][0], K, atol=5e-3 * np.abs(K).max())
 
 
-def test_two_rules_against_cvxpy() -> None:
-    """All pairs written by hand in cvxpy have the same least cost."""
+@settings(max_examples=12)
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.integers(1, 5),
+    m=st.integers(1, 2),
+    step=st.sampled_from([1.0, 1e-2, 1e-4]),
+)
+def test_one_rule_is_the_discrete_regulator(seed: int, n: int, m: int, step: float) -> None:
+    """scipy's discrete Riccati equation gives the same cost, and the gains to its square root."""
+    rng = np.random.default_rng(seed)
+    m = min(m, n)
+    A, B = sampled(rng.standard_normal((n, n)), rng.standard_normal((n, m)), step)
+    F = rng.standard_normal((n, n))
+    Q, R = step * F.T @ F, step * np.eye(m)
+    P = solve_discrete_are(A, B, Q, R)
+    design = lqr_pdc(TSModel([A], B, sample_time=step), Q, R)
+
+    assert cost_of(design) == pytest.approx(float(np.trace(P)), rel=1e-5)
+    K = np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
+    np.testing.assert_allclose(design.require()[0][0], K, atol=5e-3 * np.abs(K).max())
+
+
+def test_a_step_of_nothing_but_gain() -> None:
+    """x+ = 2 x + u, Q = R = 1: P = 2 + sqrt 5 and K = 2 P / (1 + P), by hand."""
+    design = lqr_pdc(TSModel([[[2.0]]], [[1.0]], sample_time=0.1), [[1.0]], [[1.0]])
+    P = 2 + np.sqrt(5)
+
+    assert cost_of(design) == pytest.approx(P, rel=2e-6)
+    assert design.require()[0][0, 0, 0] == pytest.approx(2 * P / (1 + P), rel=1e-4)
+
+
+@pytest.mark.parametrize("step", [1e-2, 1e-4])
+def test_sampled_ever_faster_the_cost_is_the_integral(step: float) -> None:
+    """With weights T Q and T R the cost tends to that of continuous time, to order T."""
+    A, B = np.array([[0.2, 1.0], [-1.0, -0.3]]), np.array([[0.0], [1.0]])
+    limit = float(np.trace(solve_continuous_are(A, B, np.eye(2), np.eye(1))))
+    discrete = TSModel([sampled(A, B, step)[0]], sampled(A, B, step)[1], sample_time=step)
+    design = lqr_pdc(discrete, step * np.eye(2), [[step]])
+
+    assert cost_of(design) == pytest.approx(limit, abs=2 * step + 1e-5 * limit)
+
+
+@pytest.mark.parametrize("step", [None, 0.5])
+def test_two_rules_against_cvxpy(step: float | None) -> None:
+    """All pairs in the Schur form of the literature, by hand in cvxpy, have the same least cost."""
     cp: Any = pytest.importorskip("cvxpy")
-    model = two_rules()
+    model = two_rules(step)
     Q, R = np.diag([1.0, 4.0]), np.array([[0.25]])
     S, W = (cp.Variable((2, 2), symmetric=True) for _ in range(2))
     M = [cp.Variable((1, 2)) for _ in range(2)]
     F, G = np.sqrt(Q), np.sqrt(R)
+    wide, tall = np.zeros((2, 2)), np.zeros((2, 1))
 
     def theta(i: int, j: int) -> Any:
         loop = model.A[i] @ S - model.B[i] @ M[j]
-        zero = np.zeros((2, 1))
-        block = [
-            [loop + loop.T, S @ F.T, M[j].T @ G.T],
-            [F @ S, -np.eye(2), zero],
-            [G @ M[j], zero.T, -np.eye(1)],
-        ]
+        if step is None:
+            block = [
+                [loop + loop.T, S @ F.T, M[j].T @ G.T],
+                [F @ S, -np.eye(2), tall],
+                [G @ M[j], tall.T, -np.eye(1)],
+            ]
+        else:
+            block = [
+                [-S, loop.T, S @ F.T, M[j].T @ G.T],
+                [loop, -S, wide, tall],
+                [F @ S, wide, -np.eye(2), tall],
+                [G @ M[j], tall.T, tall.T, -np.eye(1)],
+            ]
         return cp.bmat(block)
 
-    bound = cp.bmat([[W, np.eye(2)], [np.eye(2), S]])
-    constraints = [bound >> 0, *(-_symmetric(theta(i, i)) >> 0 for i in range(2))]
-    constraints.append(-_symmetric(theta(0, 1) + theta(1, 0)) >> 0)
-    problem = cp.Problem(cp.Minimize(cp.trace(W)), constraints)
+    def below(block: Any) -> Any:
+        return -(block + block.T) / 2 >> 0
+
+    bound = cp.bmat([[W, np.eye(2)], [np.eye(2), S]]) >> 0
+    rules = [below(theta(i, i)) for i in range(2)]
+    problem = cp.Problem(
+        cp.Minimize(cp.trace(W)), [bound, *rules, below(theta(0, 1) + theta(1, 0))]
+    )
     problem.solve(solver="CLARABEL")
 
     assert cost_of(lqr_pdc(model, Q, R)) == pytest.approx(float(problem.value), rel=1e-5)
-
-
-def _symmetric(block: Any) -> Any:
-    return (block + block.T) / 2
 
 
 def test_the_cost_holds_for_every_blend() -> None:
@@ -152,6 +218,24 @@ def test_the_cost_holds_for_every_blend() -> None:
     assert worst_excess(two_rules(), smaller, Q, R) > 0
 
 
+def test_the_cost_holds_for_every_blend_and_along_trajectories() -> None:
+    """V+ - V + x'Qx + u'Ru <= 0 at random memberships; sums along random schedules stay below."""
+    Q, R, model = np.eye(2), np.eye(1), two_rules(0.05)
+    for relaxation in ALL:
+        design = lqr_pdc(model, Q, R, relaxation=relaxation)
+        assert worst_excess(model, design, Q, R) <= 1e-9
+    K, P = design.require()
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        x0 = x = rng.standard_normal(2)
+        total = 0.0
+        for h in rng.dirichlet([0.3, 0.3], 400):
+            u = -np.tensordot(h, K, axes=1) @ x
+            total += float(x @ Q @ x + u @ R @ u)
+            x = np.tensordot(h, model.A, axes=1) @ x + np.tensordot(h, model.B, axes=1) @ u
+        assert total <= x0 @ P @ x0
+
+
 def test_rules_that_can_hardly_be_stabilised() -> None:
     """Three rules, b = -2: costs a thousand times those of one rule alone, or a reasoned no."""
     design = lqr_pdc(three_rules(-2.0), np.eye(2), [[1.0]], relaxation="polya-2")
@@ -165,6 +249,16 @@ def test_rules_that_can_hardly_be_stabilised() -> None:
     assert "decay rate" not in no.answer.diagnosis
 
 
+def test_rules_that_no_gain_serves() -> None:
+    """x+ = 2 x + u and x+ = 2 x - u with one gain: none, and the reason names rules."""
+    model = TSModel([[[2.0]], [[2.0]]], [[[1.0]], [[-1.0]]], sample_time=1.0)
+    no = lqr_pdc(model, [[1.0]], [[1.0]], relaxation="common-gain")
+
+    assert no.status == "infeasible"
+    assert no.gains is None and no.cost is None
+    assert "rule" in no.answer.diagnosis and "decay rate" not in no.answer.diagnosis
+
+
 def test_a_schedule_costs_less_than_one_gain() -> None:
     """Damped more, one gain for all rules exists, and pays for it."""
     plant = three_rules(-2.0)
@@ -175,14 +269,22 @@ def test_a_schedule_costs_less_than_one_gain() -> None:
     assert many < 0.8 * one
 
 
-@pytest.mark.parametrize("states", [np.array([1.0, 1e4]), np.array([3e-5, 0.1])])
-def test_units_of_states_inputs_time_and_cost_do_not_matter(states: Floats) -> None:
+@pytest.mark.parametrize(
+    ("s", "step"),
+    [(np.array([1.0, 1e4]), None), (np.array([3e-5, 0.1]), None), (np.array([1.0, 1e4]), 0.05)],
+)
+def test_units_of_states_inputs_time_and_cost_do_not_matter(s: Floats, step: Any) -> None:
     """In other units the gains are the same law and the cost the same number of cost units."""
-    model, s, tau, rate, unit = two_rules(), states, 1e3, 50.0, 1e-4
+    model, tau, unit = two_rules(step), 1e3, 1e-4
+    rate = 50.0 if step is None else 1.0
     Q, R = np.diag([1.0, 4.0]), np.array([[0.25]])
     plain = lqr_pdc(model, Q, R)
     other = lqr_pdc(
-        TSModel(rate * model.A * s / s[:, None], rate * tau * model.B / s[:, None]),
+        TSModel(
+            rate * model.A * s / s[:, None],
+            rate * tau * model.B / s[:, None],
+            sample_time=step,
+        ),
         unit * Q * s * s[:, None],
         unit * R * tau**2,
         deviations=1 / s,
@@ -228,8 +330,59 @@ def test_weights_that_make_no_sense(change: dict[str, Any], message: str) -> Non
         lqr_pdc_condition(two_rules(), **given_)
 
 
-def test_an_unstable_mode_out_of_reach_is_named() -> None:
+@pytest.mark.parametrize(("mode", "step"), [(0.5, None), (1.1, 0.1)])
+def test_an_unstable_mode_out_of_reach_is_named(mode: float, step: float | None) -> None:
     """No cost is finite where an unstable mode is not moved by the input."""
-    model = TSModel([np.diag([0.5, 1.0])], [[0.0], [1.0]], states=["drift [m]", "speed [m/s]"])
-    with pytest.raises(ModelError, match=r"the mode at 0.5.*drift \[m\]"):
+    states = ["drift [m]", "speed [m/s]"]
+    model = TSModel([np.diag([mode, 1.0])], [[0.0], [1.0]], states=states, sample_time=step)
+    with pytest.raises(ModelError, match=rf"the mode at {mode}.*drift \[m\]"):
         lqr_pdc(model, np.eye(2), [[1.0]])
+
+
+@pytest.fixture
+def model() -> TSModel:
+    """Return four rules over two premises, the input of which depends on one of them."""
+    corners = [(a, b) for a in (0.0, 1.0) for b in (0.0, 1.0)]
+    return TSModel(
+        [[[0.2 + 0.5 * a, 1.0], [0.3 * b, -0.1]] for a, b in corners],
+        [[[0.2 * a], [1.0 + 0.4 * b]] for a, b in corners],
+        premises=[Premise("a", 0, 1), Premise("b", 0, 1)],
+    )
+
+
+def spent(model: TSModel, K: Floats, P: Floats, z: Floats) -> float:
+    """Return lambda_max of V' + x' x + u^2 at premises z."""
+    h = model.memberships(z)
+    gain = np.tensordot(h, K, axes=1)
+    A, B = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.B))
+    moved = P @ (A - B @ gain)
+    return float(np.linalg.eigvalsh(moved + moved.T + np.eye(2) + gain.T @ gain)[-1])
+
+
+def test_a_cost_by_products_of_premises(model: TSModel) -> None:
+    """The rules' products are known to the cost's LMIs, and the bound holds on the whole box."""
+    product = lqr_pdc(model, np.eye(2), np.eye(1), relaxation="product")
+    pairs = lqr_pdc(model, np.eye(2), np.eye(1), relaxation="wang-tanaka-griffin")
+    assert product.cost is not None and pairs.cost is not None
+    assert product.cost <= pairs.cost * (1 + 1e-5)
+    K, P = product.require()
+    grid = np.linspace(0.0, 1.0, 9)
+    worst = max(spent(model, K, P, np.array([a, b])) for a in grid for b in grid)
+    assert worst <= 1e-6 * np.linalg.norm(P)
+
+
+@pytest.mark.slow
+def test_structured_gains_by_products_of_premises(model: TSModel) -> None:
+    found = structured_pdc(
+        model,
+        objective="cost",
+        shared=["low", "low", "high", "high"],
+        Q=np.eye(2),
+        R=np.eye(1),
+        relaxation="product",
+        tolerance=1e-3,
+    )
+    K, P = found.require()
+    assert np.array_equal(K[0], K[1]) and np.array_equal(K[2], K[3])
+    assert found.value == pytest.approx(np.trace(P), rel=1e-9)
+    assert spent(model, K, P, np.array([0.3, 0.8])) <= 1e-6 * np.linalg.norm(P)

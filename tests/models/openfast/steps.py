@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from takagi.models import Floats
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, dynamics, loads
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, advance, loads
 from takagi.models.turbine.loader import nrel5mw
 from takagi.models.turbine.trim import trim
 
@@ -98,7 +98,7 @@ def _run(kind: str, flexible: bool, wind: int) -> tuple[Floats, Floats]:
     states, sent = [state], np.array([point.torque, pitch] * 2)
     for k in range(count):
         ahead = winds[2 * k : 2 * k + 3]
-        states.append(dynamics(plant).advance(states[-1], sent, 0, ahead, STEP))
+        states.append(advance(plant, states[-1], sent, 0, ahead, STEP))
     rows = np.array([rest, *states])
     speeds = np.array([float(wind), *winds[::2]])
     turning, thrust, _ = loads(plant, rows, np.full(len(rows), pitch), speeds)

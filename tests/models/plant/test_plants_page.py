@@ -10,47 +10,41 @@ import pytest
 from takagi.models import ModelError, load_model
 from takagi.models.expressions.parser import FUNCTIONS
 from takagi.models.files.units import parse_unit
+from tests.docs_pages import fenced, text_of
 
-ROOT = Path(__file__).resolve().parents[3]
-
-
-def blocks(language: str) -> list[str]:
-    """The fenced blocks of docs/plants.md in one language."""
-    text = (ROOT / "docs/plants.md").read_text(encoding="utf-8")
-    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
+PAGE = text_of("plants.md")
 
 
 def test_the_pages_example_is_read_and_equals_its_python_form(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """docs/plants.md, followed to the letter; its Python block ends with the assertion."""
-    (tmp_path / "friction.csv").write_text(blocks("csv")[0], encoding="utf-8")
-    (tmp_path / "pendulum.toml").write_text(blocks("toml")[0], encoding="utf-8")
+    (tmp_path / "friction.csv").write_text(fenced(PAGE, "csv")[0], encoding="utf-8")
+    (tmp_path / "pendulum.toml").write_text(fenced(PAGE, "toml")[0], encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     scope: dict[str, object] = {}
 
-    exec(blocks("python")[0], scope)
+    exec(fenced(PAGE, "python")[0], scope)
 
     assert scope["plant"] == load_model("pendulum.toml")
 
 
 def test_the_pages_error_is_what_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "friction.csv").write_text(blocks("csv")[0], encoding="utf-8")
-    wrong = blocks("toml")[0].replace("sin(theta)", "sin(thta)")
+    (tmp_path / "friction.csv").write_text(fenced(PAGE, "csv")[0], encoding="utf-8")
+    wrong = fenced(PAGE, "toml")[0].replace("sin(theta)", "sin(thta)")
     (tmp_path / "pendulum.toml").write_text(wrong, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
 
     with pytest.raises(ModelError) as caught:
         load_model("pendulum.toml")
 
-    assert str(caught.value) == blocks("text")[0].rstrip()
+    assert str(caught.value) == fenced(PAGE, "text")[0].rstrip()
 
 
 def test_the_page_lists_functions_and_units_that_are_read() -> None:
-    page = (ROOT / "docs/plants.md").read_text(encoding="utf-8")
-    listed = re.findall(r"^- (kg, .*|g, t, .*)$", page, flags=re.MULTILINE)
+    listed = re.findall(r"^- (kg, .*|g, t, .*)$", PAGE, flags=re.MULTILINE)
 
-    assert set(FUNCTIONS) <= set(re.findall(r"\w+", page))
+    assert set(FUNCTIONS) <= set(re.findall(r"\w+", PAGE))
     assert len(listed) == 2
     for name in ", ".join(listed).split(", "):
         assert parse_unit(name).text == name

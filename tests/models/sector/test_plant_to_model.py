@@ -19,8 +19,12 @@ from takagi.models import (
     Plant,
     TSModel,
     Variable,
+    interpolate_curve,
+    load_model,
     sector_model,
+    table_function,
 )
+from takagi.models.equations.equations import UNKNOWN, unit_of
 
 Q, P, R, S, U, W = sp.symbols("q p r s u w", real=True)
 NARROW = Interval.of(-1, 1)
@@ -312,3 +316,62 @@ def test_the_derivation_tells_weights_rules_and_vertices() -> None:
     assert "Weights of the premises." in steps
     for number in range(4):
         assert f"{model.A[number, 1, 0]:.6g}" in steps[f"Vertex {number + 1}."]
+
+
+X, V, TURN = sp.symbols("x v q", real=True)
+UNITS = {X: "m", V: "m/s", TURN: "rad"}
+
+
+@pytest.mark.parametrize(
+    ("expression", "unit"),
+    [
+        (sp.sin(TURN) / TURN, "-"),
+        (TURN, "rad"),
+        (V, "m/s"),
+        (X**2, "m^2"),
+        (V**2 / X, "m/s^2"),
+        (sp.sqrt(X), UNKNOWN),
+        (V * sp.sin(2 * TURN), "m/s"),
+        (sp.Abs(V), "m/s"),
+        (X + 3 * X * TURN, "m"),
+        (1 - sp.cos(TURN), "-"),
+        (sp.tanh(10 * V) / V, "s/m"),
+        (2 * X, UNKNOWN),
+        (sp.Rational(2, 3) - sp.cos(TURN) ** 2 / 10, UNKNOWN),
+        (X + V, UNKNOWN),
+        (X * (3 + X), "m^2"),
+        (sp.Symbol("w") * X, UNKNOWN),
+    ],
+)
+def test_units_as_far_as_the_expression_tells(expression: sp.Expr, unit: str) -> None:
+    """A number other than 1 may hide a parameter, so nothing is claimed where one decides."""
+    assert unit_of(expression, UNITS) == unit
+
+
+def test_a_table_tells_its_unit() -> None:
+    """The slope of a force over a length is N/m."""
+    spring = table_function(
+        "spring",
+        interpolate_curve([0, 1, 2, 3, 4], [0, 1, 3, 4, 9]),
+        unit="N",
+        argument_units=("m",),
+    )
+    assert unit_of(spring(X), UNITS) == "kg m/s^2"
+    assert unit_of(spring(X).diff(X), UNITS) == "kg/s^2"
+    assert unit_of(X, {X: "furlong"}) == UNKNOWN
+
+
+def test_premises_of_a_plant_have_the_units_of_their_parameters() -> None:
+    """cart_pole: 1/(4l/3 - a m l cos^2) in 1/m, the rate times a sine in 1/s."""
+    plant = load_model("cart_pole")
+    assert isinstance(plant, Plant)
+    units = {premise.name: premise.unit for premise in sector_model(plant).premises}
+
+    assert units == {"inertia": "1/m", "gravity": "-", "swing": "1/s", "arm": "-"}
+
+
+def test_the_unit_stands_in_the_derivation() -> None:
+    plant = load_model("cart_pole")
+    assert isinstance(plant, Plant)
+
+    assert r"\mathrm{[1/m]}" in getattr(sector_model(plant).derivation, "latex", "")

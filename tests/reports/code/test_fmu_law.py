@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import io
+import shutil
+import subprocess
+import zipfile
 from pathlib import Path
 from random import Random
 
@@ -9,6 +13,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
+from takagi.cli.main import main
+from takagi.reports.code.fmu.description import base_units
 from takagi.reports.code.run import ProgramRun
 from tests.reports.code.fmu_files import exported, fmpy, simulated, sources_alone
 from tests.reports.test_gain_file_alone import plant_file, plant_law, turbine_file
@@ -104,3 +110,152 @@ def test_variables_say_what_they_are(tmp_path: Path) -> None:
     assert variables["status"].type == "UInt32"
     force = units["N"]
     assert (force.kg, force.m, force.s, force.rad) == (1, 1, -2, 0)
+
+
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
+SANITIZED = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+
+
+def names(content: bytes | str) -> list[str]:
+    assert isinstance(content, bytes)
+    return zipfile.ZipFile(io.BytesIO(content)).namelist()
+
+
+@pytest.mark.parametrize(
+    ("unit", "exponents"),
+    [
+        ("rad/s", {"s": -1, "rad": 1}),
+        ("N m", {"kg": 1, "m": 2, "s": -2}),
+        ("N m s^2/rad^2", {"kg": 1, "m": 2, "rad": -2}),
+        ("Pa/s", {"kg": 1, "m": -1, "s": -3}),
+        ("kN", None),
+        ("apples", None),
+    ],
+)
+def test_base_units(unit: str, exponents: dict[str, int] | None) -> None:
+    assert base_units(unit) == exponents
+
+
+@pytest.mark.slow
+def test_equal_files_for_equal_gains(tmp_path: Path) -> None:
+    gains = plant_file("tora", tmp_path)
+
+    assert exported(gains, anew=True)[1].files == exported(gains, anew=True)[1].files
+
+
+def test_sources_alone_where_there_is_no_compiler(tmp_path: Path) -> None:
+    _, made = sources_alone(plant_file("tora", tmp_path))
+
+    assert names(made.files["tora.fmu"]) == [
+        "modelDescription.xml",
+        "sources/buildDescription.xml",
+        "documentation/index.html",
+        "sources/tora.c",
+        "sources/fmi3.c",
+        "sources/tora.h",
+        "sources/runner.h",
+        "sources/model.h",
+    ]
+    assert "no C compiler was found" in made.use["tora.fmu"]
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gains = plant_file("tora", tmp_path)
+    out = tmp_path / "out"
+
+    assert main(["export", str(gains), "--to", "fmu", "--out", str(out)]) == 0
+    assert sorted(one.name for one in out.iterdir()) == ["tora.fmu", "tora_fmi2.fmu"]
+    assert "FMI 3.0 co-simulation: the law" in capsys.readouterr().out
+
+
+DRIVER = """
+#include "fmi3.c"
+
+static void log_message(Environment e, Status status, const char *category, const char *message)
+{
+    (void)e;
+    (void)category;
+    printf("%d %s\\n", status, message);
+}
+
+int main(void)
+{
+    const double bad[] = { 0.0, 1e308, -1e308, 1e-308, NAN, INFINITY, -INFINITY, 0.3 };
+    unsigned seed = 7u;
+    int round;
+    for (round = 0; round < 200; round++) {
+        void *one = fmi3InstantiateCoSimulation("one", MODEL_TOKEN, "", false, false, false, false,
+                                                NULL, 0, NULL, log_message, NULL);
+        double at = 0.0;
+        int k;
+        void *state = NULL;
+        uint8_t bytes[STORED_SIZE];
+        for (k = 0; k < 60; k++) {
+            Reference place;
+            double value;
+            uint32_t status;
+            seed = seed * 1103515245u + 12345u;
+            place = (seed >> 16) % (MODEL_REALS + 3u);
+            value = bad[(seed >> 8) % 8u];
+            (void)fmi3SetFloat64(one, &place, 1, &value, 1);
+            (void)fmi3GetFloat64(one, &place, 1, &value, 1);
+            (void)fmi3GetUInt32(one, &place, 1, &status, 1);
+            if (k == 5) {
+                (void)fmi3EnterInitializationMode(one, false, 0.0, 0.0, false, 0.0);
+            }
+            if (k == 9) {
+                (void)fmi3ExitInitializationMode(one);
+            }
+            if (fmi3DoStep(one, at, 0.001 * (seed >> 24), true, NULL, NULL, NULL, NULL) < 2) {
+                at += 0.001 * (seed >> 24);
+            }
+            if (k % 20 == 19) {
+                (void)fmi3GetFMUState(one, &state);
+                (void)fmi3SerializeFMUState(one, state, bytes, sizeof bytes);
+                bytes[seed % sizeof bytes] ^= (uint8_t)(seed >> 12);
+                if (fmi3DeserializeFMUState(one, bytes, sizeof bytes, &state) == 0 && k == 59) {
+                    (void)fmi3SetFMUState(one, state);
+                    (void)fmi3DoStep(one, at, 0.01, true, NULL, NULL, NULL, NULL);
+                }
+                (void)fmi3FreeFMUState(one, &state);
+            }
+        }
+        fmi3FreeInstance(one);
+    }
+    return 0;
+}
+"""
+
+
+def test_bad_calls_under_sanitizers(tmp_path: Path) -> None:
+    """Values that are not numbers, references that do not exist, states with a damaged byte."""
+    if shutil.which("cc") is None:
+        pytest.skip("no cc on this machine")
+    _, made = sources_alone(plant_file("split_range", tmp_path))
+    content = made.files["split_range.fmu"]
+    assert isinstance(content, bytes)
+    zipfile.ZipFile(io.BytesIO(content)).extractall(tmp_path)
+    sources = tmp_path / "sources"
+    (sources / "driver.c").write_text(DRIVER, encoding="utf-8")
+    law = next(one.name for one in sources.glob("split*.c"))
+    build = ["cc", *STRICT, *SANITIZED, "driver.c", law, "-o", "driver", "-lm"]
+    done = subprocess.run(build, cwd=sources, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+    ran = subprocess.run(
+        ["./driver"], cwd=sources, capture_output=True, text=True, check=False, timeout=300
+    )
+    assert ran.returncode == 0, ran.stderr[-3000:]
+
+
+def test_fmi_2_compiles_without_a_warning(tmp_path: Path) -> None:
+    if shutil.which("cc") is None:
+        pytest.skip("no cc on this machine")
+    _, made = sources_alone(plant_file("tora", tmp_path))
+    content = made.files["tora_fmi2.fmu"]
+    assert isinstance(content, bytes)
+    zipfile.ZipFile(io.BytesIO(content)).extractall(tmp_path)
+    done = subprocess.run(
+        ["cc", *STRICT, "-c", "fmi2.c"], cwd=tmp_path / "sources",
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-3000:]

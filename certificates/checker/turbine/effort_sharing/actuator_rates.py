@@ -35,15 +35,14 @@ from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
     never,
     nonnegative,
     positive,
 )
-from takagi.certificates.checker.kernel.reader import listed, member, number
+from takagi.certificates.checker.kernel.reader import listed, member, number, read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
@@ -56,6 +55,7 @@ from takagi.certificates.checker.turbine.turbine_claim import (
     prerequisite_claim,
     row_bound,
 )
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rates import beyond_words, fed_words
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly, range_around
 

@@ -38,10 +38,9 @@ from functools import cached_property
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
-from takagi.certificates.checker.kernel.reader import listed, member, number
+from takagi.certificates.checker.kernel.reader import listed, member, number, read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.effort_sharing.corners import Corners, Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Settling, Subject
@@ -56,6 +55,7 @@ from takagi.certificates.checker.turbine.turbine_claim import (
     row_bound,
 )
 from takagi.certificates.checker.words.effort_sharing import loop_name, loop_sentence
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rounded import range_within
 
 IN_WIND_CLASS = (

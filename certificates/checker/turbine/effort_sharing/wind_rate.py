@@ -28,7 +28,6 @@ from itertools import chain, pairwise
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
     never,
@@ -41,6 +40,7 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.effort_sharing.loop_claim import IN_WIND_CLASS
 from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.turbine_claim import TurbineClaim, prerequisite_claim
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rates import range_sentence
 from takagi.certificates.checker.words.rounded import at_least, at_most, range_within
 

@@ -47,7 +47,7 @@ MEMBERS: Members = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Region:
     """A region's trim table, premise bounds and gains; gains must not depend on the premise d.
 

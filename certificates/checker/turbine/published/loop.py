@@ -15,9 +15,8 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
-from math import prod
 
 from takagi.certificates.checker.arithmetic.dual import Dual, chained, greater, lesser, still
 from takagi.certificates.checker.arithmetic.interval import (
@@ -141,7 +140,7 @@ class Loop:
     @cached_property
     def partial_weights(self) -> list[Dual]:
         region = self.law.partial
-        trim = self._column(region, region.pitch)
+        trim = self._column(region, "pitch")
         return [_weight(self._speed_premise(region, trim), region.bounds[0])]
 
     @cached_property
@@ -154,7 +153,7 @@ class Loop:
         c, radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
         wind, trim = (
             self._held_wind(region.wind[0], region.wind[-1]),
-            self._column(region, region.speed),
+            self._column(region, "speed"),
         )
         ratio, bounds = self._ratio(region, True, True), self.plant.surface.bounds
         first, second = bounds(ratio, angle.value, 1, 0), bounds(ratio, angle.value, 2, 0)
@@ -179,9 +178,9 @@ class Loop:
         c, radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
         wind, trim = (
             self._held_wind(region.wind[0], region.wind[-1]),
-            self._column(region, region.pitch),
+            self._column(region, "pitch"),
         )
-        speed, bounds = self._column(region, region.speed), self.plant.surface.bounds
+        speed, bounds = self._column(region, "speed"), self.plant.surface.bounds
         ratio = self._ratio(region, False, True)
         angle = hull(trim.value, self.pitch.value)
         first, mixed = bounds(ratio, angle, 0, 1), bounds(ratio, angle, 1, 1)
@@ -208,17 +207,9 @@ class Loop:
         slope = Interval(0 if still_too else ONE, ONE if moving else 0)
         return self.wind.through(enclose(held[0], held[1]), slope)
 
-    def _column(self, region: Region, column: list[Fraction]) -> Dual:
+    def _column(self, region: Region, name: str) -> Dual:
         """Return a column of the trim table at the wind: linear between nodes, held beyond."""
-        low, high = self.ends.wind
-        places = [low, *_between(region.wind, low, high), high]
-        values = [interpolated(region.wind, column, v) for v in places]
-        runs = [
-            (b - a) / (last - first)
-            for first, last, a, b in zip(places, places[1:], values, values[1:], strict=False)
-            if last > first
-        ] or [Fraction(0)]
-        return self.wind.through(enclose(min(values), max(values)), enclose(min(runs), max(runs)))
+        return self.wind.through(*_column_range(region, name, *self.ends.wind))
 
     def _ratio(self, region: Region | None, of_state: bool, of_trim: bool) -> Interval:
         """Return the range of omega R / v for the state's speed, the trim's, or all between.
@@ -226,17 +217,16 @@ class Loop:
         Speeds and (held) wind are lines between the table's nodes, so the ratio is monotone there.
         """
         low, high = self.ends.wind
-        nodes = region.wind if region else []
         first, last = (z[0] for z in self.ends.states)
         r, found = self.ends.widths[0], []
-        for v in [low, *_between(nodes, low, high), high]:
-            at = min(max(v, nodes[0]), nodes[-1]) if region else v
+        for v in _breaks(region, low, high):
+            at, trim = _held_trim(region, v) if region else (v, None)
             if of_state:
                 share = (v - low) / (high - low) if high > low else Fraction(0)
                 middle = first + share * (last - first)
                 found += [(middle - r) / at, (middle + r) / at]
-            if of_trim and region:
-                found.append(interpolated(region.wind, region.speed, v) / at)
+            if of_trim and trim is not None:
+                found.append(trim / at)
         return enclose(min(found) * self.plant.radius, max(found) * self.plant.radius)
 
     # ------------------------------------------------------------------ torque
@@ -360,33 +350,70 @@ def _weight(premise: Dual, bounds: tuple[Fraction, Fraction]) -> Dual:
 
 def blended(region: Region, kind: int, weights: list[Dual]) -> Dual:
     """Return a gain; it is affine in each weight, so the corners of the weights give its range."""
+    table, rises = _gain_tables(region, kind)
+    values = [w.value for w in weights]
+    terms = [
+        (_corner_range(rise, values[:i] + values[i + 1 :]), weight)
+        for i, (rise, weight) in enumerate(zip(rises, weights, strict=True))
+    ]
+    return chained(_corner_range(table, values), *terms)
+
+
+@lru_cache(maxsize=64)
+def _gain_tables(region: Region, kind: int) -> tuple[list[Interval], list[list[Interval]]]:
+    """Return a gain at the corners of its weights in order, and its rises along each weight."""
     table = region.gains[kind]
-    value = _corner_range(table, [w.value for w in weights])
-    terms = []
-    for i, weight in enumerate(weights):
-        rest = [w.value for j, w in enumerate(weights) if j != i]
-        rises = {
-            corner[:i] + corner[i + 1 :]: gain - table[corner[:i] + (0,) + corner[i + 1 :]]
-            for corner, gain in table.items()
+    corners = sorted(table)
+    rises = [
+        [
+            point(table[corner] - table[corner[:i] + (0,) + corner[i + 1 :]])
+            for corner in corners
             if corner[i] == 1
-        }
-        terms.append((_corner_range(rises, rest), weight))
-    return chained(value, *terms)
+        ]
+        for i in range(len(corners[0]))
+    ]
+    return [point(table[corner]) for corner in corners], rises
 
 
-def _corner_range(table: dict[tuple[int, ...], Fraction], weights: list[Interval]) -> Interval:
-    """Return the range of sum over corners of gain times weights, which are from 0 to 1."""
-    gains, unit = {corner: point(gain) for corner, gain in table.items()}, ONE ** len(weights)
-    sums = []
-    for at in product(*weights):
-        shares = {
-            corner: prod(w if up else ONE - w for up, w in zip(corner, at, strict=True))
-            for corner in gains
-        }
-        low = sum(gain.low * shares[corner] for corner, gain in gains.items())
-        high = sum(gain.high * shares[corner] for corner, gain in gains.items())
-        sums.append(Interval(low // unit, -(-high // unit)))
-    return hull(*sums)
+def _corner_range(values: list[Interval], weights: list[Interval]) -> Interval:
+    """Return the range of what is affine in each weight, from its values at their corners."""
+    if not weights:
+        return values[0]
+    half = len(values) // 2
+    ends = []
+    for w in weights[0]:
+        low, high = Interval(ONE - w, ONE - w), Interval(w, w)
+        pairs = zip(values[:half], values[half:], strict=True)
+        ends.append(_corner_range([a * low + b * high for a, b in pairs], weights[1:]))
+    return hull(*ends)
+
+
+def _breaks(region: Region | None, low: Fraction, high: Fraction) -> list[Fraction]:
+    """Return ``low``, the nodes of a region's table between, and ``high``."""
+    nodes = region.wind if region else []
+    return [low, *nodes[bisect_right(nodes, low) : bisect_left(nodes, high)], high]
+
+
+@lru_cache(maxsize=64)
+def _column_range(
+    region: Region, name: str, low: Fraction, high: Fraction
+) -> tuple[Interval, Interval]:
+    """Return the ranges of a column of the trim table, and of its slope, over winds."""
+    column, places = getattr(region, name), _breaks(region, low, high)
+    values = [interpolated(region.wind, column, v) for v in places]
+    runs = [
+        (b - a) / (last - first)
+        for first, last, a, b in zip(places, places[1:], values, values[1:], strict=False)
+        if last > first
+    ] or [Fraction(0)]
+    return enclose(min(values), max(values)), enclose(min(runs), max(runs))
+
+
+@lru_cache(maxsize=64)
+def _held_trim(region: Region, wind: Fraction) -> tuple[Fraction, Fraction]:
+    """Return a wind, held within the trim table, and the table's rotor speed there."""
+    held = min(max(wind, region.wind[0]), region.wind[-1])
+    return held, interpolated(region.wind, region.speed, wind)
 
 
 def interpolated(wind: list[Fraction], column: list[Fraction], at: Fraction) -> Fraction:
@@ -394,10 +421,6 @@ def interpolated(wind: list[Fraction], column: list[Fraction], at: Fraction) -> 
     v = min(max(at, wind[0]), wind[-1])
     k = min(bisect_right(wind, v), len(wind) - 1) - 1
     return column[k] + (v - wind[k]) / (wind[k + 1] - wind[k]) * (column[k + 1] - column[k])
-
-
-def _between(nodes: list[Fraction], low: Fraction, high: Fraction) -> list[Fraction]:
-    return nodes[bisect_right(nodes, low) : bisect_left(nodes, high)]
 
 
 def jacobians(

@@ -22,7 +22,6 @@ from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Decider,
     Obligations,
@@ -44,6 +43,7 @@ from takagi.certificates.checker.turbine.turbine_claim import (
     gaps,
     merged,
 )
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.published import loop_name, loop_sentence, winds_words
 
 MOST_CELLS = 5000

@@ -29,7 +29,6 @@ from fractions import Fraction
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
 from takagi.certificates.checker.kernel.reader import listed, matrix, member, number, numbers
@@ -61,6 +60,7 @@ from takagi.certificates.checker.turbine.turbine_claim import (
     TurbineClaim,
     row_bound,
 )
+from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rounded import range_within
 from takagi.certificates.checker.words.running_loop import loop_name, loop_sentence
 
