@@ -1,6 +1,4 @@
-"""One simulation of a plant: what is simulated, and how.
-
-Simulation of an experiment: LSODA integrates from one jump of a signal to the next.
+"""One simulation of a plant: LSODA integrates from one jump of a signal to the next.
 
 Within a segment everything is continuous, so the integrator's error control is valid.  Where a
 command reaches an end of its range, the right-hand side has a kink; the integrator finds this time
