@@ -303,10 +303,7 @@ def _constant(claim: OverlapClaim) -> list[str]:
 
 
 def _overspeed(runs: Sequence[DesignRun], rated: DesignRun | None) -> list[SummaryRow]:
-    """Return the overspeed that is largest, in the gust at rated wind, and worst of all beside.
-
-    Beside the reference controller's; worse counts from 1 % of rated speed on.
-    """
+    """Return the largest overspeed, the gust's, and the worst beside the reference controller's."""
     if rated is None:
         return []
     by_size = sorted(runs, key=lambda run: -run.law.metrics.overspeed)
