@@ -107,7 +107,7 @@ class Tracking:
 
 def _plant_of(loop: ClaimedLoop) -> Plant:
     form = None if loop.model.derivation is None else loop.model.derivation.form
-    if form is None or form.plant is None or not form.plant.references or loop.gains is None:
+    if form is None or not form.plant.references or loop.gains is None:
         raise ModelError(
             f"model {loop.model.name!r}: it has no references or no gains; a plant file says by "
             "[reference] what follows what"

@@ -78,15 +78,19 @@ def whole(built: Built) -> dict[str, Any]:
 @pytest.fixture(scope="session")
 def short_document(built: Built) -> dict[str, Any]:
     """Return the certificate of six cells around rated wind: the same numbers, fewer winds."""
-    document = deepcopy(built.document)
+    return resealed(cells_from(built.document, SHORT_FROM))
+
+
+def cells_from(document: dict[str, Any], wind: float, count: int = SHORT_CELLS) -> dict[str, Any]:
+    """Return a copy of a certificate with the wind cells from the first node at a wind on."""
+    document = deepcopy(document)
     gains, claim = document["gains"], document["claims"][0]
-    first = next(k for k, v in enumerate(gains["wind"]) if v >= SHORT_FROM)
+    first = next(k for k, v in enumerate(gains["wind"]) if v >= wind)
     for name, column in gains.items():
         if isinstance(column, list):
-            nodes = SHORT_CELLS + (name not in PER_INTERVAL)
-            gains[name] = column[first : first + nodes]
-    claim["cells"] = claim["cells"][first : first + SHORT_CELLS]
-    return resealed(document)
+            gains[name] = column[first : first + count + (name not in PER_INTERVAL)]
+    claim["cells"] = claim["cells"][first : first + count]
+    return document
 
 
 @pytest.fixture

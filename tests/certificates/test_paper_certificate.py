@@ -27,7 +27,6 @@ from takagi.certificates.document.certificate_file import (
     turbine_data,
 )
 from takagi.models import nrel5mw
-from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.law import (
     PublishedLaw,
     PublishedLawName,
@@ -39,8 +38,7 @@ from takagi.models.laws.published.regional_schedule import (
     coupling_filter,
     regional_schedule,
 )
-from takagi.models.turbine.data import rotor_torque
-from tests.paper_models import regional_models
+from tests.paper_models import loop_rate, regional_models
 
 TURBINE = nrel5mw()
 LAWS: tuple[PublishedLawName, PublishedLawName] = ("paper", "paper-two-integrators")
@@ -131,7 +129,7 @@ def test_motions_from_the_boundary_stay_and_settle(name: PublishedLawName) -> No
         assert norm(rest, centre) < 1
 
         def motion(_: float, z: Any, v: float = v) -> Any:
-            return _rate(law, v, z)
+            return loop_rate(law, v, z)
 
         found_path = solve_ivp(motion, (0, 20), start, rtol=1e-9, atol=1e-12, max_step=0.05)
         path = found_path.y.T
@@ -139,14 +137,6 @@ def test_motions_from_the_boundary_stay_and_settle(name: PublishedLawName) -> No
         first = norm(start, rest)
         for t, z in zip(found_path.t, path, strict=True):
             assert norm(z, rest) <= first * np.exp(-found.decay_rate * t) * (1 + 1e-4) + 1e-5
-
-
-def _rate(law: PublishedLaw, wind: float, z: Any) -> Any:
-    seen = Measurement(float(z[0]), float(z[1]), wind)
-    command = law.command(z[2:], seen)
-    torque = float(rotor_torque(TURBINE, z[0], z[1], wind)) - TURBINE.gear_ratio * command.torque
-    drive = (command.pitch - z[1]) / TURBINE.pitch_time_constant
-    return np.array([torque / TURBINE.inertia, drive, *law.state_rate(z[2:], seen)])
 
 
 def test_no_equilibrium_no_proof() -> None:

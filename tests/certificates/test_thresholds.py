@@ -12,6 +12,7 @@ from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import Decay, Poles
 from takagi.lmi import EigenvalueRegion
 from takagi.models import TSModel
+from tests.lmi.known_models import TRUCK_GAINS, truck_trailer
 
 Floats = NDArray[np.float64]
 PROVED, DISPROVED = Verdict.PROVED, Verdict.DISPROVED
@@ -113,18 +114,4 @@ def test_poles_of_a_companion_matrix(inside: EigenvalueRegion, outside: Eigenval
 
 def test_a_loop_with_printed_gains_is_not_stable_by_its_printed_function() -> None:
     """Tanaka & Sano (1994), gains and P with four digits, recalled: no P is proved with these."""
-    length, trailer, speed, step, d = 2.8, 5.5, -1.0, 2.0, 0.01 / np.pi
-
-    def vertex(k: float) -> list[list[float]]:
-        moved = speed * step
-        return [
-            [1 - moved / trailer, 0.0, 0.0],
-            [moved / trailer, 1.0, 0.0],
-            [k * moved**2 / (2 * trailer), k * moved, 1.0],
-        ]
-
-    A = np.array([vertex(1.0), vertex(d)])
-    B = np.array([[[speed * step / length], [0.0], [0.0]]] * 2)
-    K = -np.array([[[1.2837, -0.4139, 0.0201]], [[0.9773, -0.0709, 0.0005]]])
-
-    assert certify(TSModel(A, B, sample_time=step), K, decay_rate=0).verdict is not PROVED
+    assert certify(truck_trailer(), -TRUCK_GAINS, decay_rate=0).verdict is not PROVED

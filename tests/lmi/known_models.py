@@ -57,10 +57,41 @@ def masses_and_spring() -> TSModel:
     return TSModel(A, E=E, C=[[0, 1, 0, 0]], premises=[t1, t2, Premise("t3", 1, 3)])
 
 
-def three_rules(b: float) -> TSModel:
+def tanaka_wang_rules(a: float = 2.5, b: float = 25.0) -> TSModel:
+    """Tanaka and Wang (2001), pages 58 to 60: two rules with parameters a and b."""
+    return TSModel(
+        [[[2.0, -10.0], [1.0, 0.0]], [[a, -10.0], [1.0, 0.0]]],
+        [[[1.0], [0.0]], [[b], [0.0]]],
+    )
+
+
+# Tanaka and Sano (1994): gains of the truck with a trailer as printed, u = K x.
+TRUCK_GAINS = np.array([[[1.2837, -0.4139, 0.0201]], [[0.9773, -0.0709, 0.0005]]])
+
+
+def truck_trailer() -> TSModel:
+    """The truck-trailer of Tanaka and Sano (1994), IEEE Trans. Fuzzy Systems 2(2): two rules.
+
+    l = 2.8 m, L = 5.5 m, v = -1 m/s, T = 2 s; the last row of the second rule times 0.01/pi.
+    """
+    length, trailer, speed, step = 2.8, 5.5, -1.0, 2.0
+    ratio = speed * step / trailer
+
+    def vertex(share: float) -> list[list[float]]:
+        return [
+            [1 - ratio, 0, 0],
+            [ratio, 1, 0],
+            [share * speed * step * ratio / 2, share * speed * step, 1],
+        ]
+
+    B = [[[speed * step / length], [0.0], [0.0]]] * 2
+    return TSModel([vertex(1.0), vertex(0.01 / np.pi)], B, sample_time=step)
+
+
+def three_rules(b: float, a: float = 2.0) -> TSModel:
     """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), with a = 2: separates the relaxations."""
     return TSModel(
-        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]],
+        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-a, -4.33], [0, 0.05]]],
         [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
     )
 

@@ -59,8 +59,8 @@ def plant_certificate(name: str) -> Data:
     return dict(certify(model, gains, claims="all").document)
 
 
-def sampled_certificate() -> Data:
-    """Return all that is claimed of a sampled loop with disturbance, box and output."""
+def sampled_loop() -> tuple[TSModel, Any]:
+    """Return a sampled model with disturbance, box and output, and gains of three digits."""
     model = TSModel(
         [[[1.0, 0.1], [0.1, 1.0]], [[1.0, 0.1], [0.3, 0.95]]],
         [[0.0], [0.1]],
@@ -70,8 +70,7 @@ def sampled_certificate() -> Data:
         box={"p [m]": (-1, 1), "v [m/s]": (-3, 3)},
         sample_time=0.1,
     )
-    gains = np.round(pdc(model, decay_rate=0.3).require()[0], 3)
-    return dict(certify(model, gains, claims="all").document)
+    return model, np.round(pdc(model, decay_rate=0.3).require()[0], 3)
 
 
 def observed_certificate() -> Data:
@@ -116,7 +115,7 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
         "fuzzy gain",
         dict(certify(pushed, claims=[FuzzyL2Gain(rate_bounds=0.2)]).document),
     )
-    yield "sampled", sampled_certificate()
+    yield "sampled", dict(certify(*sampled_loop(), claims="all").document)
     yield (
         "held command",
         dict(certify(cubic(), [[[1.0]], [[1.5]]], claims=[SampledLoop(0.1)]).document),

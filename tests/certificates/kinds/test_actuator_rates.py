@@ -23,6 +23,7 @@ from takagi.certificates.claims.turbine.loop_claims import actuator_rates_claim,
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.data import rotor_torque
+from tests.certificates.conftest import cells_from
 from tests.certificates.kinds.claims import resealed
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
@@ -277,15 +278,9 @@ Document = dict[str, Any]
 
 def narrow(built: Any, wind_filter: float) -> Document:
     """Return the certificate of a few cells, with all claims that hold."""
-    document = deepcopy(built.document)
+    document = cells_from(built.document, FROM, CELLS)
     gains, loop = document["gains"], document["claims"][0]
     gains["wind_filter"] = wind_filter
-    first = next(k for k, v in enumerate(gains["wind"]) if v >= FROM)
-    for name, column in gains.items():
-        if isinstance(column, list):
-            between = name in ("integral_rate", "inertia_feedforward", "feedforward_limit")
-            gains[name] = column[first : first + CELLS + (not between)]
-    loop["cells"] = loop["cells"][first : first + CELLS]
     claims, left_out = loop_claims(document["model"], gains, loop)
     assert not left_out
     return dict(document | {"claims": claims})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,9 @@ import pytest
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.requests import FuzzyL2Gain
 from takagi.lmi import common_lyapunov, hinf_norm
-from takagi.models import ModelError, Premise, TSModel
+from takagi.models import ModelError, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
+from tests.lmi.known_models import masses_and_spring
 
 Data = dict[str, Any]
 
@@ -181,27 +181,12 @@ def test_pieces_prove_what_one_polynomial_does_not() -> None:
     assert verdict_of(model, gains, claim | {"halvings": half}) == "PROVED"
 
 
-def masses() -> TSModel:
-    """Two masses, springs and a damper with three numbers in ranges: ROLMIP manual, table 2."""
-    corners = list(product((2 / 3, 2.0), (0.8, 4 / 3), (1.0, 3.0)))
-    A = [
-        [[0, 0, 1, 0], [0, 0, 0, 1], [-2 * a, a, -a * c, 0], [b, -b, 0, -b * c]]
-        for a, b, c in corners
-    ]
-    return TSModel(
-        np.array(A),
-        E=np.array([[[0.0], [0.0], [a], [0.0]] for a, _, _ in corners]),
-        C=[[0.0, 1.0, 0.0, 0.0]],
-        premises=[Premise("t1", 2 / 3, 2), Premise("t2", 0.8, 4 / 3), Premise("t3", 1, 3)],
-    )
-
-
 def test_the_masses_of_rolmips_manual_are_proved_at_its_number() -> None:
     """1.0540 by P of degree 1 and constant numbers, where one P shows 2.8429.
 
     Below the largest norm of a corner nothing is proved.
     """
-    model = masses()
+    model = masses_and_spring()
     found = certify(model, claims=[FuzzyL2Gain(rate_bounds=0)])
     norms = [hinf_norm(model.A[k], model.E[k], model.C[0]).gain or 0.0 for k in range(8)]
     below = certify(model, claims=[FuzzyL2Gain(gain=0.999 * max(norms), rate_bounds=0)])

@@ -20,6 +20,7 @@ from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
 from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
 from takagi.models.laws.protocol import Measurement
+from tests.certificates.conftest import cells_from
 from tests.certificates.kinds.claims import resealed
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
@@ -30,16 +31,9 @@ FAST = 0.05
 @pytest.fixture(scope="session")
 def known(built: Any) -> dict[str, Any]:
     """Return the short certificate's sister in full load: cells from 14 to 17 m/s, and a claim."""
-    document = deepcopy(built.document)
+    document = cells_from(built.document, 14.0)
     gains, loop = document["gains"], document["claims"][0]
     gains["wind_filter"] = FAST
-    first = next(k for k, v in enumerate(gains["wind"]) if v >= 14.0)
-    count = 6
-    for name, column in gains.items():
-        if isinstance(column, list):
-            per_interval = name in ("integral_rate", "inertia_feedforward", "feedforward_limit")
-            gains[name] = column[first : first + count + (not per_interval)]
-    loop["cells"] = loop["cells"][first : first + count]
     claim = wind_rate_claim(loop, gains["wind_filter"])
     return dict(resealed(document | {"claims": [loop, claim]}))
 

@@ -11,7 +11,12 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
-from takagi.certificates.checker.files.model_content import OtherModel, model_content
+from takagi.certificates.checker.files.model_content import (
+    OtherModel,
+    _is_formula,
+    _is_unit,
+    model_content,
+)
 from takagi.certificates.design.given.kept_model import law_for
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
@@ -357,3 +362,39 @@ def test_what_counts_as_content(tmp_path: Path) -> None:
         "s": {"t": True, "big": "0xab54a98ceb1f0ad2", "when": "2026-01-01"},
         **{"equations": {"source": "x"}, "coefficients": {}},
     }
+
+
+@pytest.mark.parametrize(
+    ("path", "unit"),
+    [
+        (("states", "x", "unit"), True),
+        (("outputs", "y", "unit"), True),
+        (("tables", "cp", "unit"), True),
+        (("tables", "cp", "arguments", 0, "unit"), True),
+        (("blending", "effort", "unit"), True),
+        (("blending", "low", "unit"), False),
+        (("tables", "cp", "arguments", 0, "name"), False),
+        (("equations", "x", "unit"), False),
+        (("unit",), False),
+    ],
+)
+def test_a_unit_stands_only_where_a_file_may_leave_it_out(
+    path: tuple[str | int, ...], unit: bool
+) -> None:
+    assert _is_unit(path) is unit
+
+
+@pytest.mark.parametrize(
+    ("path", "formula"),
+    [
+        (("equations", "x"), True),
+        # An output may be called so.
+        (("outputs", "unit", "expression"), True),
+        (("outputs", "y", "unit"), False),
+        (("blending", "low", "effectiveness"), True),
+        (("blending", "low", "input"), False),
+        (("states", "x", "range"), False),
+    ],
+)
+def test_a_formula_is_told_by_the_last_key(path: tuple[str, ...], formula: bool) -> None:
+    assert _is_formula(path) is formula

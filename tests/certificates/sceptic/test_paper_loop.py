@@ -27,12 +27,10 @@ from takagi.certificates.document.certificate_file import (
     turbine_data,
 )
 from takagi.models import nrel5mw
-from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published import law as model
 from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 from takagi.models.ramps import Shape
-from takagi.models.turbine.data import rotor_torque
-from tests.paper_models import regional_models
+from tests.paper_models import loop_rate, regional_models
 
 Floats = NDArray[np.float64]
 TURBINE = nrel5mw()
@@ -83,15 +81,6 @@ def read_of(name: model.PublishedLawName, shape: Shape) -> tuple[Plant, Publishe
     # A drive of any speed, so that boxes far from rest are not refused for the limit of its rate.
     plant = replace(Plant.read(data["model"]), rate_limit=Fraction(1000))
     return plant, PublishedLaw.read(data["gains"])
-
-
-def field(law: model.PublishedLaw, wind: float, z: Floats) -> Floats:
-    """Return z' of plant and law in floats."""
-    seen = Measurement(float(z[0]), float(z[1]), wind)
-    command = law.command(z[2:], seen)
-    torque = float(rotor_torque(TURBINE, z[0], z[1], wind)) - TURBINE.gear_ratio * command.torque
-    drive = (command.pitch - z[1]) / TURBINE.pitch_time_constant
-    return np.array([torque / TURBINE.inertia, drive, *law.state_rate(z[2:], seen)])
 
 
 def drawn(rng: np.random.Generator, law: PublishedLaw, asked: float) -> Ends:
@@ -161,7 +150,7 @@ def violations(
         looked += 1
         wind = float(rng.uniform(float(ends.wind[0]), float(ends.wind[1])))
         states = points(rng, ends, wind, float(read.pitch_min))
-        rates = np.array([field(law, wind, z) for z in states])
+        rates = np.array([loop_rate(law, wind, z) for z in states])
         for i, (low, high) in enumerate(values):
             found += [(ends, "value", i) for f in rates[:, i] if outside(f, low, high) > 0]
         widths = np.array([float(r) for r in ends.widths])

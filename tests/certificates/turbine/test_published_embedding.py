@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.claims.turbine.published_search import PublishedCell, PublishedSearch
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.law import (
     PublishedLaw,
     PublishedLawName,
@@ -21,8 +20,7 @@ from takagi.models.laws.published.law import (
     published_law,
 )
 from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
-from takagi.models.turbine.data import rotor_torque
-from tests.paper_models import regional_models
+from tests.paper_models import loop_rate, regional_models
 
 Floats = NDArray[np.float64]
 TURBINE = nrel5mw()
@@ -58,15 +56,6 @@ def make_law(name: PublishedLawName, variant: str = "saturated") -> PublishedLaw
 def search(name: PublishedLawName) -> PublishedSearch:
     """Return the search, whose ranges of the loop are the checker's; made once."""
     return PublishedSearch.of(make_law(name))
-
-
-def field(law: PublishedLaw, wind: float, z: Floats) -> Floats:
-    """Return the real loop's derivative, from the law's own run-time code."""
-    seen = Measurement(float(z[0]), float(z[1]), wind)
-    command = law.command(z[2:], seen)
-    torque = float(rotor_torque(TURBINE, z[0], z[1], wind)) - TURBINE.gear_ratio * command.torque
-    drive = (command.pitch - z[1]) / TURBINE.pitch_time_constant
-    return np.array([torque / TURBINE.inertia, drive, *law.state_rate(z[2:], seen)])
 
 
 def centre_line(law: PublishedLaw, wind: tuple[float, float]) -> Floats:
@@ -121,7 +110,7 @@ def test_differences_of_the_real_loop_lie_in_the_family(
             last = np.where(np.arange(len(middle)) == only, last, first)
         first[1], last[1] = max(first[1], 0.0), max(last[1], 0.0)
         step = (last - first) / cell.box
-        found = (field(law, v, last) - field(law, v, first)) / cell.box
+        found = (loop_rate(law, v, last) - loop_rate(law, v, first)) / cell.box
         least = np.where(step > 0, low, high) @ step
         most = np.where(step > 0, high, low) @ step
         # The run-time law's difference quotients for premises are good to about 1e-8.
@@ -137,7 +126,7 @@ def test_the_field_at_the_centre_is_within_its_bound(name: PublishedLawName, win
     for t in np.linspace(0, 1, 9):
         v = cell.wind[0] + t * (cell.wind[1] - cell.wind[0])
         middle = cell.centre[0] + t * (cell.centre[1] - cell.centre[0])
-        found = np.abs(field(law, float(v), middle)) / cell.box
+        found = np.abs(loop_rate(law, float(v), middle)) / cell.box
         assert np.all(found <= cell.disturbance + 1e-6)
 
 

@@ -14,7 +14,7 @@ from takagi.lmi import (
     max_decay_rate,
 )
 from takagi.models import ModelError, TSModel
-from tests.lmi.known_models import rolmip_pair
+from tests.lmi.known_models import TRUCK_GAINS, rolmip_pair, truck_trailer
 
 Floats = NDArray[np.float64]
 
@@ -24,22 +24,10 @@ def book_pair() -> Floats:
     return np.array([[[-0.6, 0.3], [0.1, -0.5]], [[-0.5, 0.2], [0.3, -0.5]]])
 
 
-def truck_trailer() -> Floats:
+def printed_loops() -> Floats:
     """Tanaka and Sano (1994), gains printed to four decimals: G11, G22, (G12 + G21) / 2."""
-    length, trailer, speed, step, d = 2.8, 5.5, -1.0, 2.0, 0.01 / np.pi
-
-    def vertex(k: float) -> list[list[float]]:
-        moved = speed * step
-        return [
-            [1 - moved / trailer, 0, 0],
-            [moved / trailer, 1, 0],
-            [k * moved**2 / (2 * trailer), k * moved, 1],
-        ]
-
-    A = np.array([vertex(1.0), vertex(d)])
-    B = np.array([[speed * step / length], [0.0], [0.0]])
-    F = np.array([[[1.2837, -0.4139, 0.0201]], [[0.9773, -0.0709, 0.0005]]])
-    G = A[:, None] + B @ F[None]
+    model = truck_trailer()
+    G = model.A[:, None] + model.B[:, None] @ TRUCK_GAINS[None]
     return np.array([G[0, 0], G[1, 1], (G[0, 1] + G[1, 0]) / 2])
 
 
@@ -74,7 +62,7 @@ def test_the_rolmip_pair_has_none_and_says_so() -> None:
 
 def test_printed_gains_of_the_truck_are_not_certified() -> None:
     """Each loop is stable by itself, the slowest by 4.5e-5 only; one P for all is not there."""
-    loops = truck_trailer()
+    loops = printed_loops()
     sizes = np.abs(np.linalg.eigvals(loops)).max(axis=1)
     answer = common_lyapunov(loops, sample_time=2.0)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from itertools import product
 from typing import Any
 
 import control
@@ -30,10 +29,12 @@ from takagi.lmi import (
     polynomial_lyapunov_condition,
     robust_hinf_norm,
 )
-from takagi.models import Premise, TSModel, sector_model
+from takagi.models import TSModel, sector_model
 from tests.lmi.compleib import SYSTEMS
+from tests.lmi.known_models import masses_and_spring
 from tests.lmi.norms import third_order
 from tests.lmi.solver.control import control1
+from tests.symbolic_plants import plant_of
 
 GEVP: list[Any] = [[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]]
 B58 = [[[1.0], [0.0]], [[25.0], [0.0]]]
@@ -43,25 +44,6 @@ ROLMIP_PRINTED = [
     [["0.56664", "0.0039574"], ["0.0039574", "0.87634"]],
     [["1.0987", "0.062489"], ["0.062489", "0.45827"]],
 ]
-
-
-def masses_and_spring() -> TSModel:
-    """ROLMIP manual, table 2: t1 in [2/3, 2], t2 in [4/5, 4/3], t3 in [1, 3]."""
-    corners = list(product((2 / 3, 2.0), (0.8, 4 / 3), (1.0, 3.0)))
-    A: list[Any] = [
-        [[0, 0, 1, 0], [0, 0, 0, 1], [-2 * a, a, -a * c, 0], [b, -b, 0, -b * c]]
-        for a, b, c in corners
-    ]
-    return TSModel(
-        A,
-        E=np.array([[[0], [0], [a], [0]] for a, _, _ in corners]),
-        C=[[0, 1, 0, 0]],
-        premises=[
-            Premise("t1", Fraction(2, 3), 2),
-            Premise("t2", "0.8", Fraction(4, 3)),
-            Premise("t3", 1, 3),
-        ],
-    )
 
 
 def two_rules() -> TSModel:
@@ -124,7 +106,9 @@ def least_larger_trace() -> float:
 def level_of_the_cubic() -> float:
     """x' = -x + x^3 on |x| <= 0.99: the largest level of x^2 that is shown to settle."""
     x = sp.Symbol("x")
-    answer = attraction_ellipsoid(sector_model([-x + x**3], [x], box={x: (-0.99, 0.99)}))
+    answer = attraction_ellipsoid(
+        sector_model(plant_of([-x + x**3], [x], box={x: (-0.99, 0.99)}), tolerance="1e-6")
+    )
     assert answer.P is not None
     return float(1 / answer.P[0, 0])
 

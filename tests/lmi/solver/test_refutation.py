@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 
 from takagi.lmi import (
+    LMI,
     Answer,
     Condition,
+    Constant,
     EigenvalueRegion,
+    Term,
+    Unknown,
     common_lyapunov,
     common_lyapunov_condition,
     d_stability_condition,
@@ -29,18 +33,11 @@ from takagi.lmi import (
     rigorous_no,
 )
 from takagi.lmi.gains.requirements.limits import Limits, limits_of
-from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite
+from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite, over_one_denominator
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import three_rules
 
 Floats = NDArray[np.float64]
-
-
-def kim_lee_problem(b: float) -> TSModel:
-    """Return the three-rule problem of Kim and Lee (2000) at a = 2."""
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0.0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0.0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
-    )
 
 
 def saddle() -> TSModel:
@@ -72,8 +69,8 @@ def exactly_solvable(condition: Condition) -> bool:
 )
 def test_rich_relaxations_on_both_sides_of_their_largest_b(relaxation: str, b: float) -> None:
     """Exact gains 1e-3 below, exact multipliers 1e-3 above: b is known to three digits."""
-    below = pdc_condition(kim_lee_problem(b - 1e-3), relaxation=relaxation)
-    above = pdc_condition(kim_lee_problem(b + 1e-3), relaxation=relaxation)
+    below = pdc_condition(three_rules(b - 1e-3), relaxation=relaxation)
+    above = pdc_condition(three_rules(b + 1e-3), relaxation=relaxation)
 
     assert exactly_solvable(below)
     assert exact_no(below) is None
@@ -82,7 +79,7 @@ def test_rich_relaxations_on_both_sides_of_their_largest_b(relaxation: str, b: f
 
 def test_what_a_richer_relaxation_cannot_do_a_poorer_one_cannot_either() -> None:
     """Liu and Zhang contain Kim and Lee, who contain all pairs."""
-    model = kim_lee_problem(3.0)
+    model = three_rules(3.0)
 
     for relaxation in ("liu-zhang", "kim-lee", "wang-tanaka-griffin"):
         assert exact_no(pdc_condition(model, relaxation=relaxation)) is not None
@@ -145,7 +142,7 @@ def test_discrete_time() -> None:
 
 def test_a_cost_for_rules_that_no_gains_stabilise() -> None:
     """The unknown W only ever helps: its multipliers are zero, and with them those beside it."""
-    condition = lqr_pdc_condition(kim_lee_problem(0.0), np.eye(2), np.eye(1))
+    condition = lqr_pdc_condition(three_rules(0.0), np.eye(2), np.eye(1))
     alternative = exact_no(condition)
 
     assert alternative is not None
@@ -235,3 +232,62 @@ def test_an_unsettled_answer_may_still_be_a_no() -> None:
     answer = common_lyapunov(np.array([stable, singular]))
 
     assert rigorous_no(replace(answer, status="unknown")) is not None
+
+
+def scalar(factor: object, value: object) -> Condition:
+    """Return factor * g + value > 0 and g >= 0, which may be touched."""
+    g = Unknown("g", 1, 1)
+    return Condition(
+        name="a number",
+        unknowns=(g,),
+        lmis=(
+            LMI(
+                name="sum",
+                blocks=(1,),
+                terms=(Term(unknown=g, left=np.array([[[factor]]])),),
+                constants=(Constant(value=np.array([[[value]]])),),
+            ),
+            LMI(
+                name="sign",
+                blocks=(1,),
+                terms=(Term(unknown=g, left=np.ones((1, 1, 1))),),
+                strict=False,
+            ),
+        ),
+    )
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_what_is_no_number_is_refused(bad: float) -> None:
+    with pytest.raises(ModelError, match="finite"):
+        exact_no(scalar(-1.0, bad))
+    with pytest.raises(ModelError, match="finite"):
+        exact_no(scalar(bad, 0.0))
+
+
+@pytest.mark.parametrize("value", [2**53 + 1, -(2**62) - 1, 2**63 - 1])
+def test_integers_wider_than_a_mantissa_are_kept(value: int) -> None:
+    numerators, denominator = over_one_denominator(np.array([value, 1]))
+    assert Fraction(int(numerators[0]), denominator) == value
+
+
+def test_a_constant_of_wide_integers_is_not_rounded_to_a_contradiction() -> None:
+    """2^53 + 1 - 2^53 is 1 > 0, and 0 where it is rounded."""
+    whole = 2**53
+    plain = LMI(
+        name="difference",
+        blocks=(1,),
+        terms=(),
+        constants=(
+            Constant(value=np.array([[[whole + 1]]])),
+            Constant(value=np.array([[[-whole]]])),
+        ),
+    )
+    assert exact_no(Condition(name="one", unknowns=(), lmis=(plain,))) is None
+    zero = Constant(value=np.zeros((1, 1, 1)))
+    touched = LMI(name="zero", blocks=(1,), terms=(), constants=(zero,))
+    assert exact_no(Condition(name="zero", unknowns=(), lmis=(touched,))) is not None
+
+
+def test_nothing_is_contradicted_by_nothing() -> None:
+    assert exact_no(Condition(name="nothing", unknowns=(), lmis=())) is None

@@ -10,26 +10,10 @@ from numpy.typing import NDArray
 
 from takagi.lmi import Design, h2_pdc, hinf_pdc, lqr_pdc, observer, pdc
 from takagi.models import ModelError, TSModel
-from tests.lmi.known_models import pendulum
+from tests.lmi.known_models import pendulum, tanaka_wang_rules, three_rules
 
 Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
-
-
-def three_rules(b: float, a: float = 2.0) -> TSModel:
-    """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5): separates the relaxations."""
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-a, -4.33], [0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
-    )
-
-
-def two_rules(b: float = 25.0) -> TSModel:
-    """Tanaka and Wang (2001), page 58."""
-    return TSModel(
-        [[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]],
-        [[[1.0], [0.0]], [[b], [0.0]]],
-    )
 
 
 def blended_rates(model: TSModel, design: Design, seed: int = 0) -> Floats:
@@ -79,7 +63,7 @@ def test_three_rules_are_beyond_the_simple_relaxations(relaxation: str) -> None:
 @pytest.mark.parametrize("relaxation", [*ALL, "polya-0", "polya-3"])
 def test_two_rules_have_gains_by_every_relaxation(relaxation: str) -> None:
     """Tanaka and Wang (2001), page 58: feasible, even with one gain; decay holds for all blends."""
-    model = two_rules()
+    model = tanaka_wang_rules()
     design = pdc(model, decay_rate=0.5, relaxation=relaxation)
 
     assert design.gains is not None and design.gains.shape == (2, 1, 2)

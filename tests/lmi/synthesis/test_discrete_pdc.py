@@ -12,27 +12,9 @@ from scipy.linalg import expm, solve_discrete_are
 from takagi.lmi import Design, expressed, pdc, pdc_condition
 from takagi.lmi.condition.evaluate import margin
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import truck_trailer
 
 Floats = NDArray[np.float64]
-
-
-def truck() -> TSModel:
-    """The truck-trailer of Tanaka and Sano (1994), IEEE Trans. Fuzzy Systems 2(2): two rules.
-
-    l = 2.8 m, L = 5.5 m, v = -1 m/s, T = 2 s; the last row of the second rule times 0.01/pi.
-    """
-    length, trailer, speed, step = 2.8, 5.5, -1.0, 2.0
-    ratio = speed * step / trailer
-
-    def vertex(share: float) -> list[list[float]]:
-        return [
-            [1 - ratio, 0, 0],
-            [ratio, 1, 0],
-            [share * speed * step * ratio / 2, share * speed * step, 1],
-        ]
-
-    B = [[[speed * step / length], [0.0], [0.0]]] * 2
-    return TSModel([vertex(1.0), vertex(0.01 / np.pi)], B, sample_time=step)
 
 
 def sampled_pendulum(step: float) -> TSModel:
@@ -69,10 +51,10 @@ def rate(contraction: float, step: float) -> float:
 
 def test_truck_trailer_from_both_sides() -> None:
     """Tanaka and Sano (1994): with free gains the least contraction lies in [0.99367, 0.99369]."""
-    reached = pdc(truck(), decay_rate=rate(0.9937, 2.0))
-    beyond = pdc(truck(), decay_rate=rate(0.9936, 2.0))
+    reached = pdc(truck_trailer(), decay_rate=rate(0.9937, 2.0))
+    beyond = pdc(truck_trailer(), decay_rate=rate(0.9936, 2.0))
 
-    assert worst_contraction(truck(), reached) <= 0.9937**2
+    assert worst_contraction(truck_trailer(), reached) <= 0.9937**2
     assert beyond.status == "infeasible" and beyond.gains is None
 
 
@@ -80,8 +62,8 @@ def test_truck_trailer_gains_of_four_digits_are_refused() -> None:
     """Tanaka and Sano (1994) as recalled to four digits: V rises at the second rule."""
     F = np.array([[[1.2837, -0.4139, 0.0201]], [[0.9773, -0.0709, 0.0005]]])
     P = np.array([[113.9, -92.61, 2.54], [-92.61, 110.7, -3.038], [2.54, -3.038, 0.5503]])
-    G = truck().A[1] + truck().B[1] @ F[1]
-    condition = pdc_condition(truck())
+    G = truck_trailer().A[1] + truck_trailer().B[1] @ F[1]
+    condition = pdc_condition(truck_trailer())
     Q = np.linalg.inv(P) / np.linalg.eigvalsh(np.linalg.inv(P))[-1]
 
     assert np.linalg.eigvalsh(G.T @ P @ G - P)[-1] == pytest.approx(0.0104, abs=1e-4)
@@ -90,8 +72,8 @@ def test_truck_trailer_gains_of_four_digits_are_refused() -> None:
 
 def test_own_truck_trailer_gains_hold_at_rules_and_pairs() -> None:
     """The margin is recomputed here from gains and P alone: G' P G < P at every pair."""
-    K, P = pdc(truck()).require()
-    A, B = truck().A, truck().B
+    K, P = pdc(truck_trailer()).require()
+    A, B = truck_trailer().A, truck_trailer().B
     pairs = ((0, 0, 0, 0), (1, 1, 1, 1), (0, 1, 1, 0))
     G = [(A[i] - B[i] @ K[j] + A[k] - B[k] @ K[m]) / 2 for i, j, k, m in pairs]
 

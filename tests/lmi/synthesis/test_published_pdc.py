@@ -9,16 +9,9 @@ from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, max_decay_rate, pdc, relaxation_ladder
 from takagi.models import TSModel
+from tests.lmi.known_models import tanaka_wang_rules
 
 Floats = NDArray[np.float64]
-
-
-def two_rules(a: float = 2.5, b: float = 25.0) -> TSModel:
-    """Tanaka and Wang (2001), pages 58 to 60: two rules with parameters a and b."""
-    return TSModel(
-        [[[2.0, -10.0], [1.0, 0.0]], [[a, -10.0], [1.0, 0.0]]],
-        [[[1.0], [0.0]], [[b], [0.0]]],
-    )
 
 
 def cart_pole() -> TSModel:
@@ -52,14 +45,14 @@ def rules_and_pair(model: TSModel, K: Floats) -> Floats:
 
 def test_two_rules_have_gains_even_with_one_gain() -> None:
     """Tanaka and Wang (2001), page 58, a = 2.5, b = 25: feasible, by every relaxation."""
-    for result in relaxation_ladder(two_rules()).results:
+    for result in relaxation_ladder(tanaka_wang_rules()).results:
         assert result.found, result.relaxation
 
 
 @pytest.mark.parametrize(("a", "b"), [(-3.0, 1.0), (2.5, 25.0), (10.0, 2000.0)])
 def test_two_rules_have_gains_for_every_a_and_b(a: float, b: float) -> None:
     """Tanaka and Wang (2001), page 58: with free gains not a problem that tells methods apart."""
-    model = two_rules(a, b)
+    model = tanaka_wang_rules(a, b)
     K, P = pdc(model).require()
 
     for inside in rules_and_pair(model, K):
@@ -72,8 +65,8 @@ def test_given_gains_have_a_common_function_exactly_below_three(a: float) -> Non
 
     The mean of the cross terms has the last coefficient 10 - 3 (b + 1/b), which is zero at b = 3.
     """
-    below, above = two_rules(a, 3 - 1e-3), two_rules(a, 3 + 1e-3)
-    inside = rules_and_pair(two_rules(a, 3.0), placed(two_rules(a, 3.0)))[2]
+    below, above = tanaka_wang_rules(a, 3 - 1e-3), tanaka_wang_rules(a, 3 + 1e-3)
+    inside = rules_and_pair(tanaka_wang_rules(a, 3.0), placed(tanaka_wang_rules(a, 3.0)))[2]
 
     assert abs(np.linalg.det(inside)) < 1e-9
     assert common_lyapunov(rules_and_pair(below, placed(below))).found
@@ -82,7 +75,7 @@ def test_given_gains_have_a_common_function_exactly_below_three(a: float) -> Non
 
 def test_free_gains_do_what_those_of_placed_poles_cannot() -> None:
     """At b = 25 the placed gains have no common function; designed ones have."""
-    model = two_rules()
+    model = tanaka_wang_rules()
 
     assert common_lyapunov(rules_and_pair(model, placed(model))).status == "infeasible"
     assert common_lyapunov(rules_and_pair(model, pdc(model).require()[0])).found
