@@ -5,16 +5,17 @@ Plain functions that return arrays or conditions; nothing here solves or measure
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi import Condition
-from takagi.lmi.condition.term import LMI, Constant, Term
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_unknown
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.expressions.expression import He, block, identity, matrix, trace
+from takagi.lmi.gains.requirements.closed_loop import gain_unknown
+from takagi.lmi.sums.double_sum import double_sum_of
 from takagi.lmi.sums.relaxations import relaxation_named
 
 Floats = NDArray[np.float64]
@@ -93,65 +94,35 @@ def energy_gain_condition(
     (r, n, m), q, p = B.shape, E.shape[2], C.shape[1]
     Q, gamma = Unknown("Q", n, n, symmetric=True), Unknown("gamma", 1, 1)
     M = gain_unknown(r, m, n, relaxation)
-    one, w, z = np.eye(n)[None], np.eye(q)[None], np.eye(p)[None]
-    member = gain_member(M)
-    loop = DoubleSum(
-        rules=r,
-        blocks=(n, q, p),
-        parts=(
-            SumPart(unknown=Q, left=A, right=one, plus_transpose=True),
-            SumPart(unknown=M, left=-B, right=one, member=member, plus_transpose=True),
-            SumPart(unknown=Q, left=C, right=one, at=(2, 0)),
-            SumPart(unknown=M, left=-D, right=one, member=member, at=(2, 0)),
-            SumPart(unknown=gamma, left=-w, at=(1, 1)),
-            SumPart(unknown=gamma, left=-z, at=(2, 2)),
-        ),
-        fixed=(KnownBlock(value=E, at=(0, 1)),),
+    A_i, B_i = matrix(A, "A_{i}", over="i"), matrix(B, "B_{i}", over="i")
+    C_i, D_i = matrix(C, "C_{i}", over="i"), matrix(D, "D_{i}", over="i")
+    M_j = M.over("j")
+    theta = block(
+        [
+            [He(A_i @ Q - B_i @ M_j), matrix(E, "E_{i}", over="i"), None],
+            [None, -gamma * identity(q), 0],
+            [C_i @ Q - D_i @ M_j, 0, -gamma * identity(p)],
+        ]
     )
-    slack, sums = relaxation_named(relaxation)(loop)
-    scale = (
-        _lmi("Q positive definite", Q, ()),
-        _lmi("scale of Q", Q, (Constant(value=-level * one),), sign=-1, strict=False),
-    )
-    return Condition(
-        name="energy gain, compensation",
+    slack, sums = relaxation_named(relaxation)(double_sum_of(theta << 0, rules=r))
+    return pose(
+        positive_definite(Q),
+        scale_bound(Q, level),
+        *sums,
+        minimise=gamma,
         unknowns=(Q, M, gamma, *slack),
-        lmis=(*scale, *sums),
-        objective={"gamma": np.ones((1, 1, 1))},
+        name="energy gain, compensation",
     )
 
 
 def least_trace_condition(A: Floats) -> Condition:
     """Pose the least tr P with P >= I and A_i' P + P A_i <= 0 at every vertex, (N, n, n)."""
-    N, n = A.shape[:2]
-    P, one = Unknown("P", n, n, symmetric=True), np.eye(n)[None]
+    n = A.shape[1]
+    P = Unknown("P", n, n, symmetric=True)
     size = 2.0 * float(np.linalg.norm(A, axis=(1, 2)).max())
-    vertex = LMI(
-        name="vertex",
-        blocks=(n,),
-        terms=(Term(unknown=P, left=one, right=A, plus_transpose=True),),
-        sign=-1,
-        count=N,
-        weight=size,
-    )
-    return Condition(
+    return pose(
+        (P >> np.eye(n)).named("floor of P"),
+        (He(P @ matrix(A, "A_{i}")) << 0).named("vertex", weight=size),
+        minimise=trace(P),
         name="common Lyapunov function of least trace",
-        unknowns=(P,),
-        lmis=(_lmi("floor of P", P, (Constant(value=-one),)), vertex),
-        objective={"P": one},
-    )
-
-
-def _lmi(
-    name: str,
-    X: Unknown,
-    constants: tuple[Constant, ...],
-    sign: Literal[-1, 1] = 1,
-    *,
-    strict: bool = True,
-) -> LMI:
-    one = np.eye(X.rows)[None]
-    term = Term(unknown=X, left=one, right=one)
-    return LMI(
-        name=name, blocks=(X.rows,), terms=(term,), constants=constants, sign=sign, strict=strict
     )

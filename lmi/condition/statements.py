@@ -181,6 +181,12 @@ def lmi_of(statement: Inequality, name: str = "inequality") -> LMI:
     )
 
 
+def whole_terms(expression: Expression) -> tuple[Term, ...]:
+    """Return a symmetric matrix of unknowns as terms on the whole of an LMI."""
+    summands = (_lowered(*summand) for summand in symmetric_summands(expression))
+    return tuple(replace(term, at=None) for term in summands if isinstance(term, Term))
+
+
 def positive_definite(P: Unknown) -> Inequality:
     """Pose P > 0."""
     return (P >> 0).named(f"{P.name} positive definite")

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from numbers import Real
@@ -565,7 +565,7 @@ def trace(value: object) -> Expression:
     return Expression((1,), (1,), tuple(pieces))
 
 
-def block(rows: Sequence[Sequence[object]]) -> Expression:
+def block(rows: Sequence[Any]) -> Expression:
     """Return a block matrix; None stands for the transpose of the mirrored block, 0 for zeros.
 
     Parameters
@@ -607,6 +607,26 @@ def block(rows: Sequence[Sequence[object]]) -> Expression:
         mirror = grid[i][j] is None
         pieces += [replace(piece, at=(i, j), mirror=mirror) for piece in placed.flat().pieces]
     return Expression(tuple(heights), tuple(widths), tuple(pieces))
+
+
+def symmetric_block(
+    sizes: Sequence[int], cells: Mapping[tuple[int, int], Expression]
+) -> Expression:
+    """Return the symmetric block matrix with these blocks and their mirror images, else zero.
+
+    Parameters
+    ----------
+    sizes : of the diagonal blocks.
+    cells : (block row, block column) -> the block; the mirror image of one below the diagonal is
+        added to the block above it.
+    """
+    pieces: list[Piece] = []
+    for (i, j), cell in cells.items():
+        pieces += [replace(piece, at=(i, j)) for piece in cell.flat().pieces]
+        if i != j:
+            mirrored = cell.flat().T.pieces
+            pieces += [replace(piece, at=(j, i), mirror=True) for piece in mirrored]
+    return Expression(tuple(sizes), tuple(sizes), tuple(pieces))
 
 
 def _zero(entry: object) -> bool:

@@ -41,10 +41,11 @@ import scipy.sparse as sp
 from takagi.lmi.answer import Answer, Design
 from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.evaluate import fractions
-from takagi.lmi.condition.statements import StatedCondition, condition_of
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.statements import StatedCondition, condition_of, lmi_of
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown, triangle
 from takagi.lmi.cone.cone_program import Assembled, Cone, ConeProgram, assemble, unpack
+from takagi.lmi.expressions.expression import Expression, added, matrix
 from takagi.lmi.refutation.exact_algebra import (
     Adjoint,
     adjoint,
@@ -397,34 +398,20 @@ def _below(condition: Condition, value: float | Fraction) -> Condition:
             "that minimises something, or ask exact_no about this one as it is"
         )
     by_name = {unknown.name: unknown for unknown in condition.unknowns}
-    limit = LMI(
-        name="objective",
-        blocks=(1,),
-        terms=tuple(_term(by_name[name], cost) for name, cost in condition.objective.items()),
-        constants=(Constant(value=np.full((1, 1, 1), -value), latex=f"-{float(value):.6g}"),),
-        sign=-1,
-        weight=abs(float(value)) or 1.0,
-    )
-    return Condition(
+    costs = (_cost(by_name[name], cost) for name, cost in condition.objective.items())
+    below = sum(costs, start=-np.array([[value]])) << 0  # type: ignore[call-overload]
+    limit = lmi_of(below.named("objective", weight=abs(float(value)) or 1.0))
+    return replace(
+        condition,
         name=f"{condition.name}, objective below {float(value):.6g}",
-        unknowns=condition.unknowns,
         lmis=(*condition.lmis, limit),
-        parameters=condition.parameters,
-        source=condition.source,
-        equalities=condition.equalities,
+        objective={},
     )
 
 
-def _term(unknown: Unknown, cost: np.ndarray[tuple[int, ...], np.dtype[np.generic]]) -> Term:
+def _cost(unknown: Unknown, cost: Array) -> Expression:
     """Return the sum of entrywise products, column by column: c_j' X e_j."""
     members = np.repeat(np.arange(unknown.count), unknown.cols)
-    columns = np.tile(np.eye(unknown.cols)[:, :, None], (unknown.count, 1, 1))
-    entry_columns = cost.transpose(0, 2, 1).reshape(-1, 1, unknown.rows)
-    return Term(
-        unknown=unknown,
-        left=entry_columns,
-        right=columns,
-        items=np.zeros(len(members), dtype=np.intp),
-        members=members,
-        latex=(r"\langle c, ", r"\rangle"),
-    )
+    c = matrix(cost.transpose(0, 2, 1).reshape(-1, 1, unknown.rows), r"c_j^\top")
+    e = matrix(np.tile(np.eye(unknown.cols)[:, :, None], (unknown.count, 1, 1)), "e_j")
+    return added(c @ unknown.members(members, unknown.symbol) @ e, latex=r"\sum_j")

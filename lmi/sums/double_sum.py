@@ -22,10 +22,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from takagi.lmi.condition.statements import printed_factors, symmetric_summands
+from takagi.lmi.condition.statements import printed_factors, symmetric_summands, whole_terms
 from takagi.lmi.condition.term import LMI, Array, Constant, Labels, Position, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.expression import Inequality
+from takagi.lmi.expressions.expression import Expression, Inequality
 from takagi.lmi.expressions.piece import Piece
 from takagi.lmi.sums.corner_rules import Corners, product_rules
 from takagi.models.arrays import Floats, Indices
@@ -353,7 +353,7 @@ class DoubleSum:
         self,
         name: str,
         summands: Sequence[Summand],
-        slack: Sequence[Term] = (),
+        slack: Expression | None = None,
         *,
         count: int,
         label: Callable[[int], str],
@@ -365,6 +365,7 @@ class DoubleSum:
 
         Parameters
         ----------
+        slack : of the size of Theta, the same for all items or one for each.
         label : a function from k to the name of item k.
         scale : a positive factor, not printed.
         printed : the ratio of the solved sum to the formula that is printed.
@@ -383,7 +384,7 @@ class DoubleSum:
         return LMI(
             name=f"{prefix}{name}",
             blocks=self.blocks,
-            terms=(*terms, *slack),
+            terms=(*terms, *(whole_terms(slack) if slack is not None else ())),
             constants=tuple(constants),
             sign=-1,
             count=count,

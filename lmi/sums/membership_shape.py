@@ -38,9 +38,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.condition.term import LMI, Array, Term
+from takagi.lmi.condition.statements import lmi_of
+from takagi.lmi.condition.term import LMI, Array
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.expression import Expression, matrix
+from takagi.lmi.expressions.expression import Expression, added, matrix
 from takagi.lmi.polynomials import Basis
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, SumPart, double_sum_of
@@ -297,35 +298,26 @@ def _with_multipliers(loop: DoubleSum, b: Floats, i: Indices, j: Indices) -> Sha
             symbol="N_{{i}{j}}",
         ),
     )
-    slack_term = Term(unknown=Sigma, left=eye[None], right=eye[None])
-    less = Term(
-        unknown=N,
-        # (i, j) and (j, i).
-        left=-(np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None] * eye,
-        right=eye[None],
-        items=np.zeros(len(i), dtype=np.intp),
-        members=np.arange(len(i)),
-        latex=("-b_{ij}", ""),
-        symbol="N_{ij}",
-        factor=r"\sum_{i,j}",
-    )
+    # (i, j) and (j, i).
+    shares = matrix((np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None], "b_{ij}")
+    N_ij = N.members(np.arange(len(i)), "N_{ij}")
+    spare = Sigma - added(shares * N_ij, latex=r"\sum_{i,j}")
     name = f"{loop.name}, bounds of memberships" if loop.name else "bounds of memberships"
-    bound = LMI(name=name, blocks=(n,), terms=(slack_term, less), weight=SLACK_SHARE * loop.weight)
+    bound = lmi_of((spare >> 0).named(name, weight=SLACK_SHARE * loop.weight))
     changed = replace(loop, parts=(*loop.parts, *parts))
     return changed, (N, Sigma), (bound, _positive(loop, N))
 
 
 def _positive(loop: DoubleSum, N: Unknown) -> LMI:
     """Return N_k > 0 for every member."""
-    eye = np.eye(N.rows)[None]
     name = "multipliers of memberships"
-    return LMI(
-        name=f"{loop.name}, {name}" if loop.name else name,
-        blocks=(N.rows,),
-        terms=(Term(unknown=N, left=eye, right=eye, members=np.arange(N.count), symbol="N_k"),),
-        count=N.count,
-        weight=SLACK_SHARE * loop.weight,
-        index=rf"k = 1, \dots, {N.count}",
+    positive = N.members(np.arange(N.count), "N_k") >> 0
+    return lmi_of(
+        positive.named(
+            f"{loop.name}, {name}" if loop.name else name,
+            rf"k = 1, \dots, {N.count}",
+            weight=SLACK_SHARE * loop.weight,
+        )
     )
 
 

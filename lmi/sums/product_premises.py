@@ -25,8 +25,9 @@ from math import comb, log2, perm, prod
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Term
+from takagi.lmi.condition.term import LMI
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import Expression, He, added, matrix
 from takagi.lmi.sums.corner_rules import ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, Weights, selections
 from takagi.lmi.sums.slack_matrices import negative_whole, slack_unknown
@@ -317,7 +318,7 @@ def _product_lmi(loop: DoubleSum, degree: int, X: Unknown | None = None) -> LMI:
     return loop.lmi(
         "product of corner weights",
         (sums.summand(_SHARES if degree else _PAIRS),),
-        () if X is None else (_less(loop, sums, X),),
+        None if X is None else _less(loop, sums, X),
         count=sums.count,
         label=label,
         index=_index(simplexes, degree),
@@ -338,20 +339,13 @@ def _index(simplexes: tuple[Simplex, ...], degree: int) -> str:
     return sides + rf",\; c^{{k}}_{{ij}} \propto [w^k] \prod_p (\sum_c w_{{pc}}){power} h_i h_j"
 
 
-def _less(loop: DoubleSum, sums: SimplexCoefficients, X: Unknown) -> Term:
+def _less(loop: DoubleSum, sums: SimplexCoefficients, X: Unknown) -> Expression:
     """Return -X_ij summed as the Theta_ij are; (i, j) and (j, i) appear in the same coefficient."""
     E = selections(loop.rules, loop.size)
     half = sums.i <= sums.j
     i, j = sums.i[half], sums.j[half]
-    # The term is added to its transpose, which the pairs i < j need and i = j has twice.
+    # The sum is added to its transpose, which the pairs i < j need and i = j has twice.
     weight = sums.scale * sums.weight[half] * np.where(i == j, 0.5, 1.0)
-    return Term(
-        unknown=X,
-        left=-weight[:, None, None] * E.transpose(0, 2, 1)[i],
-        right=E[j],
-        at=None,
-        plus_transpose=True,
-        items=sums.item[half],
-        latex=(r"-\tfrac12 E_i^\top", "E_j"),
-        factor=_PAIRS,
-    )
+    E_i = matrix(weight[:, None, None] * E.transpose(0, 2, 1)[i], r"\tfrac12 E_i^\top")
+    blocks = added(E_i @ X @ matrix(E[j], "E_j"), sums.item[half], count=sums.count, latex=_PAIRS)
+    return -He(blocks)

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.condition.term import LMI, Term
+from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.sums.corner_rules import Corners
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, SumPart
@@ -356,24 +356,12 @@ def tanaka_wang(loop: DoubleSum) -> RelaxedSum:
     Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), theorem 2; Tanaka and
     Wang (2001), theorem 9.
     """
-    n, eye, s = loop.size, np.eye(loop.size)[None], loop.most_active
-    Y = slack_unknown(loop, "Y", n)
-    diagonal_slack = Term(
-        unknown=Y,
-        left=(s - 1.0) * eye,
-        right=eye,
-        at=None,
-        latex=("" if s == 2 else f"{s - 1}", ""),
-    )
-    less = Term(unknown=Y, left=-2.0 * eye, right=eye, at=None, latex=("-2", ""))
-    positive = LMI(
-        name=slack_name(loop, "slack"),
-        blocks=(n,),
-        terms=(Term(unknown=Y, left=eye, right=eye),),
-        weight=SLACK_SHARE * loop.weight,
-    )
-    rule_slack = (diagonal_slack,) if s > 1 else ()
-    return (Y,), (*pair_lmis(loop, rule_slack, (less,)), positive)
+    s = loop.most_active
+    Y = slack_unknown(loop, "Y", loop.size)
+    name = slack_name(loop, "slack")
+    positive = lmi_of((Y >> 0).named(name, weight=SLACK_SHARE * loop.weight))
+    rule_slack = (s - 1) * Y if s > 1 else None
+    return (Y,), (*pair_lmis(loop, rule_slack, -2 * Y), positive)
 
 
 def tuan(loop: DoubleSum) -> RelaxedSum:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Term
+from takagi.lmi.condition.statements import lmi_of
+from takagi.lmi.condition.term import LMI
 from takagi.lmi.condition.unknown import Unknown, triangle
+from takagi.lmi.expressions.expression import Expression, He, added, matrix
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, selections
 from takagi.models.arrays import Indices
 
@@ -15,7 +17,7 @@ from takagi.models.arrays import Indices
 SLACK_SHARE = 2.0**-4
 
 
-def rule_lmi(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
+def rule_lmi(loop: DoubleSum, slack: Expression | None = None) -> LMI:
     """Return Theta_ii + slack < 0."""
     r = loop.rules
     i = np.arange(r)
@@ -31,13 +33,13 @@ def rule_lmi(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
 
 
 def pair_lmis(
-    loop: DoubleSum, rule_slack: tuple[Term, ...] = (), cross: tuple[Term, ...] = ()
+    loop: DoubleSum, rule_slack: Expression | None = None, cross: Expression | None = None
 ) -> tuple[LMI, ...]:
     """Return Theta_ii + own < 0, and Theta_ij + Theta_ji + cross < 0 for the pairs i < j that act.
 
     Parameters
     ----------
-    cross : with one contribution for all pairs, or one for each pair of ``loop.pairs()``.
+    cross : the same for all pairs, or one for each of ``loop.pairs()``.
     """
     i, j = loop.pairs()
     if not len(i):
@@ -77,30 +79,19 @@ def kim_lee(loop: DoubleSum) -> RelaxedSum:
     Source: Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), theorem 3.
     """
     r, n = loop.rules, loop.size
-    eye = np.eye(n)[None]
     X = slack_unknown(loop, "X", n, count=triangle(r))
-    member = _places(r)
-    rule_slack = Term(
-        unknown=X,
-        left=-eye,
-        right=eye,
-        at=None,
-        members=np.diag(member),
-        latex=("-", ""),
-        symbol=f"{X.symbol}_{{ii}}",
-    )
+    member, E = _places(r), selections(r, n)
+    X_ii = X.members(np.diag(member), f"{X.symbol}_{{ii}}")
     i, j = loop.pairs()
-    cross = Term(
-        unknown=X,
-        left=-2.0 * eye,
-        right=eye,
-        at=None,
-        members=member[i, j],
-        latex=("-2", ""),
-        symbol=f"{X.symbol}_{{ij}}",
-    )
-    pairs = pair_lmis(loop, (rule_slack,), (cross,) if len(i) else ())
-    return (X,), (*pairs, _whole_of_blocks(loop, X, member))
+    cross = -2 * X.members(member[i, j], f"{X.symbol}_{{ij}}") if len(i) else None
+    E_i = matrix(E, "E_i")
+    blocks = added(E_i @ X_ii @ E_i.T, latex=r"\sum_i")
+    a, b = np.triu_indices(r, 1)
+    if len(a):
+        X_ij = X.members(member[a, b], f"{X.symbol}_{{ij}}")
+        E_a, E_b = matrix(E[a], "E_i"), matrix(E[b], "E_j")
+        blocks += He(added(E_a @ X_ij @ E_b.T, latex=r"\sum_{i<j}"))
+    return (X,), (*pair_lmis(loop, -X_ii, cross), _negative_slack(loop, blocks))
 
 
 def liu_zhang(loop: DoubleSum) -> RelaxedSum:
@@ -113,31 +104,20 @@ def liu_zhang(loop: DoubleSum) -> RelaxedSum:
     r, n = loop.rules, loop.size
     X = slack_unknown(loop, "X", r * n)
     E = selections(r, n)
-    Et = E.transpose(0, 2, 1)
-    rule_slack = Term(unknown=X, left=-Et, right=E, at=None, latex=(r"-E_i^\top", "E_i"))
     i, j = loop.pairs()
-    cross = Term(
-        unknown=X,
-        left=-Et[i],
-        right=E[j],
-        at=None,
-        plus_transpose=True,
-        latex=(r"-E_i^\top", "E_j"),
-    )
-    pairs = pair_lmis(loop, (rule_slack,), (cross,) if len(i) else ())
-    return (X,), (*pairs, negative_whole(loop, X))
+    E_i = matrix(E, "E_i")
+    cross = -He(matrix(E[i], "E_i").T @ X @ matrix(E[j], "E_j")) if len(i) else None
+    return (X,), (*pair_lmis(loop, -E_i.T @ X @ E_i, cross), negative_whole(loop, X))
 
 
 def negative_whole(loop: DoubleSum, X: Unknown) -> LMI:
     """Return X < 0."""
-    eye = np.eye(X.rows)[None]
-    return LMI(
-        name=slack_name(loop, "slack"),
-        blocks=(X.rows,),
-        terms=(Term(unknown=X, left=eye, right=eye),),
-        sign=-1,
-        weight=SLACK_SHARE * loop.weight,
-    )
+    return _negative_slack(loop, X.as_expression())
+
+
+def _negative_slack(loop: DoubleSum, X: Expression) -> LMI:
+    name = slack_name(loop, "slack")
+    return lmi_of((X << 0).named(name, weight=SLACK_SHARE * loop.weight))
 
 
 def _places(rules: int) -> Indices:
@@ -146,39 +126,3 @@ def _places(rules: int) -> Indices:
     member = np.zeros((rules, rules), dtype=np.intp)
     member[i, j] = member[j, i] = np.arange(len(i))
     return member
-
-
-def _whole_of_blocks(loop: DoubleSum, X: Unknown, member: Indices) -> LMI:
-    """Return [X_ij] < 0, block (i, j) and its mirror image being member place[i, j] of X."""
-    r, n = loop.rules, loop.size
-    E = selections(r, n)
-    Et = E.transpose(0, 2, 1)
-    a, b = np.triu_indices(r, 1)
-    diagonal = Term(
-        unknown=X,
-        left=E,
-        right=Et,
-        items=np.zeros(r, dtype=np.intp),
-        members=np.diag(member),
-        latex=("E_i", r"E_i^\top"),
-        symbol=f"{X.symbol}_{{ii}}",
-        factor=r"\sum_i",
-    )
-    cross = Term(
-        unknown=X,
-        left=E[a],
-        right=Et[b],
-        items=np.zeros(len(a), dtype=np.intp),
-        members=member[a, b],
-        plus_transpose=True,
-        latex=("E_i", r"E_j^\top"),
-        symbol=f"{X.symbol}_{{ij}}",
-        factor=r"\sum_{i<j}",
-    )
-    return LMI(
-        name=slack_name(loop, "slack"),
-        blocks=(r * n,),
-        terms=(diagonal, cross) if len(a) else (diagonal,),
-        sign=-1,
-        weight=SLACK_SHARE * loop.weight,
-    )

@@ -41,7 +41,8 @@ from types import MappingProxyType
 import numpy as np
 
 from takagi.lmi.answer import Status, Try
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Equality, Term
+from takagi.lmi.condition.statements import lmi_of, pose
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.decision.decide import decide, optimise
@@ -408,15 +409,8 @@ def _proved(
 def _at_level(condition: Condition, c: float) -> Condition:
     """Return the condition at a fixed level."""
     C = next(unknown for unknown in condition.unknowns if unknown.name == "c")
-    eye = np.ones((1, 1, 1))
-    level = Term(unknown=C, left=eye, right=eye, at=(0, 1))
-    fixed = Equality(
-        name="level",
-        shape=(1, 1),
-        terms=(level,),
-        constants=(Constant(value=-c * eye, at=(0, 1), latex=f"-{c:.6g}"),),
-    )
-    return replace(condition, objective={}, equalities=(*condition.equalities, fixed))
+    fixed = pose((C == np.array([[c]])).named("level")).equalities
+    return replace(condition, objective={}, equalities=(*condition.equalities, *fixed))
 
 
 def _condition(case: Decrease, degree: int, bases: Bases, every: bool) -> Condition:
@@ -438,7 +432,7 @@ def _condition(case: Decrease, degree: int, bases: Bases, every: bool) -> Condit
     return Condition(
         name=f"level of a function of degree {V.degree} in the region of attraction",
         unknowns=unknowns,
-        lmis=tuple(_square(unknown) for unknown in unknowns),
+        lmis=tuple(lmi_of((unknown >> 0).named(_title(unknown.name))) for unknown in unknowns),
         equalities=(level, identity("function", [(W, bases["W"], unit)], V)),
         objective={} if every else {"c": -np.ones((1, 1, 1))},
         source=SOURCE,
@@ -447,11 +441,6 @@ def _condition(case: Decrease, degree: int, bases: Bases, every: bool) -> Condit
 
 def _title(name: str) -> str:
     return f"{name} positive" if name == "c" else f"{name} positive definite"
-
-
-def _square(G: Unknown) -> LMI:
-    eye = np.eye(G.rows)[None]
-    return LMI(name=_title(G.name), blocks=(G.rows,), terms=(Term(unknown=G, left=eye, right=eye),))
 
 
 def _weight(case: Decrease, multiplier: int, every: bool) -> StatePolynomial:

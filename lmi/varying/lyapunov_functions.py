@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -166,60 +165,52 @@ def _condition(
 RATE_SOURCES = "Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006)"
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Question:
-    """Which P(h) is sought, for which motion of h.
+def _fuzzy_condition(
+    loop: VaryingLoop,
+    degrees: Degrees,
+    rates: Sequence[Floats],
+    relaxation: str,
+    form: Form,
+    alpha: float | Fraction,
+) -> Condition:
+    """Return the condition in the loop's states, for rates of |dw/dt| in 1/s, one array a simplex.
 
-    Attributes
-    ----------
-    degrees : of P in each simplex, 0 where h jumps in continuous time.
-    rates : bounds of |dw/dt| in 1/s, one array a simplex.
-    relaxation : "polya-<d>", or a named one.
-    form : "direct" or "dilated".
+    Raises
+    ------
+    ModelError : a relaxation by name of anything but a double sum.
     """
-
-    degrees: Degrees
-    rates: tuple[Floats, ...]
-    relaxation: str
-    form: Form
-
-    @property
-    def polya(self) -> int | None:
-        """Return d of "polya-<d>", or None."""
-        match = re.fullmatch(r"polya-(\d+)", self.relaxation)
-        return int(match[1]) if match else None
-
-    def check(self, loop: VaryingLoop) -> None:
-        """Raise ModelError where what was asked does not go together."""
-        check_form(self.form)
-        relaxation_named(self.relaxation)
-        plain = loop.sample_time is None and self.form == "direct"
-        linear = max(self.degrees) <= 1
-        if self.polya is None and not (plain and linear and loop.K is None):
-            raise ModelError(
-                f"relaxation {self.relaxation} is for a double sum: continuous time, no gains, "
-                'form="direct", degree 1; take "polya-<d>"'
-            )
-
-    def condition(self, loop: VaryingLoop, alpha: float | Fraction) -> Condition:
-        """Return the condition in the loop's states."""
-        self.check(loop)
-        sought = SoughtPolynomial.of(loop, self.degrees, self.rates, polya=self.polya or 0)
-        rate = decay_parameter(alpha, loop.sample_time)
-        statements: Sequence[Inequality | LMI]
-        if self.polya is None and any(self.degrees):
-            statements = _named(sought, loop, self.relaxation, rate)
-        else:
-            statements = form_lmis(sought, self.form, rate)
-        source = SOURCES[self.form]
-        if loop.sample_time is None and any(self.degrees):
-            source = f"{source}; {RATE_SOURCES}"
-        return pose(
-            *statements,
-            parameters=(rate,),
-            name=f"fuzzy Lyapunov function, degree {self.degrees}, {self.relaxation}",
-            source=source,
+    check_form(form)
+    relaxation_named(relaxation)
+    match = re.fullmatch(r"polya-(\d+)", relaxation)
+    double_sum = loop.sample_time is None and form == "direct" and loop.K is None
+    if not match and not (double_sum and max(degrees) <= 1):
+        raise ModelError(
+            f"relaxation {relaxation} is for a double sum: continuous time, no gains, "
+            'form="direct", degree 1; take "polya-<d>"'
         )
+    sought = SoughtPolynomial.of(loop, degrees, rates, polya=int(match[1]) if match else 0)
+    rate = decay_parameter(alpha, loop.sample_time)
+    statements: Sequence[Inequality | LMI] = (
+        form_lmis(sought, form, rate)
+        if match or not any(degrees)
+        else _named(sought, loop, relaxation, rate)
+    )
+    moving = loop.sample_time is None and any(degrees)
+    return pose(
+        *statements,
+        parameters=(rate,),
+        name=f"fuzzy Lyapunov function, degree {degrees}, {relaxation}",
+        source=f"{SOURCES[form]}; {RATE_SOURCES}" if moving else SOURCES[form],
+    )
+
+
+def _degrees_and_rates(
+    loop: VaryingLoop, rate_bounds: RateBounds, degree: int | Sequence[int]
+) -> tuple[Degrees, tuple[Floats, ...]]:
+    """Return the degrees of P, 0 where h jumps in continuous time, and the bounds of |dw/dt|."""
+    rates = membership_rates(loop.space, rate_bounds)
+    degrees = degrees_of(loop.space, degree)
+    return kept_degrees(degrees, rates, discrete=loop.sample_time is not None), rates
 
 
 def _named(
@@ -279,8 +270,9 @@ def fuzzy_lyapunov_condition(
     Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006).
     """
     loop = varying_loop(model, gains, sample_time)
-    question = _question(loop, rate_bounds, degree, relaxation, form)
-    return question.condition(loop, number("decay_rate", decay_rate))
+    degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
+    alpha = number("decay_rate", decay_rate)
+    return _fuzzy_condition(loop, degrees, rates, relaxation, form, alpha)
 
 
 @limited
@@ -339,11 +331,11 @@ def fuzzy_lyapunov(
     discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009).
     """
     loop = varying_loop(model, gains, sample_time)
-    question = _question(loop, rate_bounds, degree, relaxation, form)
+    degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
     alpha = float(number("decay_rate", decay_rate))
     s = loop.units(scales)
     scaled = loop.scaled(s)
-    condition = question.condition(scaled, alpha)
+    condition = _fuzzy_condition(scaled, degrees, rates, relaxation, form, alpha)
     why = scaled.hopeless(alpha)
     if why:
         return no_lyapunov(condition, s, why)
@@ -351,21 +343,4 @@ def fuzzy_lyapunov(
         "lower the rate bounds or the decay rate, raise the degree, or take a richer relaxation "
         '("polya-2")'
     )
-    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, question.degrees), advice)
-
-
-def _question(
-    loop: VaryingLoop,
-    rate_bounds: RateBounds,
-    degree: int | Sequence[int],
-    relaxation: str,
-    form: Form,
-) -> Question:
-    bounds = membership_rates(loop.space, rate_bounds)
-    degrees = degrees_of(loop.space, degree)
-    return Question(
-        degrees=kept_degrees(degrees, bounds, discrete=loop.sample_time is not None),
-        rates=bounds,
-        relaxation=relaxation,
-        form=form,
-    )
+    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, degrees), advice)

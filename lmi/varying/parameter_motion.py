@@ -17,7 +17,7 @@ Peres (2009), Automatica 45(11), for the second.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -202,24 +202,8 @@ def motion_of(
     return discrete_motion(space, degrees, tuple(rate * sample_time for rate in rates))
 
 
-def still_motion(space: Space) -> ParameterMotion:
-    """Return the motion of memberships whose rates do not matter, or are zero."""
-    points = tuple(MotionPoint(k, np.eye(size)) for k, size in enumerate(space.sizes))
-    return ParameterMotion(space.sizes, points, points, space.axes)
-
-
 def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -> ParameterMotion:
-    """Return the motion with |dw/dt| <= rates.
-
-    Parameters
-    ----------
-    degrees : of P; where P has none, velocities do not matter.
-    rates : bounds in 1/s, as from ``membership_rates``.
-
-    Raises
-    ------
-    ModelError : too many corners of velocities to pose.
-    """
+    """Return the motion with |dw/dt| <= rates; as ``motion_of``."""
     corners = [
         velocity_corners(rate) if degree else np.zeros((1, len(rate)))
         for degree, rate in zip(degrees, rates, strict=True)
@@ -230,17 +214,12 @@ def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -
             f"the rates have {count} corners, more than {MOST_CORNERS}; let P depend on fewer "
             "premises (degree 0 in the others), or give inf or 0 for the rates that matter least"
         )
-    return replace(still_motion(space), velocities=tuple(product(*corners)))
+    points = tuple(MotionPoint(k, np.eye(size)) for k, size in enumerate(space.sizes))
+    return ParameterMotion(space.sizes, points, points, space.axes, tuple(product(*corners)))
 
 
 def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> ParameterMotion:
-    """Return the motion with |w(t + T) - w(t)| <= steps.
-
-    Parameters
-    ----------
-    degrees : of P; where P has none, steps do not matter.
-    steps : bounds of one step, one array a simplex.
-    """
+    """Return the motion with |w(t + T) - w(t)| <= steps, one array a simplex."""
     sizes: list[int] = []
     axes: list[str] = []
     now: list[MotionPoint] = []
@@ -257,15 +236,12 @@ def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> 
         else:
             if degree and bound.any():
                 first, second = step_corners(bound)
-                names = _step_names(space, k, first.shape[1])
+                names = tuple(
+                    f"({space.premises[k]} step {c + 1})" if space.premises else f"step{c + 1}"
+                    for c in range(first.shape[1])
+                )
             axes += names
             sizes.append(first.shape[1])
         now.append(MotionPoint(here, first))
         then.append(MotionPoint(next_index, second))
     return ParameterMotion(tuple(sizes), tuple(now), tuple(then), tuple(axes))
-
-
-def _step_names(space: Space, simplex: int, count: int) -> tuple[str, ...]:
-    if not space.premises:
-        return tuple(f"step{c + 1}" for c in range(count))
-    return tuple(f"({space.premises[simplex]} step {c + 1})" for c in range(count))

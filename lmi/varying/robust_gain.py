@@ -185,7 +185,7 @@ def robust_hinf_norm_of_loop(
     feedback = None
     if gains is not None:
         B = input_stack(model, A).astype(np.float64)
-        feedback = _Feedback(B, gain_stack(gains, len(B), B.shape[2], B.shape[1]), D)
+        feedback = B, gain_stack(gains, len(B), B.shape[2], B.shape[1]), D
     space = space_of(model, len(A))
     task = _Path(path, space, membership_rates(space, rate_bounds), feedback)
     return _least(task, degrees_of(space, degree), polya_of(polya), None)
@@ -220,59 +220,48 @@ def _least(path: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Feedback:
-    """u = -K(h) x, which enters by B and is seen by D: (r, n, m), (r, m, n), (r, p, m)."""
-
-    B: Floats
-    K: Floats
-    D: Floats
-
-    def scaled(self, units: ChannelUnits) -> _Feedback:
-        s = units.states
-        return _Feedback(self.B / s[:, None] / units.rate, self.K * s, self.D / units.output)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Path:
-    """A path from disturbance to output, its memberships, and the bounds of their rates."""
+    """A path from disturbance to output, its memberships, and the bounds of their rates.
+
+    With u = -K(h) x, which enters by B and is seen by D, feedback is B, K and D: (r, n, m),
+    (r, m, n), (r, p, m).
+    """
 
     path: DisturbanceChannel
     space: Space
     rates: tuple[Floats, ...]
-    feedback: _Feedback | None = None
+    feedback: tuple[Floats, Floats, Floats] | None = None
 
     @property
     def loop(self) -> VaryingLoop:
-        law = self.feedback
-        B, K = (None, None) if law is None else (law.B, law.K)
+        B, K = (None, None) if self.feedback is None else self.feedback[:2]
         return VaryingLoop(self.path.A, B, K, self.space, self.path.sample_time)
 
     @property
     def at_rules(self) -> DisturbanceChannel:
         """Return the closed loop's path at the rules."""
-        law = self.feedback
-        if law is None:
+        if self.feedback is None:
             return self.path
-        C = self.path.C - law.D @ law.K
-        return replace(self.path, A=self.loop.corners, C=C)
+        _, K, D = self.feedback
+        return replace(self.path, A=self.loop.corners, C=self.path.C - D @ K)
 
     @property
     def output(self) -> Known:
         """Return C(h) of the closed loop, transposed."""
-        C, law = self.space.known(self.path.C), self.feedback
-        if law is not None:
-            C = C - self.space.known(law.D) @ self.space.known(law.K)
+        C = self.space.known(self.path.C)
+        if self.feedback is not None:
+            _, K, D = self.feedback
+            C = C - self.space.known(D) @ self.space.known(K)
         return Known(C.basis, C.values.transpose(0, 2, 1))
 
     def scaled(self, units: ChannelUnits) -> _Path:
         """Return the path in units of order one."""
-        law = self.feedback
-        return _Path(
-            self.path.scaled(units),
-            self.space,
-            tuple(rate / units.rate for rate in self.rates),
-            None if law is None else law.scaled(units),
-        )
+        feedback, s = self.feedback, units.states
+        if feedback is not None:
+            B, K, D = feedback
+            feedback = B / s[:, None] / units.rate, K * s, D / units.output
+        rates = tuple(rate / units.rate for rate in self.rates)
+        return _Path(self.path.scaled(units), self.space, rates, feedback)
 
     def sought(self, degrees: Degrees, polya: int) -> SoughtPolynomial:
         loop = self.loop

@@ -84,7 +84,7 @@ class PdcLaw:
     def blend(self) -> RunTimeBlending | None:
         """The blend of two actuators behind the effort that is commanded; None without one."""
         form = None if self.model.derivation is None else self.model.derivation.form
-        if form is None or form.plant is None:
+        if form is None:
             return None
         from takagi.models.blending.blending import RunTimeBlending, blending_of
 

@@ -66,7 +66,7 @@ def verdict(rows: Sequence[Moved], gains: Iterable[GainSize]) -> str:
     A figure that got worse within the tolerance counts too, because the phrase is about the
     direction of the change; changes within rounding do not count.
     """
-    judged = [(row.change > 0, word_of(row)) for row in rows if not _alike(row)]
+    judged = [(row.change > 0, word_of(row)) for row in rows if abs(row.change) > ROUNDING]
     good = list(dict.fromkeys(word for better, word in judged if better))
     bad = list(dict.fromkeys(word for better, word in judged if not better))
     if good and bad:
@@ -101,10 +101,6 @@ def _summary(compared: CertificateComparison) -> list[str]:
         f"{change.name}: {change.old or 'nothing'} -> {change.new or 'nothing'}"
         for change in compared.summary
     ]
-
-
-def _alike(row: Moved) -> bool:
-    return bool(-ROUNDING <= row.change <= ROUNDING)
 
 
 _LARGEST = 10**300

@@ -19,7 +19,10 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     files = {
         "numbers.csv": csv_text(
             ("name", "value", "unit", "place in gains.json"),
-            ((one.name, str(one.value), one.unit, one.place) for one in single),
+            (
+                (constant.name, str(constant.value), constant.unit, constant.place)
+                for constant in single
+            ),
         )
     }
     use = {"numbers.csv": f"{len(single)} single numbers with units"}

@@ -12,6 +12,7 @@ import pytest
 from takagi.cli import main as command
 from takagi.models import ModelError
 from takagi.models.files.library import data_folder
+from takagi.reports.margins.running_loop import RunningLoops
 from takagi.reports.margins.running_over_wind import Mode, RunningMargins, worst_of_sides
 from takagi.reports.margins.running_search import searched_margins, wind_ranges, winds_between
 from takagi.reports.margins.thresholds import AskedMargins, asked_margins, failed, measured
@@ -198,12 +199,11 @@ def test_the_default_law_has_margins_and_not_any(
 
     found: dict[float, Any] = {}
 
-    def once(*given: Any, computation_time: float, **more: Any) -> Any:
-        if computation_time not in found:
-            found[computation_time] = searched_margins(
-                *given, computation_time=computation_time, **more
-            )
-        return found[computation_time]
+    def once(loops: RunningLoops) -> Any:
+        time = loops.program.computation_time
+        if time not in found:
+            found[time] = searched_margins(loops)
+        return found[time]
 
     monkeypatch.setattr("takagi.reports.simulation.filed_margins.searched_margins", once)
     if reduced:

@@ -15,10 +15,10 @@ from takagi.reports.figures.plant.proved_set import ellipse, planes
 from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_local import local_loops
 from takagi.reports.loops.plant_loop import largest_commands, plant_loop
-from takagi.reports.loops.plant_motion import plant_rate
 from takagi.reports.sections.plant.certificate import set_section
 from takagi.reports.sections.plant.gains import gain_columns
 from takagi.reports.sections.plant.loops import loops_section
+from tests.plant_rates import plant_rate
 from tests.reports.plant_designs import U, V, X, design_of, two_integrators
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole_2rules", "truck_trailer", "dayawansa_martin"

@@ -21,11 +21,12 @@ from takagi.models import Interval, ModelError, Parameter, Plant, Variable, load
 from takagi.models.plant_simulation.signals import Noise, Step
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
-from takagi.reports.loops.plant_motion import around, motions, plant_rate, settling_time, starts
+from takagi.reports.loops.plant_motion import around, motions, settling_time, starts
 from takagi.reports.sections.plant.loops import motion_section
 from takagi.reports.simulation.plant import simulate_plant
 from takagi.reports.simulation.plant_scenario import PlantScenario
 from tests.plant_files import filed_plant
+from tests.plant_rates import plant_rate
 from tests.reports.plant_designs import design_of
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole_2rules", "truck_trailer", "dayawansa_martin"

@@ -99,8 +99,3 @@ def exact(value: Any) -> Fraction:
 
         return sum(constant_bracket(value), Fraction(0)) / 2
     return Fraction(value if isinstance(value, str) else repr(value))
-
-
-def short(value: Fraction) -> Number:
-    """Return the shortest decimal of the nearest float, which a program computes with."""
-    return Number(repr(float(value)))

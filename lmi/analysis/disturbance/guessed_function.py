@@ -190,12 +190,21 @@ def _solved(A: Floats, weight: Floats, sample_time: float | None) -> Floats | No
     """Return P of the Lyapunov equation with -weight on its right; None where A is not stable."""
     poles = np.linalg.eigvals(A)
     stable = poles.real.max() < 0 if sample_time is None else np.abs(poles).max() < 1
-    if not stable:
+    return _lyapunov(A, weight, sample_time) if stable else None
+
+
+def _lyapunov(A: Floats, weight: Floats, sample_time: float | None) -> Floats | None:
+    """Return P with A' P + P A + weight = 0, or A' P A - P + weight = 0; None where there is none.
+
+    Nothing is claimed here: a later check of P shows whether it is accurate enough.
+    """
+    try:
+        if sample_time is None:
+            P = _quiet(solve_continuous_lyapunov, A.T, -weight)
+        else:
+            P = _quiet(solve_discrete_lyapunov, A.T, weight)
+    except np.linalg.LinAlgError:
         return None
-    if sample_time is None:
-        P = np.asarray(solve_continuous_lyapunov(A.T, -weight), dtype=np.float64)
-    else:
-        P = np.asarray(solve_discrete_lyapunov(A.T, weight), dtype=np.float64)
     return (P + P.T) / 2
 
 
@@ -368,19 +377,13 @@ class OneVertex:
 
     def _solved(self, weight: Floats, sigma: float) -> Floats | None:
         """Return Q of the equation with this weight; None where it is not positive."""
-        with warnings.catch_warnings():
-            # Nothing is claimed here: the later check of P shows whether Q is accurate enough.
-            warnings.simplefilter("ignore", RuntimeWarning)
-            try:
-                if self.step is None:
-                    shifted = self.A + 0.5 * sigma * np.eye(len(self.A))
-                    Q = np.asarray(solve_continuous_lyapunov(shifted, -weight), dtype=np.float64)
-                else:
-                    scaled_A = self.A / np.sqrt(1.0 - sigma)
-                    Q = np.asarray(solve_discrete_lyapunov(scaled_A, weight), dtype=np.float64)
-            except np.linalg.LinAlgError:
-                return None
-        Q = (Q + Q.T) / 2.0
+        if self.step is None:
+            A = self.A + 0.5 * sigma * np.eye(len(self.A))
+        else:
+            A = self.A / np.sqrt(1.0 - sigma)
+        Q = _lyapunov(A.T, weight, self.step)
+        if Q is None:
+            return None
         # A disturbance may reach some states only: then Q is singular, and rounding decides.
         good = np.isfinite(Q).all() and np.diag(Q).min() >= -SMALLEST_WEIGHT * np.abs(Q).max()
         return Q if good else None

@@ -27,7 +27,6 @@ Information Sciences 179, for continuous time.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -41,125 +40,13 @@ from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
 from takagi.lmi.gains.decay.condition import size_of_motion, theta_weight
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees
 from takagi.lmi.varying.parameter_space import Space
 from takagi.models.arrays import Floats, Indices
 
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class SoughtGains:
-    """The unknowns, and the rules they are for.
-
-    Attributes
-    ----------
-    A, B : (r, n, n), (r, n, m).
-    P : the Lyapunov matrices; S in discrete time.
-    G, M : slack, one or one a rule; M_j.
-    members : (r,), the member of P for each rule.
-    corners : (r, K), the corner of each simplex that rule i takes.
-    products : the memberships are known to be products over these corners.
-    weight : margin of a double sum for a margin 1 of P.
-    """
-
-    A: Array
-    B: Array
-    P: Unknown
-    G: Unknown
-    M: Unknown
-    members: Indices
-    corners: Indices
-    products: bool
-    weight: float
-
-    @property
-    def rules(self) -> int:
-        return len(self.A)
-
-    @property
-    def P_i(self) -> Expression:
-        """Return the vertex's P, or S."""
-        table = rule_table(self.rules, "vertex", self.members)
-        return self.P.members(table, f"{self.P.symbol}_{{i}}")
-
-    @property
-    def closed(self) -> Expression:
-        """Return A_i G_j - B_i M_j."""
-        A_i, B_i = matrix(self.A, "A_{i}", over="i"), matrix(self.B, "B_{i}", over="i")
-        return A_i @ self.G.over("j") - B_i @ self.M.over("j")
-
-    def sums_of(self, thetas: Sequence[Expression], name: str) -> tuple[DoubleSum, ...]:
-        """Return the double sums of these Theta_ij."""
-        corners = self.corners if self.products else None
-        return double_sums(thetas, name, rules=self.rules, weight=self.weight, corners=corners)
-
-
-def discrete_sums(sought: SoughtGains, contraction: Parameter) -> tuple[DoubleSum, ...]:
-    """Return the module's double sums, one for each next rule."""
-    P, r = sought.P, sought.rules
-    first = contraction * (sought.P_i - He(sought.G.over("j")))
-    following = [
-        P.members(np.full((r, r), member), f"{P.symbol}_{{{number + 1}}}")
-        for number, member in enumerate(sought.members)
-    ]
-    thetas = [block([[first, None], [sought.closed, -P_l]]) for P_l in following]
-    return sought.sums_of(thetas, "next rule")
-
-
-def continuous_sums(
-    sought: SoughtGains,
-    velocities: Sequence[Sequence[Floats]],
-    alpha: Parameter,
-    eps: float,
-    kappa: float,
-) -> tuple[DoubleSum, ...]:
-    """Return the module's double sums, one for each velocity.
-
-    Parameters
-    ----------
-    velocities : corners of dw^k/dt, each one array a simplex.
-    """
-    P, G = sought.P, sought.G
-    c, d = matrix([[kappa / np.sqrt(eps)]], "c"), matrix([[float(np.sqrt(eps))]], "d")
-    first = He(sought.closed) + 2 * alpha * sought.P_i
-    across = c * sought.P_i - (c * G).T + d * sought.closed
-    last = -He(matrix([[kappa]], r"\kappa") * G)
-    rates = (
-        rate_of(P, sought.corners, velocity, members=sought.members) for velocity in velocities
-    )
-    thetas = [block([[first + rate, None], [across, last]]) for rate in rates]
-    return sought.sums_of(thetas, "rates")
-
-
 LARGEST_SLACK = 16.0
-
-
-def effort_bound(sought: SoughtGains, nu: Unknown, *, discrete: bool) -> Inequality:
-    """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; G_j + G_j' - S_i in discrete time."""
-    P, G, M, r = sought.P, sought.G, sought.M, sought.rules
-    i, j = (index.ravel() for index in np.indices((r, r)))
-
-    def of_gain(X: Unknown) -> Expression:
-        return X.members(j, f"{X.symbol}_{{j}}") if X.count > 1 else X.as_expression()
-
-    P_i = P.members(sought.members[i], f"{P.symbol}_i")
-    first = -P_i + He(of_gain(G)) if discrete else P_i
-    effort = block([[first, None], [of_gain(M), nu * np.eye(M.rows)]]) >= 0
-    return effort.named("input effort", rf"i, j = 1, \dots, {r}")
-
-
-def scale_bounds(sought: SoughtGains) -> tuple[Inequality, ...]:
-    """Pose 0 < P_i <= I, and |G| <= 16, which only keeps the slack finite."""
-    size = LARGEST_SLACK * np.eye(sought.P.rows)
-    return (
-        positive_definite(sought.P),
-        scale_bound(sought.P),
-        (block([[size, sought.G], [None, size]]) >= 0).named("scale of G"),
-    )
-
-
 SlackKind: TypeAlias = Literal["common", "rules"]
 
 
@@ -190,45 +77,58 @@ class FuzzyRequest:
         return self.sample_time is not None
 
     @property
-    def kappa(self) -> float:
-        """Return a power of two about the size of A: what time is measured by."""
-        return float(nearest_power(np.array([size_of_motion(self.A, 0.0, None) / 2]))[0])
+    def degrees(self) -> tuple[int, ...]:
+        """Return the degree of P in each simplex; 0 where it may not depend on what jumps."""
+        linear = tuple(int(size > 1) for size in self.space.sizes)
+        return linear if self.discrete else kept_degrees(linear, self.rates, discrete=False)
 
-    def sought(self, alpha: float) -> SoughtGains:
-        """Return the unknowns; P has a member for each rule, or for each that may differ."""
+    @property
+    def members(self) -> Indices:
+        """Return (r,): rules that differ in what may jump only share a member of P."""
+        varying_corners = self.space.corners * np.array(self.degrees, dtype=np.intp)
+        _, members = np.unique(varying_corners, axis=0, return_inverse=True)
+        return np.asarray(members.ravel(), dtype=np.intp)
+
+    @property
+    def P(self) -> Unknown:
+        """Return the Lyapunov matrices; S in discrete time."""
+        n, count = self.A.shape[1], int(self.members.max()) + 1
+        return Unknown("S" if self.discrete else "P", n, n, symmetric=True, count=count)
+
+    @property
+    def G(self) -> Unknown:
+        """Return the slack, one or one a rule."""
+        r, n = self.A.shape[:2]
+        return Unknown("G", n, n, count=r if self.slack == "rules" else 1)
+
+    @property
+    def M(self) -> Unknown:
+        """Return the numerators of the gains."""
         r, n, m = self.B.shape
-        members = self._members()
-        G = Unknown("G", n, n, count=r if self.slack == "rules" else 1)
-        name = "S" if self.discrete else "P"
-        return SoughtGains(
-            A=self.A,
-            B=self.B,
-            P=Unknown(name, n, n, symmetric=True, count=int(members.max()) + 1),
-            G=G,
-            M=gain_unknown(r, m, n, self.relaxation),
-            members=members,
-            corners=self.space.corners,
-            products=bool(self.space.premises),
-            weight=theta_weight(self.A, alpha, self.sample_time),
-        )
+        return gain_unknown(r, m, n, self.relaxation)
 
     def condition(self, alpha: float, eps: float = 1.0) -> Condition:
         """Return the condition; eps is the scalar of continuous time."""
-        sought = self.sought(alpha)
         nu = Unknown("nu", 1, 1, latex=r"\nu")
         rate = decay_parameter(alpha, self.sample_time)
-        if self.discrete:
-            sums = discrete_sums(sought, rate)
-        else:
-            motion = continuous_motion(self.space, self._degrees(), self.rates)
-            sums = continuous_sums(sought, motion.velocities, rate, eps, self.kappa)
+        sums = double_sums(
+            self.next_rules(rate) if self.discrete else self.at_rates(rate, eps),
+            "next rule" if self.discrete else "rates",
+            rules=len(self.A),
+            weight=theta_weight(self.A, alpha, self.sample_time),
+            corners=self.space.corners if self.space.premises else None,
+        )
         relaxed = relaxation_named(self.relaxation)
+        size = LARGEST_SLACK * np.eye(self.A.shape[1])
         return pose(
-            *scale_bounds(sought),
+            positive_definite(self.P),
+            scale_bound(self.P),
+            # This only keeps the slack finite.
+            (block([[size, self.G], [None, size]]) >= 0).named("scale of G"),
             *(lmi for double_sum in sums for lmi in relaxed(double_sum)[1]),
-            effort_bound(sought, nu, discrete=self.discrete),
+            self.effort_bound(nu),
             minimise=nu,
-            unknowns=(sought.P, sought.G, sought.M, nu),
+            unknowns=(self.P, self.G, self.M, nu),
             parameters=(rate,),
             name=f"fuzzy Lyapunov function and gains, {self.relaxation}",
             source="de Oliveira, Bernussou and Geromel (1999); Guerra and Vermeiren (2004)"
@@ -236,16 +136,52 @@ class FuzzyRequest:
             else "Mozelli, Palhares and Avellar (2009)",
         )
 
-    def _degrees(self) -> tuple[int, ...]:
-        linear_degrees = tuple(int(size > 1) for size in self.space.sizes)
-        return (
-            linear_degrees
-            if self.discrete
-            else kept_degrees(linear_degrees, self.rates, discrete=False)
-        )
+    @property
+    def P_i(self) -> Expression:
+        """Return the vertex's P, or S."""
+        table = rule_table(len(self.A), "vertex", self.members)
+        return self.P.members(table, f"{self.P.symbol}_{{i}}")
 
-    def _members(self) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-        """Return (r,): rules that differ in what may jump only share a member of P."""
-        varying_corners = self.space.corners * np.array(self._degrees(), dtype=np.intp)
-        _, members = np.unique(varying_corners, axis=0, return_inverse=True)
-        return np.asarray(members.ravel(), dtype=np.intp)
+    @property
+    def closed(self) -> Expression:
+        """Return A_i G_j - B_i M_j."""
+        A_i, B_i = matrix(self.A, "A_{i}", over="i"), matrix(self.B, "B_{i}", over="i")
+        return A_i @ self.G.over("j") - B_i @ self.M.over("j")
+
+    def next_rules(self, contraction: Parameter) -> list[Expression]:
+        """Return the module's Theta_ij of discrete time, one for each next rule."""
+        S, r = self.P, len(self.A)
+        first = contraction * (self.P_i - He(self.G.over("j")))
+        following = [
+            S.members(np.full((r, r), member), f"S_{{{number + 1}}}")
+            for number, member in enumerate(self.members)
+        ]
+        return [block([[first, None], [self.closed, -S_l]]) for S_l in following]
+
+    def at_rates(self, alpha: Parameter, eps: float) -> list[Expression]:
+        """Return the module's Theta_ij of continuous time, one for each velocity."""
+        # A power of two about the size of A: what time is measured by.
+        size = float(nearest_power(np.array([size_of_motion(self.A, 0.0, None) / 2]))[0])
+        c, d = matrix([[size / np.sqrt(eps)]], "c"), matrix([[float(np.sqrt(eps))]], "d")
+        first = He(self.closed) + 2 * alpha * self.P_i
+        across = c * self.P_i - (c * self.G).T + d * self.closed
+        last = -He(matrix([[size]], r"\kappa") * self.G)
+        velocities = continuous_motion(self.space, self.degrees, self.rates).velocities
+        rates = (
+            rate_of(self.P, self.space.corners, velocity, members=self.members)
+            for velocity in velocities
+        )
+        return [block([[first + rate, None], [across, last]]) for rate in rates]
+
+    def effort_bound(self, nu: Unknown) -> Inequality:
+        """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; He(G_j) - S_i in discrete time."""
+        r = len(self.A)
+        i, j = (index.ravel() for index in np.indices((r, r)))
+
+        def of_gain(X: Unknown) -> Expression:
+            return X.members(j, f"{X.symbol}_{{j}}") if X.count > 1 else X.as_expression()
+
+        P_i = self.P.members(self.members[i], f"{self.P.symbol}_i")
+        first = -P_i + He(of_gain(self.G)) if self.discrete else P_i
+        effort = block([[first, None], [of_gain(self.M), nu * np.eye(self.M.rows)]]) >= 0
+        return effort.named("input effort", rf"i, j = 1, \dots, {r}")

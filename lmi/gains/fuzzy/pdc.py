@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, islice
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -99,6 +100,8 @@ class FuzzyDesign(WithAnswer):
 
 # Bound on the effort nu: the largest margin exists only if every unknown is bounded.
 LARGEST_EFFORT = 1e6
+# More solvers than there are.
+MANY = 99
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,27 +146,22 @@ def searched(
     if fixed is not None:
         return _no_by_fixed_mode(task, units, alpha, fixed[:2])
     tries: tuple[Try, ...] = ()
-    rows = {"nu": LARGEST_EFFORT}
     # Many solvers for one epsilon only: the last, or the first that a single one left open.
-    undecided: Condition | None = None
-    for epsilon in epsilons:
+    undecided: list[float] = []
+    # The list is read when all epsilons have been tried.
+    again = ((epsilon, MANY) for epsilon in islice(undecided, 1))
+    for epsilon, most in chain(((epsilon, 1) for epsilon in epsilons), again):
         condition = task.condition(alpha, epsilon)
         data = assemble(condition)
-        outcome = decide(condition, rows=rows, assembled=data, most=1)
+        outcome = decide(condition, rows={"nu": LARGEST_EFFORT}, assembled=data, most=most)
         tries = (*tries, *outcome.tries)
+        outcome = replace(outcome, tries=tries)
         if outcome.status == "candidate":
-            less = improve(condition, replace(outcome, tries=tries), assembled=data)
+            less = improve(condition, outcome, assembled=data)
             return _design(task, units, condition, less, alpha)
-        if outcome.status == "unknown" and undecided is None:
-            undecided = condition
-    if undecided is not None:
-        condition = undecided
-        outcome = decide(condition, rows=rows)
-        tries = (*tries, *outcome.tries)
-        if outcome.status == "candidate":
-            less = improve(condition, replace(outcome, tries=tries))
-            return _design(task, units, condition, less, alpha)
-    return _design(task, units, condition, replace(outcome, tries=tries), alpha)
+        if outcome.status == "unknown":
+            undecided.append(epsilon)
+    return _design(task, units, condition, outcome, alpha)
 
 
 def _design(
@@ -191,8 +189,7 @@ def _with_gains(
     """Return the design with its law, in the model's units: x = s xhat, u = tau uhat."""
     s, tau, r = units.states, units.inputs, len(task.A)
     G, M = outcome.values["G"], outcome.values["M"]
-    sought = task.sought(plain.decay_rate)
-    lyapunov_members = outcome.values[sought.P.name][sought.members]
+    lyapunov_members = outcome.values[task.P.name][task.members]
     slacks = np.broadcast_to(G * s[:, None], (r, *G.shape[1:])).copy()
     numerators = np.broadcast_to(M * tau[:, None], (r, *M.shape[1:])).copy()
     gains = None

@@ -53,7 +53,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.pole_region import coefficient_latex, region_weight
+from takagi.lmi.analysis.pole_region import region_weight
 from takagi.lmi.argument_checks import decay_parameter
 from takagi.lmi.condition.region import (
     EigenvalueRegion,
@@ -65,9 +65,17 @@ from takagi.lmi.condition.region import (
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
-from takagi.lmi.expressions.expression import He, Parameter, block, matrix
+from takagi.lmi.expressions.expression import (
+    Expression,
+    He,
+    Parameter,
+    block,
+    identity,
+    matrix,
+    symmetric_block,
+)
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart, double_sum_of
+from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
@@ -89,16 +97,6 @@ def without_rounding(K: Floats, Q: Floats) -> Floats:
 def gain_unknown(r: int, m: int, n: int, relaxation: str) -> Unknown:
     """Return M: one member a rule, or a single one for the relaxation "common-gain"."""
     return Unknown("M", m, n, count=1 if relaxation == "common-gain" else r)
-
-
-def gain_member(M: Unknown) -> Member:
-    """Return which member of M appears in Theta_ij."""
-    return "first" if M.count == 1 else "gain"
-
-
-def gain_symbol(M: Unknown) -> str:
-    """Return M or M_j, as LaTeX for a ``SumPart``."""
-    return M.symbol if M.count == 1 else f"{M.symbol}_{{j}}"
 
 
 def closed_loop(
@@ -170,59 +168,19 @@ def _region_sum(
     label: str,
     corners: Indices | None,
 ) -> DoubleSum:
-    L, C = (matrix.astype(np.float64) for matrix in part.matrices)
-    k, n = len(L), A.shape[1]
-    eye = np.eye(n)[None]
-    parts = [
-        SumPart(
-            unknown=Q,
-            left=L[a, b] * eye,
-            right=eye,
-            at=(a, b),
-            latex=(coefficient_latex(L[a, b]), ""),
-        )
-        for a in range(k)
-        for b in range(a, k)
-        if L[a, b]
-    ]
-    for a, b in np.argwhere(C).tolist():
-        parts += _moved(A, B, Q, M, float(C[a, b]), (a, b))
-    return DoubleSum(
-        rules=len(A),
-        blocks=(n,) * k,
-        parts=tuple(parts),
-        weight=region_weight(part, A),
-        name=label,
-        corners=corners,
-    )
-
-
-def _moved(
-    A: Array, B: Array, Q: Unknown, M: Unknown, factor: float, at: tuple[int, int]
-) -> tuple[SumPart, SumPart]:
-    """Return factor G_ij at a block; below the diagonal it stands for its transpose above."""
-    scaled_eye = factor * np.eye(A.shape[1])[None]
-    on_diagonal = at[0] == at[1]
-    return (
-        SumPart(
-            unknown=Q,
-            left=A,
-            right=scaled_eye,
-            at=at,
-            plus_transpose=on_diagonal,
-            latex=(f"{coefficient_latex(factor)}A_{{i}}", ""),
-        ),
-        SumPart(
-            unknown=M,
-            left=-B,
-            right=scaled_eye,
-            at=at,
-            plus_transpose=on_diagonal,
-            member=gain_member(M),
-            latex=(f"{coefficient_latex(-factor)}B_{{i}}", ""),
-            symbol=gain_symbol(M),
-        ),
-    )
+    L, C = (coefficients.astype(np.float64) for coefficients in part.matrices)
+    A_i, B_i = matrix(A, "A_{i}", over="i"), matrix(B, "B_{i}", over="i")
+    G = A_i @ Q - B_i @ M.over("j")
+    cells: dict[tuple[int, int], Expression] = {}
+    for a, b in np.ndindex(L.shape):
+        # A block of G below the diagonal stands for its transpose above it.
+        summands = [L[a, b] * Q] * bool(a <= b and L[a, b])
+        summands += [He(C[a, a] * G) if a == b else C[a, b] * G] * bool(C[a, b])
+        if summands:
+            cells[a, b] = sum(summands[1:], summands[0])
+    theta = symmetric_block((A.shape[1],) * len(L), cells)
+    statement = (theta << 0).named(label, weight=region_weight(part, A))
+    return double_sum_of(statement, rules=len(A), corners=corners)
 
 
 def loop_carrier(loop: DoubleSum, *, discrete: bool = False) -> Array:
@@ -343,63 +301,21 @@ def _covered(
 ) -> DoubleSum:
     """Return the double sum with the rows of one block of the uncertainty below it."""
     first, size = len(loop.blocks), left.shape[1]
-    p, q = channel.D.shape[2], channel.E.shape[1]
-    member: Member = "vertex" if entries[0, 0].count > 1 else "first"
-    parts = list(loop.parts)
-    for a, c, b in np.ndindex(len(left), size, size):
-        if left[a, c]:
-            factor = unit * float(left[a, c])
-            parts.append(
-                SumPart(
-                    unknown=entries[c, b],
-                    member=member,
-                    symbol=f"{entries[c, b].symbol}_{{i}}" if member == "vertex" else "",
-                    left=factor * channel.D,
-                    at=(a, first + b),
-                    latex=(coefficient_latex(factor), f"D_{{{k}{{i}}}}"),
-                )
-            )
-    for c, b in np.argwhere(right).tolist():
-        parts += _driven(Q, M, channel, unit * float(right[c, b]), (first + size + c, b), k)
-    for c, b in np.argwhere(np.triu(np.ones((size, size)))).tolist():
-        for start, width in ((first, p), (first + size, q)):
-            parts.append(
-                SumPart(
-                    unknown=entries[c, b],
-                    member=member,
-                    symbol=f"{entries[c, b].symbol}_{{i}}" if member == "vertex" else "",
-                    left=-(unit**2) * np.eye(width)[None],
-                    at=(start + c, start + b),
-                    latex=(coefficient_latex(-(unit**2)), "I"),
-                )
-            )
-    return replace(loop, blocks=(*loop.blocks, *(p,) * size, *(q,) * size), parts=tuple(parts))
-
-
-def _driven(
-    Q: Unknown, M: Unknown, channel: UncertaintyBlock, factor: float, at: tuple[int, int], k: int
-) -> list[SumPart]:
-    """Return factor (E_i Q - F_i M_j) at a block."""
-    eye = np.eye(Q.rows)[None]
-    parts = [
-        SumPart(
-            unknown=Q,
-            left=factor * channel.E,
-            right=eye,
-            at=at,
-            latex=(f"{coefficient_latex(factor)}E_{{{k}{{i}}}}", ""),
-        )
-    ]
+    sizes = (*loop.blocks, *(channel.D.shape[2],) * size, *(channel.E.shape[1],) * size)
+    D_i = matrix(channel.D, f"D_{{{k}{{i}}}}", over="i")
+    W = matrix(channel.E, f"E_{{{k}{{i}}}}", over="i") @ Q
     if channel.F.any():
-        parts.append(
-            SumPart(
-                unknown=M,
-                left=-factor * channel.F,
-                right=eye,
-                at=at,
-                member=gain_member(M),
-                latex=(f"{coefficient_latex(-factor)}F_{{{k}{{i}}}}", ""),
-                symbol=gain_symbol(M),
-            )
-        )
-    return parts
+        W = W - matrix(channel.F, f"F_{{{k}{{i}}}}", over="i") @ M.over("j")
+    S = {position: unknown.over("i") for position, unknown in entries.items()}
+    cells: dict[tuple[int, int], Expression] = {}
+    for a, b in np.ndindex(len(left), size):
+        summands = [unit * float(left[a, c]) * (S[c, b] * D_i) for c in range(size) if left[a, c]]
+        if summands:
+            cells[a, first + b] = sum(summands[1:], summands[0])
+    for c, b in np.argwhere(right).tolist():
+        cells[first + size + c, b] = unit * float(right[c, b]) * W
+    for c, b in ((c, b) for c, b in np.ndindex(size, size) if c <= b):
+        for start in (first, first + size):
+            cells[start + c, start + b] = -(unit**2) * (S[c, b] * identity(sizes[start]))
+    added = double_sum_of(symmetric_block(sizes, cells) << 0, rules=loop.rules)
+    return replace(loop, blocks=sizes, parts=(*loop.parts, *added.parts))

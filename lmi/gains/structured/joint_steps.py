@@ -8,13 +8,22 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from takagi.lmi.answer import Try
-from takagi.lmi.argument_checks import rate_parameter
+from takagi.lmi.argument_checks import decay_parameter, rate_parameter
 from takagi.lmi.condition.evaluate import margin, rate_of_parameter
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.expressions.expression import (
+    Inequality,
+    block,
+    identity,
+    matrix,
+    placement,
+    trace,
+)
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Objective, Structure, StructuredGains, loop_sum
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
@@ -284,41 +293,25 @@ class StepSearch:
         slack, sums = relaxation_named(self.relaxation)(
             loop_sum(plant, self.objective, P, gamma, gains)
         )
-        eye = np.eye(P.rows)[None]
-        lyapunov_term = Term(unknown=P, left=eye, right=eye)
-        largest = 1.0 if gains.structure is None else LARGEST
-        lmis: tuple[LMI, ...] = (
-            LMI(name="P positive definite", blocks=(P.rows,), terms=(lyapunov_term,)),
-            *sums,
-        )
+        statements: tuple[Inequality | LMI, ...] = (positive_definite(P), *sums)
         if self.objective == "decay_rate" or gains.structure is not None:
-            bound = Constant(value=-largest * eye)
-            lmis += (
-                LMI(
-                    name="scale of P",
-                    blocks=(P.rows,),
-                    terms=(lyapunov_term,),
-                    constants=(bound,),
-                    sign=-1,
-                    strict=False,
-                ),
-            )
+            statements += (scale_bound(P, 1.0 if gains.structure is None else LARGEST),)
         if self.gain_bound is not None and gains.structure is not None:
-            lmis += (_bound_lmi(gains, units, self.gain_bound),)
-        objective, unknowns = {}, (P, *gains.unknowns, *slack)
+            statements += (_bound_lmi(gains, units, self.gain_bound),)
+        unknowns, minimise = (P, *gains.unknowns, *slack), None
         if self.objective == "hinf":
-            unknowns += (gamma,)
-            objective = {"gamma": np.ones((1, 1, 1))}
+            unknowns, minimise = (*unknowns, gamma), +gamma
         elif self.objective == "cost":
             L = np.linalg.solve(units.states, self.deviations)
-            objective = {"P": (L @ L.T / np.trace(L @ L.T))[None]}
-        parameters = {self.rate: 0.0} if self.objective == "decay_rate" else {}
-        return Condition(
-            name=f"structured gains, {self.objective}, {self.relaxation}",
+            minimise = trace((L @ L.T / np.trace(L @ L.T)) @ P)
+        return pose(
+            *statements,
+            minimise=minimise,
             unknowns=unknowns,
-            lmis=lmis,
-            objective=objective,
-            parameters=parameters,
+            parameters=(decay_parameter(0.0, self.plant.sample_time),)
+            if self.objective == "decay_rate"
+            else (),
+            name=f"structured gains, {self.objective}, {self.relaxation}",
         )
 
     def _best(
@@ -364,23 +357,16 @@ class StepSearch:
         return float(np.trace(L.T @ outcome.values["P"][0] @ L))
 
 
-def _bound_lmi(gains: StructuredGains, units: LocalUnits, bound: float) -> LMI:
+def _bound_lmi(gains: StructuredGains, units: LocalUnits, bound: float) -> Inequality:
     """Pose [[I, K_j / b], [K_j' / b, I]] >= 0, |K_j| <= b in the model's units, for each group."""
     assert gains.structure is not None
-    m, n = len(units.inputs), len(units.states)
     back = gains.structure.C @ np.linalg.inv(units.states)
-    count = gains.structure.groups
-    terms = tuple(
-        Term(
-            unknown=row,
-            left=(np.eye(m)[:, [k]] * units.inputs[k] / bound)[None],
-            right=back[gains.structure.pattern[k]][None],
-            at=(0, 1),
-            members=np.arange(count),
-        )
+    inputs, groups = np.diag(units.inputs / bound), np.arange(gains.structure.groups)
+    rows = [
+        matrix(inputs[:, [k]], f"e_{{{k + 1}}}")
+        @ row.members(groups, row.symbol)
+        @ placement(back[gains.structure.pattern[k]])
         for k, row in zip(gains.structure.rows, gains.unknowns, strict=True)
-    )
-    eye = (Constant(value=np.eye(m)[None]), Constant(value=np.eye(n)[None], at=(1, 1)))
-    return LMI(
-        name="gain bound", blocks=(m, n), terms=terms, constants=eye, count=count, weight=1.0
-    )
+    ]
+    gain = block([[identity(len(inputs)), sum(rows[1:], rows[0])], [None, identity(len(back.T))]])
+    return (gain >> 0).named("gain bound")

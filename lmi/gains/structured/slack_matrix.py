@@ -24,25 +24,33 @@ Mozelli, Palhares, Avellar (2009), Information Sciences 179, for such G with a n
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import (
     corners_of,
+    decay_parameter,
     input_stack,
     number,
-    rate_parameter,
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.term import Array, Condition, Position, bounded, positive
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import (
+    Expression,
+    He,
+    block,
+    matrix,
+    placement,
+)
 from takagi.lmi.gains.decay.condition import Controlled, theta_weight
 from takagi.lmi.gains.structured.structure import Structure, structure_of
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import double_sum_of
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -110,21 +118,31 @@ def slack_condition(
         T = np.linalg.inv(_with_complement(structure.C))
         A, B = np.linalg.solve(T, A @ T), np.linalg.solve(T, B)
     Q = Unknown("Q", n, n, symmetric=True)
-    G, M = _rows("G", structure.slack_pattern(), structure), structure.unknowns()
-    forms = _continuous(Q) if step is None else _discrete(Q)
-    loop = DoubleSum(
-        rules=len(A),
-        blocks=(n, n),
-        parts=(*forms, *_moved(A, B, G, M, structure, mu, step), *_own(G, structure, mu, step)),
-        weight=theta_weight(A, alpha, step),
-        corners=corners,
+    rate, M = decay_parameter(alpha, step), structure.unknowns()
+    slack_rows = tuple(
+        Unknown(f"G{a + 1}", 1, int(row.sum()), count=structure.groups, latex=f"g_{{{a + 1}}}")
+        for a, row in enumerate(structure.slack_pattern())
     )
+    G_j = _by_rows(structure, slack_rows, structure.slack_pattern(), range(n), n)
+    inputs, pattern = len(structure.pattern), np.zeros((len(structure.pattern), n), dtype=bool)
+    pattern[:, : structure.pattern.shape[1]] = structure.pattern
+    M_j = _by_rows(structure, M, pattern, structure.rows, inputs)
+    F = matrix(A, "A_{i}", over="i") @ G_j - matrix(B, "B_{i}", over="i") @ M_j
+    if step is None:
+        m = matrix([[mu]], r"\mu")
+        theta = block([[2 * rate * Q + He(F), Q + m * F - G_j.T], [None, -He(m * G_j)]])
+    else:
+        theta = block([[-rate * Q, F], [None, Q - He(G_j)]])
+    statement = (theta << 0).named("", weight=theta_weight(A, alpha, step))
+    loop = double_sum_of(statement, rules=len(A), corners=corners)
     slack, sums = relaxation_named(relaxation)(loop)
-    return Condition(
+    return pose(
+        positive_definite(Q),
+        scale_bound(Q),
+        *sums,
+        unknowns=(Q, *slack_rows, *M, *slack),
+        parameters=(rate,),
         name=f"structured gains with a slack matrix, {relaxation}",
-        unknowns=(Q, *(row for row, _, _ in G), *M, *slack),
-        lmis=(positive(Q), bounded(Q), *sums),
-        parameters=rate_parameter(alpha, step),
         source="de Oliveira, Bernussou, Geromel (1999); Mozelli, Palhares, Avellar (2009)",
     )
 
@@ -145,114 +163,22 @@ def slack_gains(values: Mapping[str, Floats], structure: Structure) -> Floats:
     return structure.assembled(row_gains)
 
 
-# An unknown row, the number of the row, and (columns, n) that puts its entries in their places.
-_Row = tuple[Unknown, int, Array]
-
-
-def _rows(name: str, pattern: Array, structure: Structure) -> list[_Row]:
-    eye = np.eye(len(pattern))
-    return [
-        (
-            Unknown(
-                f"{name}{a + 1}",
-                1,
-                int(measured.sum()),
-                count=structure.groups,
-                latex=f"{name.lower()}_{{{a + 1}}}",
-            ),
-            a,
-            eye[measured],
-        )
-        for a, measured in enumerate(pattern)
-    ]
-
-
-def _moved(
-    A: Array,
-    B: Array,
-    G: list[_Row],
-    M: tuple[Unknown, ...],
+def _by_rows(
     structure: Structure,
-    mu: float,
-    step: float | None,
-) -> list[SumPart]:
-    """Return the parts with F_ij: He(F_ij) and mu F_ij in continuous time, F_ij in discrete."""
-    n = A.shape[1]
-    unit_rows = np.eye(n)
-    rows = [(row, A[:, :, [a]], selector, f"A_{{i}} e_{{{a + 1}}}") for row, a, selector in G]
-    for k, row in zip(structure.rows, M, strict=True):
-        measured = np.flatnonzero(structure.pattern[k])
-        rows.append((row, -B[:, :, [k]], unit_rows[measured], f"-B_{{i}} e_{{{k + 1}}}"))
-    where: list[tuple[Position, float, str]] = [((0, 1), 1.0, "")]
-    if step is None:
-        where = [((0, 0), 1.0, ""), ((0, 1), mu, r"\mu ")]
-    return [
-        SumPart(
-            unknown=row,
-            left=factor * column,
-            right=selector[None],
-            at=at,
-            plus_transpose=at == (0, 0),
-            member=structure.member,
-            latex=(_times(letter, text), _placed(selector, row)),
-            symbol=_of_gain(row),
+    unknowns: Sequence[Unknown],
+    pattern: Array,
+    rows: Iterable[int],
+    height: int,
+) -> Expression:
+    """Return the matrix of a gain whose rows are unknown where the pattern is True, else zero."""
+    columns, eye, summands = np.eye(height), np.eye(pattern.shape[1]), []
+    for k, unknown in zip(rows, unknowns, strict=True):
+        free = eye[pattern[k]]
+        place = placement(free) if pattern[k].all() else matrix(free, f"S_{{{unknown.name}}}")
+        summands.append(
+            matrix(columns[:, [k]], f"e_{{{k + 1}}}") @ structure.of_gain(unknown) @ place
         )
-        for row, column, selector, text in rows
-        for at, factor, letter in where
-    ]
-
-
-def _own(G: list[_Row], structure: Structure, mu: float, step: float | None) -> list[SumPart]:
-    """Return the parts with G_j alone: -G_j' and -mu (G_j + G_j'); in discrete time -G_j - G_j'."""
-    n = len(G)
-    where: list[tuple[Position, float, str]] = [((1, 1), -1.0, "")]
-    if step is None:
-        where = [((1, 0), -1.0, ""), ((1, 1), -mu, r"\mu ")]
-    return [
-        SumPart(
-            unknown=row,
-            left=factor * np.eye(n)[:, [a]][None],
-            right=selector[None],
-            at=at,
-            plus_transpose=at == (1, 1),
-            member=structure.member,
-            latex=(_times(letter, f"-e_{{{a + 1}}}"), _placed(selector, row)),
-            symbol=_of_gain(row),
-        )
-        for row, a, selector in G
-        for at, factor, letter in where
-    ]
-
-
-def _times(letter: str, text: str) -> str:
-    """Return the product of two formulas, with a minus sign moved to the front."""
-    return f"-{letter}{text[1:]}" if text.startswith("-") else f"{letter}{text}"
-
-
-def _placed(selector: Array, row: Unknown) -> str:
-    """Return the factor S after a row, which puts its entries in their columns; else nothing."""
-    return "" if selector.shape[0] == selector.shape[1] else f"S_{{{row.name}}}"
-
-
-def _of_gain(row: Unknown) -> str:
-    """Return a row's symbol with the index of the gain, where there is more than one."""
-    return row.symbol if row.count == 1 else row.symbol.removesuffix("}") + "{j}}"
-
-
-def _continuous(Q: Unknown) -> tuple[SumPart, ...]:
-    eye = np.eye(Q.rows)[None]
-    return (
-        SumPart(unknown=Q, left=2.0 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
-        SumPart(unknown=Q, left=eye, right=eye, at=(0, 1)),
-    )
-
-
-def _discrete(Q: Unknown) -> tuple[SumPart, ...]:
-    eye = np.eye(Q.rows)[None]
-    return (
-        SumPart(unknown=Q, left=-eye, right=eye, parameter="contraction", latex=(r"-\rho^2", "")),
-        SumPart(unknown=Q, left=eye, right=eye, at=(1, 1)),
-    )
+    return sum(summands[1:], summands[0])
 
 
 def _with_complement(C: Floats) -> Floats:

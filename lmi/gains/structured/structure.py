@@ -37,11 +37,20 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.argument_checks import corners_of
-from takagi.lmi.condition.term import Array, Position
+from takagi.lmi.argument_checks import corners_of, decay_parameter
+from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import (
+    Expression,
+    He,
+    block,
+    identity,
+    matrix,
+    placement,
+)
+from takagi.lmi.expressions.piece import turned
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, Member, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
@@ -83,15 +92,14 @@ class Structure:
             pattern=np.ones((m, n), dtype=bool), C=np.eye(n), group=np.arange(len(self.group))
         )
 
-    @property
-    def member(self) -> Member:
-        """Return which member of an unknown of ``groups`` appears in Theta_ij."""
-        r = len(self.group)
+    def of_gain(self, row: Unknown) -> Expression:
+        """Return the member that K_j has of an unknown row, one for each group."""
         if self.groups == 1:
-            return "first"
-        if np.array_equal(self.group, np.arange(r)):
-            return "gain"
-        return np.broadcast_to(self.group, (r, r)).copy()
+            return row.as_expression()
+        r = len(self.group)
+        each = np.array_equal(self.group, np.arange(r))
+        members = self.group[None] if each else np.broadcast_to(self.group, (r, r))
+        return row.members(members, row.symbol.removesuffix("}") + "{j}}")
 
     def unknowns(self) -> tuple[Unknown, ...]:
         """Return the free entries of F, one unknown for each input with a free entry."""
@@ -315,140 +323,89 @@ class StructuredGains:
     unknowns: tuple[Unknown, ...] = ()
     spread: float = 1.0
 
-    def parts(
-        self, through: Array, at: Position, *, with_transpose: bool, factor: float
-    ) -> list[SumPart]:
-        """Return factor * through_i K_j in a block, as a part for each row of unknowns."""
+    @property
+    def K_j(self) -> Expression:
+        """Return the unknown gain, row by row."""
         assert self.structure is not None
-        return [
-            SumPart(
-                unknown=row,
-                left=factor * through[:, :, [k]],
-                right=self.structure.C[self.structure.pattern[k]][None],
-                at=at,
-                plus_transpose=with_transpose,
-                member=self.structure.member,
-            )
+        columns = np.eye(self.reference.shape[1])
+        C, pattern = self.structure.C, self.structure.pattern
+        rows = [
+            placement(columns[:, [k]]) @ self.structure.of_gain(row) @ placement(C[pattern[k]])
             for k, row in zip(self.structure.rows, self.unknowns, strict=True)
         ]
+        return sum(rows[1:], rows[0])
 
 
 def loop_sum(
     plant: DisturbedPlant,
     objective: Objective,
     P: Unknown,
-    gamma: Unknown | None,
+    gamma: Unknown,
     gains: StructuredGains,
 ) -> DoubleSum:
     """Return the module's double sum.
 
     Parameters
     ----------
-    gamma : the unknown of the energy gain; None for the other objectives.
+    gamma : the unknown of the energy gain; unused for the other objectives.
     gains : known gains give a sum in P alone; unknown ones that of the inner convex step at P = I.
     """
-    n, m = plant.B.shape[1:]
     step = plant.sample_time is not None
-    q = plant.E.shape[2] if objective == "hinf" else 0
-    p = plant.C.shape[1] if objective != "decay_rate" else 0
-    sizes = {"state": n, "disturbance": q, "next": n if step else 0, "output": p}
-    sizes["step"] = m if gains.structure is not None else 0
-    names = [name for name, size in sizes.items() if size]
-    where = {name: k for k, name in enumerate(names)}
-    motion_row = where["next" if step else "state"]
-    parts, fixed = _motion(plant, objective, P, gains, motion_row, step)
-    if objective == "hinf":
-        assert gamma is not None
-        eye = np.eye(n)[None]
-        parts.append(
-            SumPart(unknown=P, left=eye, right=plant.E, at=(motion_row, where["disturbance"]))
-        )
-        parts += [_minus(gamma, q, where["disturbance"]), _minus(gamma, p, where["output"])]
-        fixed.append(KnownBlock(value=plant.D11, at=(where["output"], where["disturbance"])))
-    elif objective == "cost":
-        fixed.append(KnownBlock(value=-np.eye(p)[None], at=(where["output"],) * 2))
-    if p:
-        added_parts, added_blocks = _shown(plant, gains, (where["output"], 0))
-        parts, fixed = parts + added_parts, fixed + added_blocks
-    if gains.structure is not None:
-        added_parts, added_blocks = _overbound(plant, P, gains, where["step"], motion_row)
-        parts, fixed = parts + added_parts, fixed + added_blocks
-    return DoubleSum(
-        rules=len(plant.A),
-        blocks=tuple(sizes[name] for name in names),
-        parts=tuple(parts),
-        fixed=tuple(fixed),
-        corners=corners_of(plant),
-    )
-
-
-def _motion(
-    plant: DisturbedPlant,
-    objective: Objective,
-    P: Unknown,
-    gains: StructuredGains,
-    motion_row: int,
-    step: bool,
-) -> tuple[list[SumPart], list[KnownBlock]]:
-    """Return P G_ij, linear about (I, L), and the terms of V that are added to it."""
-    eye = np.eye(P.rows)[None]
-    steered = plant.B[:, None] @ gains.reference
-    loop = plant.A[:, None] - steered
-    parts = [
-        SumPart(
-            unknown=P, left=eye, right=_table(loop), at=(motion_row, 0), plus_transpose=not step
-        )
-    ]
-    fixed = []
-    if gains.structure is not None:
-        parts += gains.parts(plant.B, (motion_row, 0), with_transpose=not step, factor=-1.0)
-        symmetrised = steered if step else steered + steered.transpose(0, 1, 3, 2)
-        fixed.append(KnownBlock(value=_table(symmetrised), at=(motion_row, 0)))
-    decay = objective == "decay_rate"
+    rate = decay_parameter(0.0, 1.0 if step else None)
+    moved = "next" if step else "state"
+    motion, output = _motion(plant, P, gains), _shown(plant, gains)
+    cells: dict[tuple[str, str], object] = {}
     if step:
-        rate = "contraction" if decay else None
-        parts.append(SumPart(unknown=P, left=-eye, right=eye, parameter=rate))
-        parts.append(SumPart(unknown=P, left=-eye, right=eye, at=(motion_row, motion_row)))
-    elif decay:
-        parts.append(SumPart(unknown=P, left=2.0 * eye, right=eye, parameter="alpha"))
-    return parts, fixed
+        cells["state", "state"] = -rate * P if objective == "decay_rate" else -P
+        cells["next", "state"], cells["next", "next"] = motion, -P
+    else:
+        decay = objective == "decay_rate"
+        cells["state", "state"] = He(motion) + 2 * rate * P if decay else He(motion)
+    if objective == "hinf":
+        q, p = plant.E.shape[2], plant.C.shape[1]
+        cells[moved, "disturbance"] = P @ matrix(plant.E, "E_{i}", over="i")
+        cells["disturbance", "disturbance"] = -gamma * identity(q)
+        cells["output", "disturbance"] = matrix(plant.D11, "D^{11}_{i}", over="i")
+        cells["output", "output"] = -gamma * identity(p)
+    elif objective == "cost":
+        cells["output", "output"] = -identity(plant.C.shape[1])
+    if objective != "decay_rate":
+        cells["output", "state"] = output
+    if gains.structure is not None:
+        s, L = gains.spread, gains.reference
+        reach = matrix(s * turned(plant.B), r"s B_{i}^\top", over="i")
+        # s B' (P - I) - (K - L) / s
+        pushed, turned_gain = (
+            reach @ P - reach,
+            matrix(L / s, "L_{j} / s", over="j") - gains.K_j / s,
+        )
+        if step:
+            cells["step", "next"], cells["step", "state"] = pushed, turned_gain
+        else:
+            cells["step", "state"] = pushed + turned_gain
+        cells["step", "step"] = -2 * identity(plant.B.shape[2])
+    names = [
+        name for name in ("state", "disturbance", "next", "output", "step") if (name, name) in cells
+    ]
+    rows = [[cells.get((a, b), None if (b, a) in cells else 0) for b in names] for a in names]
+    theta = block(rows) << 0
+    return double_sum_of(theta, rules=len(plant.A), corners=corners_of(plant))
 
 
-def _shown(
-    plant: DisturbedPlant, gains: StructuredGains, at: Position
-) -> tuple[list[SumPart], list[KnownBlock]]:
-    """Return the output Z_ij, as parts and known blocks."""
+def _motion(plant: DisturbedPlant, P: Unknown, gains: StructuredGains) -> Expression:
+    """Return P G_ij, linear about (I, L)."""
+    steered = plant.B[:, None] @ gains.reference
+    loop = P @ matrix(plant.A[:, None] - steered, "(A_{i} - B_{i} L_{j})", over="ij")
+    if gains.structure is None:
+        return loop
+    B_i = matrix(plant.B, "B_{i}", over="i")
+    return loop - B_i @ gains.K_j + matrix(steered, "B_{i} L_{j}", over="ij")
+
+
+def _shown(plant: DisturbedPlant, gains: StructuredGains) -> Expression:
+    """Return the output Z_ij."""
     if gains.structure is None:
         output = plant.C[:, None] - plant.D12[:, None] @ gains.reference
-        return [], [KnownBlock(value=_table(output), at=at)]
-    parts = gains.parts(plant.D12, at, with_transpose=False, factor=-1.0)
-    return parts, [KnownBlock(value=plant.C, at=at)]
-
-
-def _overbound(
-    plant: DisturbedPlant, P: Unknown, gains: StructuredGains, row: int, motion_row: int
-) -> tuple[list[SumPart], list[KnownBlock]]:
-    """Return the block row s B' (P - I) - (K - L) / s, with -2 I on its diagonal."""
-    m, s = plant.B.shape[2], gains.spread
-    reach = s * plant.B.transpose(0, 2, 1)
-    eye, input_eye = np.eye(P.rows)[None], np.eye(m)[None]
-    parts = [SumPart(unknown=P, left=reach, right=eye, at=(row, motion_row))]
-    parts += gains.parts(input_eye, (row, 0), with_transpose=False, factor=-1.0 / s)
-    gain_table = (
-        np.broadcast_to(gains.reference[None], (len(reach), *gains.reference.shape)).copy() / s
-    )
-    fixed = [
-        KnownBlock(value=-reach, at=(row, motion_row)),
-        KnownBlock(value=_table(gain_table), at=(row, 0)),
-        KnownBlock(value=-2.0 * input_eye, at=(row, row)),
-    ]
-    return parts, fixed
-
-
-def _minus(gamma: Unknown, size: int, block: int) -> SumPart:
-    return SumPart(unknown=gamma, left=-np.eye(size)[None], at=(block, block))
-
-
-def _table(array: Array) -> Array:
-    """Return (r, r, p, q), or (1, p, q) of a single rule, as a double sum takes it."""
-    return array[0] if len(array) == 1 else array
+        return matrix(output, "(C_{i} - D^{12}_{i} L_{j})", over="ij")
+    D12_i = matrix(plant.D12, "D^{12}_{i}", over="i")
+    return matrix(plant.C, "C_{i}", over="i") - D12_i @ gains.K_j

@@ -319,7 +319,9 @@ def sample_function(
     for sent in program.outputs:
         lines += _at_limit(sent.name, program, word, write)
         lines.append(f"outputs->{names[sent.name]} = {names[sent.name]};")
-    lines += _next(program.kept, write)
+    for state in program.kept:
+        text = write.text(state.next)
+        lines += [*write.taken_before(), f"next->{names[state.name]} = {text};"]
     lines.append("return status;")
     next_parameter = f", {word}_kept *next" if program.kept else ""
     if not program.kept and "sample_time" not in needed:
@@ -456,10 +458,3 @@ def _at_limit(
     yield f"if ({unlimited} < {limited} || {unlimited} > {limited}) {{"
     yield f"    status |= {word.upper()}_AT_LIMIT;"
     yield "}"
-
-
-def _next(states: Sequence[Kept], write: Expressions) -> Iterator[str]:
-    for state in states:
-        text = write.text(state.next)
-        yield from write.taken_before()
-        yield f"next->{write.names[state.name]} = {text};"

@@ -69,11 +69,7 @@ def texts(program: ControllerProgram, word: str, time: Decimal) -> dict[str, str
         "as_list": as_list,
         "reported_range": reported_range,
     }
-    templates = {
-        f"{word}_step.m": "step.m",
-        f"{word}_start.m": "start.m",
-        "README.md": "README.md",
-    }
+    templates = {f"{word}_step.m": "step.m", f"{word}_start.m": "start.m", "README.md": "README.md"}
     return {name: filled("matlab", template, context) for name, template in templates.items()}
 
 

@@ -39,6 +39,7 @@ LINEAR, SIMULATED = "linear loop that runs, not proved", "simulated"
 def summary_rows(design: TurbineDesign) -> list[SummaryRow]:
     """Return the rows on a design; claims that are not proved have none but ``not proved``."""
     law, of_set, measured = design.effort_sharing_law, _set_rows(design), measured_loop(design)
+    open_ = [claim.name for claim in design.checked.claims if claim.verdict is not Verdict.PROVED]
     return [
         *_overlaps(design),
         *of_set[:2],
@@ -51,7 +52,7 @@ def summary_rows(design: TurbineDesign) -> list[SummaryRow]:
         *_wind_rate(design),
         *_actuators(design),
         *([] if law is None else [_gains(law)]),
-        *_not_proved(design),
+        *([_row("not proved", open_, basis="claimed", shortfall="open")] if open_ else []),
         _not_covered(design),
     ]
 
@@ -191,7 +192,8 @@ def _observer(design: TurbineDesign) -> list[SummaryRow]:
     stated, claim = proved
     winds = [(float(low), float(high)) for low, high in stated["winds"]]
     ends = design.turbine.cut_in, design.turbine.cut_out
-    uncovered, slowest = gaps(ends, winds), slowest_mode(design)
+    slowest = slowest_mode(design)
+    uncovered = ", ".join(span_words(span, inward=False) for span in gaps(ends, winds))
     rate = float(stated["decay_rate"])
     covered = sum(high - low for low, high in winds)
     return [
@@ -207,7 +209,7 @@ def _observer(design: TurbineDesign) -> list[SummaryRow]:
                 Number("winds covered", covered, "m/s", min(covered / (ends[1] - ends[0]), 1.0)),
             ),
             claim,
-            shortfall=f"not {_spans(uncovered)} m/s" if uncovered else "",
+            shortfall=f"not {uncovered} m/s" if uncovered else "",
             beside=slowest and f"linear, slowest mode {slowest}",
         )
     ]
@@ -309,11 +311,6 @@ def _constant(claim: OverlapClaim) -> list[str]:
     width = f"from {claim.half_width} rad/s around it or less" if claim.half_width else ""
     share = f"speed settles within {claim.speed_share} % of rated from its reference"
     return ["constant wind that the law knows", width, share if claim.speed_share else ""]
-
-
-def _not_proved(design: TurbineDesign) -> list[SummaryRow]:
-    names = [claim.name for claim in design.checked.claims if claim.verdict is not Verdict.PROVED]
-    return [_row("not proved", names, basis="claimed", shortfall="open")] if names else []
 
 
 def _overspeed(runs: Sequence[DesignRun], rated: DesignRun | None) -> list[SummaryRow]:
@@ -457,10 +454,6 @@ def _rate(rate: float) -> str:
 
 def _span(values: Sequence[float]) -> str:
     return f"{at_least(min(values))} to {at_least(max(values))}"
-
-
-def _spans(spans: Sequence[tuple[float, float]]) -> str:
-    return ", ".join(span_words(span, inward=False) for span in spans)
 
 
 def _ends(quantity: str, values: Sequence[float], unit: str) -> tuple[Number, Number]:

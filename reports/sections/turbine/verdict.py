@@ -128,11 +128,7 @@ def _picture(design: TurbineDesign) -> CaptionedFigure | None:
 def claims_section(design: TurbineDesign) -> Section:
     """Return the section with the claims, their assumptions, and what none of them covers."""
     summary = claim_summary(design)
-    content: dict[str, Any] = {
-        "rows": _claim_rows(design),
-        "summary": summary,
-        "unproved": [],
-    }
+    content: dict[str, Any] = {"rows": _claim_rows(design), "summary": summary, "unproved": []}
     if summary is not None:
         content["unproved"] = [
             f"{low:g} to {high:g} m/s"

@@ -20,10 +20,12 @@ from takagi.certificates.requests import (
     FuzzyDecay,
     FuzzyL2Gain,
     GainRounding,
+    ObservedFeedback,
+    ObserverError,
     Poles,
     SampledLoop,
 )
-from takagi.certificates.requests.attempts import attempts_at_all
+from takagi.certificates.requests.attempts import attempted, attempts_at_all
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Request
 from takagi.lmi import EigenvalueRegion, observer, pdc
@@ -78,7 +80,8 @@ def observed_certificate() -> Data:
     gains = np.round(pdc(model, decay_rate=0.5).require()[0], 3)
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
     loop = ClaimedLoop.of(model, gains)
-    found, _ = attempts_at_all(loop, observer=L)
+    found, _ = attempts_at_all(loop)
+    found += [attempted(request, loop) for request in (ObserverError(L), ObservedFeedback(L))]
     whole = dict(certify(model, gains).document)
     whole["claims"] = [whole["claims"][0], *(attempt.claim for attempt in found)]
     return resealed(whole)

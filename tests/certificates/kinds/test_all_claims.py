@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify, check
+from takagi.certificates.requests import ObservedFeedback, ObserverError
 from takagi.certificates.requests.attempts import attempts_at_all
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc
@@ -42,15 +43,15 @@ def test_everything_about_a_plant_is_proved_and_replayed(tmp_path: Any) -> None:
     assert check(saved).verdict is Verdict.PROVED
 
 
-def test_observer_is_claimed_with_the_rest() -> None:
+def test_an_observer_of_the_loop_is_proved_too() -> None:
     model, gains = duffing()
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
 
-    found, _ = attempts_at_all(ClaimedLoop.of(model, gains), observer=L)
+    found = certify(model, gains, claims=[ObserverError(L), ObservedFeedback(L)])
 
-    kinds = [attempt.claim["kind"] for attempt in found]
+    kinds = [claim["kind"] for claim in found.document["claims"]]
     assert kinds[-2:] == ["observer", "observed-feedback"]
-    assert all(attempt.proved for attempt in found)
+    assert found.verdict is Verdict.PROVED
 
 
 def test_sampled_loop() -> None:
