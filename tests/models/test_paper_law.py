@@ -315,7 +315,6 @@ def test_misuse_is_explained() -> None:
 
 
 Array = NDArray[np.float64]
-LAWS: tuple[PublishedLawName, PublishedLawName] = ("paper", "paper-two-integrators")
 FILTERS = (ReferenceFilter(2.0), ReferenceFilter(1.5, order=2, damping=0.7))
 
 
