@@ -452,9 +452,6 @@ def test_errors_of_a_plant_without_a_blend_are_refused() -> None:
         motions(loop, [("somewhere", np.array([0.1, 0.0]))], errors={"heating": 0.1})
 
 
-Data = dict[str, Any]
-
-
 def one_error_for_both(document: Data) -> None:
     """Both actuators wrong alike, which is less than each by itself."""
     blend(document, high__error="cooling_error")

@@ -209,7 +209,6 @@ def test_a_file_is_not_the_plant_where_it_has_no_value(
         compare_plant(read, file)
 
 
-Data = dict[str, Any]
 CLAIM = {"name": "tied", "kind": "sector-embedding"}
 
 

@@ -263,7 +263,6 @@ def test_the_sense_of_the_noise_is_told_where_it_matters(
     assert (ITO in found.text) == told
 
 
-Data = dict[str, Any]
 BOX = {"x1 [-]": [-1, 1]}
 DECAY: Data = {"name": "a", "kind": "decay", "decay_rate": 0.5, "P": [[1]]}
 KEPT: Data = {"name": "a", "kind": "invariant-ellipsoid", "P": [[1]], "multiplier": 1}
@@ -350,7 +349,6 @@ def test_exactly_is_the_number(value: Fraction) -> None:
     assert shown.startswith("(") == ((10**20 * value).denominator != 1)
 
 
-Data = dict[str, Any]
 HALVES = model_data([[[0.5]], [[-0.5]]], sample_time=1, B=[[[1]]], E=[[[1]]], C=[[[1]]])
 HALVES |= {"input_names": ["u [-]"], "disturbance_names": ["w [-]"]}
 CLAIM: Data = {"name": "a", "kind": "h2-norm", "P": [[1.334]], "norm": 1.156}
@@ -377,9 +375,6 @@ def test_premises_that_are_the_noise_prove_nothing() -> None:
     assert said_with("x1 [-]", "w [-]") is Verdict.UNDECIDED
     assert said_with("u [-]") is Verdict.PROVED
     assert said_with("u [-]", way="inputs") is Verdict.UNDECIDED
-
-
-Data = dict[str, Any]
 
 
 def outcomes(model: Data, gains: Data | None, *claims: Data) -> tuple[Claim, ...]:
