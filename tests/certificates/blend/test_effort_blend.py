@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,12 +20,14 @@ from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
-from takagi.models import ModelError
+from takagi.models.arrays import Floats
+from takagi.models.blending.blending import RunTimeBlending, blending_of
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import PlantFile
+from takagi.models.plant_simulation.runs import COMPLETE, ExperimentRun, run
 from takagi.reports.gains_file.plant import plant_gain_file
-from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.loops.plant_motion import motions
+from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.loops.plant_motion import Outside, experiment_of
 from tests.certificates.kinds.claims import resealed, verdicts
 from tests.models.blending.plants import ROOM, plant_of
 
@@ -413,16 +416,23 @@ def certified(folder: Path, error: str) -> PlantDesign:
     return certify_plant(plant, lambda m: np.array([GAINS] * len(m.A)), PlantSettings())
 
 
+def with_error(loop: PlantLoop, error: float, start: Floats, duration: float) -> ExperimentRun:
+    """Return a motion whose heating moves the plant 1 + error times as much as told."""
+    blending = blending_of(loop.plant)
+    assert blending is not None
+    rate = RunTimeBlending(blending, {"heating": error}).disturbed_rate((), told=False)
+    return run(replace(experiment_of(loop, Outside()), rate=rate), start, duration)
+
+
 def test_up_to_the_threshold_decay_is_proved(tmp_path: Path) -> None:
     """45 % of 50 %: the motions with either error come to rest too."""
     design = certified(tmp_path, "0.45")
     loop = plant_loop(design)
 
     assert design.verdict is Verdict.PROVED
-    start = [("warm", np.array([-0.05, 0.3]))]
     for error in (-0.45, 0.0, 0.45):
-        (motion,) = motions(loop, start, duration=40.0, errors={"heating": error})
-        assert motion.whole
+        motion = with_error(loop, error, np.array([-0.05, 0.3]), 40.0)
+        assert motion.ended == COMPLETE
         assert abs(motion.state[-1]).max() < 1e-3
 
 
@@ -437,19 +447,11 @@ def test_beyond_it_decay_is_refuted_and_a_motion_leaves(tmp_path: Path) -> None:
     kinds = [claim["kind"] for claim in design.document["claims"]]
     assert kinds == ["sector-embedding", "effort-blend", "no-common-decay"]
     assert design.verdict is Verdict.DISPROVED
-    start = [("cold", np.array([-0.9, 1.79]))]
-    (motion,) = motions(loop, start, duration=60.0, errors={"heating": -0.55})
+    start = np.array([-0.9, 1.79])
+    motion = with_error(loop, -0.55, start, 60.0)
     assert abs(motion.state[-1, 0]) > 1.0  # outside the box
-    (sure,) = motions(loop, start, duration=60.0)
+    sure = with_error(loop, 0.0, start, 60.0)
     assert abs(sure.state[-1, 0]) < 1e-3
-
-
-def test_errors_of_a_plant_without_a_blend_are_refused() -> None:
-    from tests.reports.plant_designs import design_of
-
-    loop = plant_loop(design_of("duffing"))
-    with pytest.raises(ModelError, match="the plant has no blended actuators"):
-        motions(loop, [("somewhere", np.array([0.1, 0.0]))], errors={"heating": 0.1})
 
 
 def one_error_for_both(document: Data) -> None:

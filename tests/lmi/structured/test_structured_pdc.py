@@ -163,7 +163,7 @@ def test_least_gain_of_position_feedback(step: float | None, starts: int) -> Non
         return np.inf if found.gain is None else found.gain
 
     given: dict[str, Any] = {"output": [[1.0, 0.0]], "performance": (C1, D12)}
-    descents = {"starts": starts} if starts else {}
+    descents: dict[str, Any] = {"starts": starts} if starts else {}
     design = structured_pdc(model, objective="hinf", **given, **descents)
 
     best = minimize_scalar(gain, bounds=(2.5, 8.0), method="bounded", options={"xatol": 1e-2}).fun
