@@ -45,7 +45,7 @@ from takagi.lmi.condition.statements import StatedCondition, condition_of, lmi_o
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown, triangle
 from takagi.lmi.cone.cone_program import Assembled, Cone, ConeProgram, assemble, unpack
-from takagi.lmi.expressions.expression import Expression, added, matrix
+from takagi.lmi.expressions.expression import Expression, added, expression_of, matrix
 from takagi.lmi.refutation.exact_algebra import (
     Adjoint,
     adjoint,
@@ -399,7 +399,7 @@ def _below(condition: Condition, value: float | Fraction) -> Condition:
         )
     by_name = {unknown.name: unknown for unknown in condition.unknowns}
     costs = (_cost(by_name[name], cost) for name, cost in condition.objective.items())
-    below = sum(costs, start=-np.array([[value]])) << 0  # type: ignore[call-overload]
+    below = sum(costs, start=expression_of(np.array([[-value]]))) << 0
     limit = lmi_of(below.named("objective", weight=abs(float(value)) or 1.0))
     return replace(
         condition,
