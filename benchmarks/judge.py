@@ -12,7 +12,6 @@ from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
-from plant_reading import why_not_the_plant
 from second_reading import (
     Data,
     Loop,
@@ -25,6 +24,7 @@ from second_reading import (
     is_symmetric,
     matrix,
     rational,
+    why_not_the_plant,
     zeros,
 )
 

@@ -59,7 +59,7 @@ def tell_error(message: str, status: int, *, as_json: bool) -> None:
 def _explain(error: Exception) -> tuple[str, int]:
     # ModelError, CertificateError and similar types are recognised by their module: importing them
     # here would import their packages.
-    if isinstance(error, ValueError | OSError) and _is_ours(error):
+    if isinstance(error, ValueError | OSError) and type(error).__module__.startswith("takagi."):
         return str(error), MISUSE
     if isinstance(error, OSError):
         # Imported here because most runs meet no such error.
@@ -76,10 +76,6 @@ def _explain(error: Exception) -> tuple[str, int]:
         "report it with the command line. TAKAGI_DEBUG=1 shows the traceback.",
         INTERNAL,
     )
-
-
-def _is_ours(error: Exception) -> bool:
-    return type(error).__module__.split(".", 1)[0] == "takagi"
 
 
 def _abandon_output() -> None:
@@ -111,10 +107,10 @@ def run_command(
 
     signature = _joined(function, options)
 
-    def command(**given: object) -> None:
+    def command(**values: object) -> None:
         # The error handling is inside typer, which would handle interrupts and pipes in its own
         # way.
-        raise typer.Exit(guard(lambda: function(**given), as_json=bool(given.get("as_json"))))
+        raise typer.Exit(guard(lambda: function(**values), as_json=bool(values.get("as_json"))))
 
     # typer reads the parameters from here.
     described: Any = command
@@ -137,10 +133,10 @@ def run_command(
         return end.code if isinstance(end.code, int) else 0
     except Exception as error:
         # What typer says of an option that it cannot read.
-        said = getattr(error, "format_message", None)
-        if said is None:
+        message = getattr(error, "format_message", None)
+        if message is None:
             raise
-        tell_error(said(), MISUSE, as_json=True)
+        tell_error(message(), MISUSE, as_json=True)
         return MISUSE
     return status if isinstance(status, int) else 0
 

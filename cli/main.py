@@ -11,51 +11,36 @@ from takagi.cli.command import MISUSE, guard
 
 
 class Verb(NamedTuple):
-    """A verb of the command line.  Its module has ``run(arguments: Sequence[str]) -> int``."""
+    """A verb of the command line; its module ``verbs.<name>`` has ``run(arguments) -> int``."""
 
     name: str
-    module: str
     help: str  # one line, without a full stop
     example: str = ""  # what `takagi --help` shows under "First steps", without the word takagi
 
 
 VERBS = (
-    Verb("models", "takagi.cli.verbs.models", "List the built-in models", "models"),
+    Verb("models", "List the built-in models", "models"),
     Verb(
         "design",
-        "takagi.cli.verbs.design",
         "Design a controller, prove what is claimed of it, and report",
         "design nrel5mw --out build/nrel5mw",
     ),
     Verb(
         "check",
-        "takagi.cli.verbs.check",
         "Check a certificate in exact arithmetic, trusting nothing else in it",
         "check build/nrel5mw/certificate.json",
     ),
-    Verb(
-        "certify",
-        "takagi.cli.verbs.certify",
-        "Write a certificate for given gains, or for new ones",
-    ),
-    Verb("compare", "takagi.cli.verbs.compare", "Compare two designs of one plant"),
-    Verb(
-        "sweep",
-        "takagi.cli.verbs.sweep",
-        "Map where a turbine's law is proved, over a grid of its parameters",
-    ),
+    Verb("certify", "Write a certificate for given gains, or for new ones"),
+    Verb("compare", "Compare two designs of one plant"),
+    Verb("sweep", "Map where a turbine's law is proved, over a grid of its parameters"),
     Verb(
         "export",
-        "takagi.cli.verbs.export",
         "Write a law as code for other tools, or a certificate's matrices for a proof assistant",
     ),
-    Verb("report", "takagi.cli.verbs.report", "Write the report and its figures alone"),
-    Verb(
-        "appendix", "takagi.cli.verbs.appendix", "Write the design as a LaTeX appendix for a paper"
-    ),
+    Verb("report", "Write the report and its figures alone"),
+    Verb("appendix", "Write the design as a LaTeX appendix for a paper"),
     Verb(
         "simulate",
-        "takagi.cli.verbs.simulate",
         "Simulate laws on the nonlinear plant: a turbine's side by side in winds, another's alone",
         "simulate nrel5mw --out build/simulation",
     ),
@@ -87,8 +72,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     130: interrupted.  70: an error in takagi itself.
     """
     _escape_what_cannot_be_shown()
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    return guard(lambda: _dispatch(given), as_json="--json" in given)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    return guard(lambda: _dispatch(words), as_json="--json" in words)
 
 
 def _escape_what_cannot_be_shown() -> None:
@@ -104,20 +89,23 @@ def _dispatch(arguments: list[str]) -> int:
     if not arguments:
         print(_help(), end="", file=sys.stderr)
         return MISUSE
-    first, rest = arguments[0], arguments[1:]
+    first, following = arguments[0], arguments[1:]
     if first in ("--help", "-h", "help"):
         print(_help(), end="")
         return 0
     if first == "--version":
-        print(f"takagi {_version()}")
+        # Imported here: reading the distribution's metadata takes longer than the whole of --help.
+        from importlib.metadata import version
+
+        print(f"takagi {version('takagi')}")
         return 0
     for verb in VERBS:
         if verb.name == first:
-            empty = _empty(rest)
+            empty = _empty(following)
             if empty:
                 print(empty, file=sys.stderr)
                 return MISUSE
-            status: int = import_module(verb.module).run(rest)
+            status: int = import_module(f"takagi.cli.verbs.{verb.name}").run(following)
             return status
     print(_unknown(first), file=sys.stderr)
     return MISUSE
@@ -130,35 +118,28 @@ def _help() -> str:
     return "\n".join([_INTRODUCTION, "Verbs:", *verbs, "", "First steps:", *steps, "", _CLOSING])
 
 
-def _unknown(given: str) -> str:
+def _unknown(word: str) -> str:
     # Imported here because only a mistyped verb needs it.
     from takagi.models.errors import did_you_mean
 
-    kind = "option" if given.startswith("-") else "verb"
-    known = ["--help", "--version"] if kind == "option" else [verb.name for verb in VERBS]
+    kind = "option" if word.startswith("-") else "verb"
+    names = ["--help", "--version"] if kind == "option" else [verb.name for verb in VERBS]
     return (
-        f"Error: {kind} {given!r} is not known{did_you_mean(given, known)}\n"
-        f"Known: {', '.join(known)}; `takagi --help` explains them."
+        f"Error: {kind} {word!r} is not known{did_you_mean(word, names)}\n"
+        f"Known: {', '.join(names)}; `takagi --help` explains them."
     )
 
 
-def _empty(given: Sequence[str]) -> str:
+def _empty(arguments: Sequence[str]) -> str:
     """Return the message for an empty text, which would otherwise mean the current folder."""
-    for k, text in enumerate(given):
+    for k, text in enumerate(arguments):
         option, equals, value = text.partition("=")
         if text and (value or not equals or not option.startswith("--")):
             continue
-        before = option or (given[k - 1] if k and given[k - 1].startswith("-") else "")
-        where = f" for {before}" if before else f" as argument {k + 1}"
+        option_name = option or (arguments[k - 1] if k and arguments[k - 1].startswith("-") else "")
+        where = f" for {option_name}" if option_name else f" as argument {k + 1}"
         return (
             f"Error: an empty text was given{where}; write what is needed ('.' is the current "
-            f"folder){', or leave the option out' if before else ''}"
+            f"folder){', or leave the option out' if option_name else ''}"
         )
     return ""
-
-
-def _version() -> str:
-    # Imported here: reading the distribution's metadata takes longer than the whole of --help.
-    from importlib.metadata import version
-
-    return version("takagi")

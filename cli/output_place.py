@@ -60,19 +60,15 @@ def _system_error(number: int, path: Path) -> OSError:
 
 
 def _try_to_write(folder: Path) -> None:
-    place = folder
+    existing = folder
     try:
         # The folder itself may not exist yet; what counts is the nearest one that does.
-        while not place.exists() and place != place.parent:
-            place = place.parent
-        with tempfile.TemporaryDirectory(prefix=".takagi-", dir=place) as trial:
-            _fill(Path(trial) / "trial")
+        while not existing.exists() and existing != existing.parent:
+            existing = existing.parent
+        with tempfile.TemporaryDirectory(prefix=".takagi-", dir=existing) as trial:
+            with open(Path(trial) / "trial", "wb") as file:
+                file.write(bytes(_ROOM))
+                file.flush()
+                os.fsync(file.fileno())
     except OSError as error:
         raise OutputError(folder, error) from error
-
-
-def _fill(path: Path) -> None:
-    with open(path, "wb") as file:
-        file.write(bytes(_ROOM))
-        file.flush()
-        os.fsync(file.fileno())

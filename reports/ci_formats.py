@@ -11,11 +11,12 @@ from collections.abc import Mapping, Sequence
 from enum import Enum
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
-from takagi.certificates.checker.words.figure import Figure, WindProfile
+from takagi.certificates.checker.kernel.result import Checked, Claim
+from takagi.certificates.checker.words.figure import Figure, Figures
 
 if TYPE_CHECKING:
     from takagi.reports.sections.plant.summary import SummaryRow
@@ -32,52 +33,34 @@ _SECTIONS: Mapping[str, tuple[str, ...]] = {
 }
 
 
-class CheckedClaim(Protocol):
-    """A claim, and what the checker found."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def verdict(self) -> Enum: ...
-    @property
-    def text(self) -> str: ...
-    @property
-    def assumes(self) -> Sequence[str]: ...
-    @property
-    def figures(self) -> Sequence[Figure | WindProfile]: ...
-
-
-class CheckedFile(Protocol):
-    """What the checker says about a file."""
-
-    @property
-    def verdict(self) -> Enum: ...
-    @property
-    def claims(self) -> Sequence[CheckedClaim]: ...
-    @property
-    def messages(self) -> Sequence[str]: ...
-    @property
-    def assumes(self) -> Sequence[str]: ...
-
-
 class _Failure(Enum):
     REFUSED = "A file cannot be read, or is not about what the certificate is about."
     FAILED = "The claims may be proved; something else that was asked is missed."
 
 
 class _Failed(NamedTuple):
+    """What else was asked, as a claim."""
+
     name: str
     verdict: Enum
     text: str
     assumes: tuple[str, ...] = ()
-    figures: tuple[Figure | WindProfile, ...] = ()
+    figures: Figures = ()
+
+
+CheckedClaim: TypeAlias = Claim | _Failed
 
 
 class _File(NamedTuple):
+    """The checker's answer with failures, or a refusal."""
+
     verdict: Enum
     claims: tuple[CheckedClaim, ...]
     messages: tuple[str, ...] = ()
     assumes: tuple[str, ...] = ()
+
+
+CheckedFile: TypeAlias = Checked | _File
 
 
 def refusal(reason: str, *, needed: str = "the file is a certificate") -> CheckedFile:
@@ -155,7 +138,8 @@ def sarif(
         the kind tells; None marks the certificate.
     """
     named = _named(checked)
-    identifiers = [*kinds[: len(named)], *(_word(name) for name, _ in named[len(kinds) :])]
+    words = (re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") for name, _ in named[len(kinds) :])
+    identifiers = [*kinds[: len(named)], *words]
     rules = list(dict.fromkeys(identifiers))
     driver: dict[str, object] = {
         "name": "takagi",
@@ -173,7 +157,7 @@ def sarif(
             "ruleId": rule,
             "ruleIndex": rules.index(rule),
             "kind": "fail",
-            "level": _level(claim),
+            "level": "warning" if claim.verdict.name == "UNDECIDED" else "error",
             "message": {"text": f"{claim.verdict.name}: {name}: {claim.text}"},
             "locations": [_location(str(plant or source), _line(lines, rule))],
             "partialFingerprints": {"claim/v1": name},
@@ -183,11 +167,6 @@ def sarif(
     ]
     run = {"tool": {"driver": driver}, "results": results}
     return json.dumps({"$schema": _SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
-
-
-def _word(name: str) -> str:
-    """Return a name as the identifier of a rule."""
-    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
 
 
 def _line(lines: Sequence[str], rule: str) -> int:
@@ -216,10 +195,7 @@ def markdown(checked: CheckedFile, *, source: str, summary: Sequence[SummaryRow]
             cells = (row.name, row.text, _rests_on(row), row.shortfall if row.partial else "")
             lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
         lines.append("")
-    lines += [
-        "| Verdict | Claim | | Numbers |",
-        "|---|---|---|---|",
-    ]
+    lines += ["| Verdict | Claim | | Numbers |", "|---|---|---|---|"]
     for name, claim in _named(checked):
         listed = ", ".join(f"{quantity} {number}" for quantity, number in numbers_of(claim).items())
         cells = (claim.verdict.name, name, claim.text, listed)
@@ -271,10 +247,6 @@ def numbers_of(claim: CheckedClaim) -> dict[str, str]:
 
 def _proved(claim: CheckedClaim) -> bool:
     return claim.verdict.name == "PROVED"
-
-
-def _level(claim: CheckedClaim) -> str:
-    return "warning" if claim.verdict.name == "UNDECIDED" else "error"
 
 
 def _junit_case(name: str, claim: CheckedClaim, source: str) -> str:

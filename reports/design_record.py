@@ -95,7 +95,10 @@ def design_of_record(
             derived = _derived_again(source, settings, gains)
             derived |= {"settings": settings, "document": document, "checked": checked}
             design: Design = _Reader(derived)(record["design"])
-            _require_derived(design, derived)
+            # A record that states verdicts, a certificate or a model of its own is refused.
+            for name, value in _derived_of(design).items():
+                if value is not derived[name]:
+                    raise ValueError(f"it states {name!r} of its own")
             if isinstance(design, PlantDesign):
                 _require_proved_law(design, document)
             elif isinstance(design, TurbineDesign) and design.measured is not None:
@@ -154,13 +157,6 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
         "partial evaluators": model_evaluators(turbine, partial, speed),
         "full evaluators": model_evaluators(turbine, full, speed),
     }
-
-
-def _require_derived(design: Any, derived: Mapping[str, Any]) -> None:
-    """Refuse a record that states verdicts, a certificate or a model of its own."""
-    for name, value in _derived_of(design).items():
-        if value is not derived[name]:
-            raise ValueError(f"it states {name!r} of its own")
 
 
 def _require_readable(design: TurbineDesign) -> None:

@@ -8,7 +8,8 @@ from contextlib import contextmanager
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.reports.margins.running_over_wind import NOMINAL, running_margins
+from takagi.reports.margins.running_loop import NOMINAL, RunningLoops
+from takagi.reports.margins.running_over_wind import running_margins
 from takagi.reports.margins.running_search import SearchedMargins
 from takagi.reports.simulation import measured_loop
 from takagi.reports.simulation.measured_loop import MeasuredLoop
@@ -20,16 +21,9 @@ def few_margins(patch: pytest.MonkeyPatch) -> None:
     """Let a turbine's pages have the margins at one wind alone, and no runs: all take a minute."""
 
     def at_one_wind(design: TurbineDesign) -> MeasuredLoop:
-        rows = running_margins(
-            design.turbine,
-            design.law,
-            design.observer.observer,
-            [WIND],
-            speed_filter=design.speed_filter,
-            sample_time=0.02,
-            computation_time=0.0,
-            plants=[NOMINAL],
-        )
+        observer, speed_filter = design.observer.observer, design.speed_filter
+        loops = RunningLoops.of(design.turbine, design.law, observer, speed_filter=speed_filter)
+        rows = running_margins(loops, [WIND], plants=[NOMINAL])
         return MeasuredLoop(SearchedMargins(tuple(rows), (WIND,), (), ()), ())
 
     patch.setattr(measured_loop, "_measured_now", at_one_wind)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import ast
 import importlib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -155,15 +155,18 @@ def _counted(module: ModuleType, executed: Lines) -> tuple[File, File]:
     source = path.read_text(encoding="utf-8")
     tree, lines = ast.parse(source), code_lines(source)
     recorded = executed.get(str(module.__file__), set())
-    reached: set[int] = set()
-    for statement in _statements(tree.body, 1):
-        if not recorded.isdisjoint(statement):
-            reached |= set(statement)
+    owners: dict[int, ast.stmt] = {}
+    for node in ast.walk(tree):
+        # Inner statements come later, and take their lines over.
+        if isinstance(node, ast.stmt):
+            owners |= dict.fromkeys(_lines_of(node), node)
+    begun = {owners[line] for line in recorded & owners.keys()}
+    reached = {line for line, statement in owners.items() if statement in begun}
     sentences = {
         line
         for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef) and node.name in AFTERWARDS
-        for line in range(first_line(node), (node.end_lineno or node.lineno) + 1)
+        for line in _lines_of(node)
     }
     relative_path = path.resolve().relative_to(FOLDER.resolve()).as_posix()
     verdict, words = lines - sentences, lines & sentences
@@ -173,40 +176,8 @@ def _counted(module: ModuleType, executed: Lines) -> tuple[File, File]:
     )
 
 
-def _statements(block: Sequence[ast.stmt], start: int) -> Iterator[range]:
-    """Yield the lines of each statement, without the lines of the statements inside it.
-
-    Parameters
-    ----------
-    start : the first line of the block; lines before its first statement, such as ``else:``, count
-        as part of that statement.
-    """
-    for statement in block:
-        inner = [
-            child
-            for name in ("body", "handlers", "orelse", "finalbody", "cases")
-            for child in getattr(statement, name, [])
-        ]
-        last = statement.end_lineno or statement.lineno
-        header = first_line(inner[0]) - 1 if inner else last
-        yield range(start, max(header, statement.lineno) + 1)
-        yield from _inside(statement, header + 1)
-        start = last + 1
-
-
-def first_line(node: ast.AST) -> int:
-    """Return the line a statement begins on, decorators included."""
-    decorators = getattr(node, "decorator_list", [])
-    return min(getattr(item, "lineno", 0) or 10**9 for item in (node, *decorators))
-
-
-def _inside(statement: ast.AST, start: int) -> Iterator[range]:
-    for name in ("body", "orelse", "finalbody"):
-        block = getattr(statement, name, [])
-        if block:
-            yield from _statements(block, start)
-            start = (block[-1].end_lineno or start) + 1
-        if name == "body":
-            for child in (*getattr(statement, "handlers", []), *getattr(statement, "cases", [])):
-                yield from _inside(child, start)
-                start = (child.body[-1].end_lineno or start) + 1
+def _lines_of(statement: ast.stmt) -> range:
+    """Return the lines of a statement, its decorators and inner statements included."""
+    decorators = getattr(statement, "decorator_list", [])
+    first = min(node.lineno for node in (statement, *decorators))
+    return range(first, (statement.end_lineno or statement.lineno) + 1)

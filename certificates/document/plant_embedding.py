@@ -138,8 +138,6 @@ def plant_data(model: TSModel) -> dict[str, Any]:
 
 
 def _plant(form: SymbolicForm) -> dict[str, Any]:
-    if form.plant is None:
-        return _given_equations(form.problem)
     plant, problem = form.plant, form.problem
     expressions: list[sp.Expr] = [*plant.equations, *(y.expression for y in plant.outputs)]
     data: dict[str, Any] = {}
@@ -207,7 +205,7 @@ def _blend(model: TSModel) -> dict[str, Any]:
 
 def _references(form: SymbolicForm) -> dict[str, Any]:
     plant = form.plant
-    if plant is None or not plant.references:
+    if not plant.references:
         return {}
     import sympy as sp
 
@@ -221,37 +219,6 @@ def _references(form: SymbolicForm) -> dict[str, Any]:
         for reference in plant.references
     ]
     return {"references": listed}
-
-
-def _given_equations(problem: Problem) -> dict[str, Any]:
-    """Return a plant that was given as expressions; its equilibrium is the origin."""
-    equations = problem.equations
-
-    def listed(symbols: Iterable[sp.Symbol]) -> list[dict[str, Any]]:
-        sides = [problem.box.get(symbol) for symbol in symbols]
-        return [
-            {
-                "name": symbol.name,
-                "unit": equations.units.get(symbol, "-"),
-                "rest": 0,
-                "range": None
-                if side is None
-                else [number_data(side.lower), number_data(side.upper)],
-            }
-            for symbol, side in zip(symbols, sides, strict=True)
-        ]
-
-    return {
-        "states": listed(equations.states),
-        "inputs": listed(equations.inputs),
-        "disturbances": listed(equations.disturbances),
-        "parameters": {},
-        "equations": _texts(equations.f),
-        "outputs": [
-            {"name": f"y{k}", "unit": "-", "expression": text}
-            for k, text in enumerate(_texts(equations.outputs), start=1)
-        ],
-    } | tables_data([*equations.f, *equations.outputs])
 
 
 # ---------------------------------------------------------------------- premises and entries
@@ -423,7 +390,7 @@ def blend_of(model: TSModel) -> Blending | None:
     from takagi.models.blending.blending import blending_of
 
     form = None if model.derivation is None else model.derivation.form
-    return None if form is None or form.plant is None else blending_of(form.plant)
+    return None if form is None else blending_of(form.plant)
 
 
 def unknown_premises(model: TSModel) -> list[bool]:
@@ -432,7 +399,7 @@ def unknown_premises(model: TSModel) -> list[bool]:
     That is an actuator's error, or an uncertain parameter.
     """
     form = None if model.derivation is None else model.derivation.form
-    if form is None or form.plant is None:
+    if form is None:
         return [False] * len(model.premises)
     blending, pushes = blend_of(model), form.problem.equations.disturbances
     unknown = {

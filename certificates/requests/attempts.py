@@ -17,8 +17,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from numpy.typing import ArrayLike
-
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.decay import Decay, common_function, faster_function
 from takagi.certificates.requests.exit_probability import ExitProbability
@@ -110,7 +108,7 @@ def _may_fall(loop: ClaimedLoop) -> bool:
 
 
 def attempts_at_all(
-    loop: ClaimedLoop, *, decay_rate: float | None = None, observer: ArrayLike | None = None
+    loop: ClaimedLoop, *, decay_rate: float | None = None
 ) -> tuple[list[Attempt], list[str]]:
     """Return (attempts, notes): decay first, proved or not; of the others those that are proved.
 
@@ -120,12 +118,11 @@ def attempts_at_all(
     Parameters
     ----------
     decay_rate : the requested alpha [1/s]; None takes the largest rate found.
-    observer : L, (r, n, p) or (n, p), of an observer for the loop; None for none.
     """
     decay = attempted(Decay(decay_rate), loop)
     if not decay.proved:
         return [decay], ["without decay nothing else was tried"]
-    attempts, notes = proved_of(requests_for(loop, observer=observer), loop)
+    attempts, notes = proved_of(requests_for(loop), loop)
     return [decay, *attempts], notes
 
 
@@ -148,7 +145,7 @@ def proved_of(requests: Iterable[Request], loop: ClaimedLoop) -> tuple[list[Atte
     return proved, notes
 
 
-def requests_for(loop: ClaimedLoop, *, observer: ArrayLike | None = None) -> Iterator[Request]:
+def requests_for(loop: ClaimedLoop) -> Iterator[Request]:
     """Yield the requests other than decay for which a loop has the matrices and the box.
 
     With a box, an invariant ellipsoid is requested; with gains also bounds of the inputs on it.
@@ -170,7 +167,3 @@ def requests_for(loop: ClaimedLoop, *, observer: ArrayLike | None = None) -> Ite
         yield L2Gain(energy_bound="largest")
         yield H2Norm()
         yield Peak()
-    if observer is not None:
-        yield ObserverError(observer)
-        if loop.gains is not None:
-            yield ObservedFeedback(observer)

@@ -203,7 +203,9 @@ def cut(claim: dict[str, Any], exact: PolytopicLoop) -> Cut:
     pieces = [(conditions, corners_of(exact))]
     while pieces and len(tree) < MOST_PIECES:
         conditions, corners = pieces.pop()
-        undecided = [X for X in conditions if not _is_positive(X)]
+        undecided = [
+            X for X in conditions if not all(M.is_positive_definite for _, M in X.coefficients())
+        ]
         if not undecided:
             tree.append([])
             continue
@@ -220,11 +222,6 @@ def cut(claim: dict[str, Any], exact: PolytopicLoop) -> Cut:
     if not pieces:
         subdivision.halvings = tree
     return subdivision
-
-
-def _is_positive(X: Polynomial) -> bool:
-    """Return whether every coefficient is positive definite."""
-    return all(coefficient.is_positive_definite for _, coefficient in X.coefficients())
 
 
 def _failing_rules(conditions: list[Polynomial], exact: PolytopicLoop) -> Iterator[int]:

@@ -71,14 +71,13 @@ class Tracking:
         ------
         ModelError : the model has no references, or there are no gains.
         """
-        search_and_evidence = self._best_evidence(loop, quick=False)
-        if search_and_evidence is not None:
-            search, evidence = search_and_evidence
-            tried = f"the best of {len(SHARES)} decay rates: {evidence['decay_rate']:g} 1/s"
-        else:
-            search = self._search(loop)
+        search = self._search(loop)
+        evidence = search.evidence()
+        if evidence is None:
             evidence = search.nearest()
             tried = "no set was found in which outputs follow their references, within the ranges"
+        else:
+            tried = f"the best of {len(SHARES)} decay rates: {evidence['decay_rate']:g} 1/s"
         claim = {"name": search.name(), "kind": "tracking", **evidence}
         return Attempt(claim, search.replay(claim), (tried,))
 
@@ -89,16 +88,7 @@ class Tracking:
         ------
         ModelError : as ``attempt``.
         """
-        search_and_evidence = self._best_evidence(loop, quick=True)
-        return None if search_and_evidence is None else search_and_evidence[1]
-
-    def _best_evidence(
-        self, loop: ClaimedLoop, *, quick: bool
-    ) -> tuple[_Search, dict[str, Any]] | None:
-        """Return evidence about a linear function of the signals, else about a quadratic one."""
-        search = self._search(loop, quick=quick)
-        evidence = search.evidence(quick=quick)
-        return None if evidence is None else (search, evidence)
+        return self._search(loop, quick=True).evidence(quick=True)
 
     def _search(self, loop: ClaimedLoop, *, quick: bool = False) -> _Search:
         """Return the search about a linear function of the signals, or a quadratic one.
@@ -117,7 +107,7 @@ class Tracking:
 
 def _plant_of(loop: ClaimedLoop) -> Plant:
     form = None if loop.model.derivation is None else loop.model.derivation.form
-    if form is None or form.plant is None or not form.plant.references or loop.gains is None:
+    if form is None or not form.plant.references or loop.gains is None:
         raise ModelError(
             f"model {loop.model.name!r}: it has no references or no gains; a plant file says by "
             "[reference] what follows what"

@@ -144,8 +144,8 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
         if given.get(name):
             changes[name] = values_in_si(option_of(name), given[name], variables)
     try:
-        asked = replace(settings, **changes)
-        asked.require_names(
+        changed = replace(settings, **changes)
+        changed.require_names(
             states=tuple(entry.all_states),
             inputs=tuple(entry.commanded),
             disturbances=tuple(entry.disturbances),
@@ -153,9 +153,9 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]
-        place = f"option {option_of(field)}: " if field in changes else ""
-        raise ModelError(f"{place}{error}") from error
-    return asked
+        prefix = f"option {option_of(field)}: " if field in changes else ""
+        raise ModelError(f"{prefix}{error}") from error
+    return changed
 
 
 def values_in_si(
@@ -172,12 +172,12 @@ def values_in_si(
     """
     from takagi.models.files.units import parse_unit
 
-    found: dict[str, float] = {}
-    for part in (part for text in written for part in text.split(",")):
-        match = _PAIR.fullmatch(part)
+    values: dict[str, float] = {}
+    for pair in (pair for text in written for pair in text.split(",")):
+        match = _PAIR.fullmatch(pair)
         if match is None:
             raise ModelError(
-                f"option {option}: {part!r} was given; NAME=VALUE is needed, such as angle=0.2 or "
+                f"option {option}: {pair!r} was given; NAME=VALUE is needed, such as angle=0.2 or "
                 "angle=10deg"
             )
         name, value, unit = match.groups()
@@ -186,18 +186,18 @@ def values_in_si(
                 f"option {option}: there is no {name}{did_you_mean(name, variables)}; the plant "
                 f"has {', '.join(variables) or 'none'}"
             )
-        own = parse_unit(variables[name].unit)
+        file_unit = parse_unit(variables[name].unit)
         try:
-            meant = parse_unit(unit) if unit.strip() else own
+            typed_unit = parse_unit(unit) if unit.strip() else file_unit
         except ModelError as error:
-            raise ModelError(f"option {option} {part}: {error}") from error
-        if meant.dimension != own.dimension:
+            raise ModelError(f"option {option} {pair}: {error}") from error
+        if typed_unit.dimension != file_unit.dimension:
             raise ModelError(
-                f"option {option} {part}: {name} is in {own.text}, which {unit.strip()!r} does not "
-                "fit"
+                f"option {option} {pair}: {name} is in {file_unit.text}, which {unit.strip()!r} "
+                "does not fit"
             )
-        found[name] = float(meant.to_si(Fraction(value)))
-    return found
+        values[name] = float(typed_unit.to_si(Fraction(value)))
+    return values
 
 
 def _rate(written: str) -> float | str:
@@ -245,9 +245,9 @@ def seconds_of(number: str, unit: str, option: str) -> float:
     from takagi.models.files.units import parse_unit
 
     try:
-        meant = parse_unit(unit)
+        typed_unit = parse_unit(unit)
     except ModelError as error:
         raise ModelError(f"{option}: {error}") from error
-    if meant.dimension != parse_unit("s").dimension:
+    if typed_unit.dimension != parse_unit("s").dimension:
         raise ModelError(f"{option}: {unit!r} is no unit of time; 60s and 10ms have one")
-    return float(meant.to_si(Fraction(number)))
+    return float(typed_unit.to_si(Fraction(number)))

@@ -39,8 +39,7 @@ ModelOrFolder = Annotated[
     ),
 ]
 Folder = Annotated[
-    Path,
-    typer.Argument(metavar="DIR", help="A folder of `takagi design`.", show_default=False),
+    Path, typer.Argument(metavar="DIR", help="A folder of `takagi design`.", show_default=False)
 ]
 
 
@@ -189,9 +188,8 @@ TURBINE_OPTIONS: Options = (
     option(
         "objective NAME",
         "Turbines: what the one-step search improves: balanced (wind limits, and some decay), "
-        "wind-class (the limits alone), decay, calm-pitch or calm-tower; --one-step alone means "
-        "balanced. With the first three the wind limits are no narrower than those of the two-step "
-        "gains, on average and at the weakest wind; with the calm ones by up to 15 %. "
+        "wind-class (the limits alone) or decay; --one-step alone means balanced. The wind limits "
+        "are no narrower than those of the two-step gains, on average and at the weakest wind. "
         "Effort-sharing law.",
     ),
 )

@@ -36,13 +36,7 @@ _OF_EFFORT_SHARING = (
     "one_step",
     "objective",
 )
-_OF_PUBLISHED = (
-    "speed_overlap",
-    "torque_overlap",
-    "ramp_shape",
-    "ramp_placement",
-    "tracking_time",
-)
+_OF_PUBLISHED = ("speed_overlap", "torque_overlap", "ramp_shape", "ramp_placement", "tracking_time")
 # A slower filter suits no turbine, and the design would search for minutes before failing.
 LONGEST_FILTER = 100.0  # s
 # Lower limits in rad/s.  A slower filter would delay the speed at frequencies where the law acts.
@@ -68,25 +62,27 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     given = {**defaults_of(TURBINE_OPTIONS), **options}
     law = EFFORT_SHARING if given["law"] is None else given["law"]
     for name in (*_OVERLAPS, *_OF_GAINS):
-        _check_positive(name, given[name])
+        value = given[name]
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise ModelError(f"option {option_of(name)}: {value:g} was given; it must be positive")
     speed = given["speed_setpoint"]
     setpoint = None if speed is None else _setpoint(speed, turbine)
     overlaps = {name: given[name] for name in _OVERLAPS if given[name] is not None}
-    asked = replace(default_settings(turbine), law=law, speed_setpoint=setpoint, **overlaps)
+    settings = replace(default_settings(turbine), law=law, speed_setpoint=setpoint, **overlaps)
     _check_law(law, given)
     fields = _law_fields(turbine, law, setpoint, given)
     fields |= _filter_fields(turbine, given["speed_filter"], given["torsion_filter"])
     fields |= _synthesis_fields(given["two_step"], given["one_step"], given["objective"])
-    asked = replace(asked, **fields)
-    effort = asked.effort or EffortSettings()
+    settings = replace(settings, **fields)
+    effort = settings.effort or EffortSettings()
     effort = replace(effort, **{name: given[name] for name in _OF_GAINS if given[name] is not None})
     covered = uncertainty_asked(given)
     if given["inertia"] is not None:
         span = covered.inertia
         effort = replace(effort, inertia=(float(span.lower), float(span.upper)))
-    asked = replace(asked, effort=effort, uncertainty=covered)
-    check_limits(turbine, asked)
-    return asked
+    settings = replace(settings, effort=effort, uncertainty=covered)
+    check_limits(turbine, settings)
+    return settings
 
 
 def _check_law(law: str, given: Mapping[str, object]) -> None:
@@ -100,30 +96,25 @@ def _check_law(law: str, given: Mapping[str, object]) -> None:
             )
 
 
-def _check_positive(name: str, value: float | None) -> None:
-    if value is not None and not (math.isfinite(value) and value > 0):
-        raise ModelError(f"option {option_of(name)}: {value:g} was given; it must be positive")
-
-
 def _law_fields(
     turbine: Turbine, law: str, speed_setpoint: float | None, given: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return what was asked of the law, as fields of ``DesignSettings``."""
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     if (torque := given["torque_setpoint"]) is not None:
-        found["torque_setpoint"] = _torque(torque, turbine, speed_setpoint)
+        fields["torque_setpoint"] = _torque(torque, turbine, speed_setpoint)
     if (share := given["pitch_effectiveness_share"]) is not None:
         needed = "above 0 and at most 10 is needed, such as 1"
         _require(0 < share <= 10, f"--pitch-effectiveness-share: {share:g} was given; {needed}")
-        found["effectiveness_share"] = share
+        fields["effectiveness_share"] = share
     if (shape := given["ramp_shape"]) is not None:
         known = shape in ("smooth", "linear")
         _require(known, f"--ramp-shape: {shape!r} was given; smooth or linear is needed")
-        found["ramp_shape"] = shape
+        fields["ramp_shape"] = shape
     if (place := given["ramp_placement"]) is not None:
         needed = "0 (below the set-point) to 1 (above it) is needed"
         _require(0 <= place <= 1, f"--ramp-placement: {place:g} was given; {needed}")
-        found["ramp_placement"] = place
+        fields["ramp_placement"] = place
     if (time := given["tracking_time"]) is not None:
         _require(
             law == "paper-two-integrators",
@@ -131,7 +122,7 @@ def _law_fields(
             f"--law {typed_name(law)} was asked for; leave it out or choose that law",
         )
         _require(0 < time < math.inf, f"--tracking-time: {time:g} was given; it must be positive")
-        found["tracking_time"] = time
+        fields["tracking_time"] = time
     if (time := given["wind_filter"]) is not None:
         _require(
             0 < time <= LONGEST_FILTER,
@@ -139,8 +130,8 @@ def _law_fields(
             f"filtered wind's rate forward, and at most {LONGEST_FILTER:g} s, because a slower "
             "filter does not follow the wind",
         )
-        found["wind_filter"] = time
-    return found
+        fields["wind_filter"] = time
+    return fields
 
 
 def _require(holds: bool, words: str) -> None:
@@ -187,15 +178,15 @@ def _filter_fields(
     turbine: Turbine, corner: float | None, frequency: float | None
 ) -> dict[str, Any]:
     """Return what was asked of low-pass and band-stop, as fields of ``DesignSettings``."""
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     if corner is not None:
         _require(
             corner == 0 or SLOWEST_CORNER <= corner < math.inf,
             f"--speed-filter: {corner:g} was given; at least {SLOWEST_CORNER:g} rad/s is needed, "
             "or 0 for none: a slower low-pass hides the speed from the law",
         )
-        found["speed_filter"] = corner
-    return found | _torsion_filter(turbine, frequency, corner)
+        fields["speed_filter"] = corner
+    return fields | _torsion_filter(turbine, frequency, corner)
 
 
 def _torsion_filter(
@@ -217,10 +208,10 @@ def _torsion_filter(
         f"--torsion-filter: {frequency:g} was given with --speed-filter 0; the band-stop needs a "
         "low-pass behind it: leave --speed-filter out, or give it a corner",
     )
-    found: dict[str, Any] = {"torsion_filter": frequency}
+    fields: dict[str, Any] = {"torsion_filter": frequency}
     if corner is None:
-        found["speed_filter"] = speed_filters(turbine, stopped=frequency > 0)[0]
-    return found
+        fields["speed_filter"] = speed_filters(turbine, stopped=frequency > 0)[0]
+    return fields
 
 
 def _synthesis_fields(two_step: bool, one_step: bool, objective: str | None) -> dict[str, Any]:

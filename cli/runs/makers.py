@@ -1,65 +1,34 @@
 """The makers of designs, one for turbines and one for plants; only this module chooses between.
 
-A verb about a model calls a ``Maker`` and does not ask which kind of model it has.
+A verb about a model calls a ``Maker`` and does not ask which kind of model it has.  A maker is made
+from the model's file and the options that concern it, ``source`` and ``asked``.  It has
+
+    words             the kind of model, for messages
+    options           those of a design
+    summary           the module that prints a design, with ``as_text`` and ``as_data``
+    simulation        the module that simulates, with ``OPTIONS`` and ``simulate``
+    design, certify   a design, or the certificate of a gain file's law; ``ModelError`` for options
+                      that make no sense, ``CertificateError`` for a gain file of another model
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from takagi.cli.options.given import Options, defaults_of, option_of
-from takagi.cli.progress import Tell
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.runs.turbine import TurbineMaker
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.design import CertifiedLaw, Design, NoDesign
     from takagi.models.loading import ModelFile
 
-
-class Maker(Protocol):
-    """Makes designs and certificates for one model.  Wrong options raise ``ModelError``.
-
-    Attributes
-    ----------
-    words : the kind of model in words, for messages.
-    options : those of a design.
-    summary : name of the module that prints a design, with ``as_text`` and ``as_data``.
-    simulation : name of the module that simulates, with ``OPTIONS`` and ``simulate``.
-    """
-
-    words: ClassVar[str]
-    options: ClassVar[Options]
-    summary: ClassVar[str]
-    simulation: ClassVar[str]
-
-    def __init__(self, source: Any, asked: Mapping[str, Any]) -> None:
-        """Take the model's file, and those options of the command line that concern it."""
-
-    @property
-    def source(self) -> Any:
-        """The model's file."""
-
-    @property
-    def asked(self) -> Mapping[str, Any]:
-        """The options of the command line."""
-
-    def design(self, tell: Tell) -> Design | NoDesign:
-        """Return the finished design."""
-
-    def certify(self, gains: Path, tell: Tell) -> CertifiedLaw | NoDesign:
-        """Return the certificate of the law in a gain file; the gains are not changed.
-
-        Raises
-        ------
-        CertificateError : the gain file is unreadable, or not for this model.
-        """
-
-
-MAKERS: Mapping[str, type[Maker]] = {"turbine": TurbineMaker, "plant": PlantMaker}
+Maker: TypeAlias = TurbineMaker | PlantMaker
+MAKERS: Mapping[str, type[TurbineMaker] | type[PlantMaker]] = {
+    "turbine": TurbineMaker,
+    "plant": PlantMaker,
+}
 # The options of every verb that designs.
 DESIGN_OPTIONS: Options = tuple(o for maker in MAKERS.values() for o in maker.options)
 # Option -> what to use instead for the other kind of model, where this is not obvious.
@@ -81,7 +50,7 @@ def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
     """
     from takagi.models.loading import read_model
 
-    source = read_model(model)
+    source: Any = read_model(model)
     declared = {kind: maker.options for kind, maker in MAKERS.items()}
     return MAKERS[source.kind](source, own_options(source, options, declared))
 
@@ -100,14 +69,14 @@ def own_options(
     ModelError : an option of another kind of model was given.  Ignoring it would let the user
         believe that it had an effect.
     """
-    own = defaults_of(declared[source.kind])
+    allowed = defaults_of(declared[source.kind])
     for kind, others in declared.items():
         for name, default in defaults_of(others).items():
-            if name not in own and options[name] != default and options[name] != []:
+            if name not in allowed and options[name] != default and options[name] != []:
                 instead = f" ({_INSTEAD[name]})" if name in _INSTEAD else ""
                 raise ModelError(
                     f"option {option_of(name)} is about {MAKERS[kind].words}, but model "
                     f"{source.name} is {MAKERS[source.kind].words}{instead}; leave it out, or "
                     "choose another model"
                 )
-    return {name: options[name] for name in own}
+    return {name: options[name] for name in allowed}

@@ -37,18 +37,18 @@ class PlantMaker:
         from takagi.certificates.design.plant.design import design_plant
         from takagi.certificates.design.plant.many_rules import BUDGET
 
-        found = design_plant(
+        outcome = design_plant(
             *self._question(),
             files=self.source.files,
             tell=tell,
             announce=lambda words: print(f"takagi: {words}", file=sys.stderr, flush=True),
             budget=budget_asked(self.asked.get("time"), BUDGET),
         )
-        given = as_typed(self.asked)
-        if isinstance(found, NoDesign) and given:
-            relax = f"Asked for on the command line: {given}; relax that first."
-            return NoDesign(f"{found.reason}\n{relax}")
-        return found
+        typed = as_typed(self.asked)
+        if isinstance(outcome, NoDesign) and typed:
+            relax = f"Asked for on the command line: {typed}; relax that first."
+            return NoDesign(f"{outcome.reason}\n{relax}")
+        return outcome
 
     def certify(self, gains: Path, tell: Tell) -> CertifiedLaw:
         """Return the certificate of a file's law, also on a plant that has changed since.
@@ -60,13 +60,13 @@ class PlantMaker:
 
         plant, settings = self._question()
         files = self.source.files
-        found = certify_filed(plant, gains, settings, files=files, tell=tell)
-        notes = [*found.notes[1:], *changes_since(plant, gains, found.document)]
-        if not found.proved:
+        law = certify_filed(plant, gains, settings, files=files, tell=tell)
+        notes = [*law.notes[1:], *changes_since(plant, gains, law.document)]
+        if not law.proved:
             tell("what would be proved")
             less = largest_change(plant, gains, settings, files=files, tell=tell)
             notes += [] if less is None else as_sentences(less, plant, settings)
-        return CertifiedLaw(found.document, found.checked, tuple(notes), found.is_about_plant)
+        return CertifiedLaw(law.document, law.checked, tuple(notes), law.is_about_plant)
 
     def with_gains(self, gains: Path, tell: Tell) -> PlantDesign:
         """Return the proof for the gains of a file, as they stand: a design to be simulated.
@@ -83,20 +83,20 @@ class PlantMaker:
         from takagi.certificates.design.plant.design import certify_filed
 
         plant, settings = self._question()
-        found = certify_filed(plant, gains, settings, files=self.source.files, tell=tell)
-        if REST_MOVED in found.notes:
+        proof = certify_filed(plant, gains, settings, files=self.source.files, tell=tell)
+        if REST_MOVED in proof.notes:
             raise ModelError(
                 f"{gains}: the law cannot be simulated on this plant: {REST_MOVED} (of 'takagi "
                 "certify'); simulate the law on its own plant, or the new one on this plant"
             )
-        if found.gains is not None and found.law is None and found.output_law is None:
-            why = next((note for note in found.notes if "are not kept: " in note), "")
+        if proof.gains is not None and proof.law is None and proof.output_law is None:
+            why = next((note for note in proof.notes if "are not kept: " in note), "")
             raise ModelError(
                 f"{gains}: the law cannot be simulated on this plant, which has changed: "
                 f"{why}; simulate it on its own plant, or design gains anew ('takagi certify' says "
                 "what is still proved of these)"
             )
-        return found
+        return proof
 
     def _question(self) -> tuple[Plant, PlantSettings]:
         return self.source.model, plant_settings(self.source, self.asked)
@@ -114,19 +114,19 @@ def changes_since(plant: Plant, gains: Path, document: Mapping[str, Any]) -> lis
     file = read_json(gains)
     stated = file.get("certificate")
     hashes = stated.get("sha256") if isinstance(stated, Mapping) else None
-    before = hashes.get("model") if isinstance(hashes, Mapping) else None
-    if before is None or before == document["provenance"]["sha256"]["model"]:
+    digest = hashes.get("model") if isinstance(hashes, Mapping) else None
+    if digest is None or digest == document["provenance"]["sha256"]["model"]:
         return []
-    found = changes_of_signals(plant, file, (document.get("gains") or {}).get("trim") or {})
-    beside = _certificate_beside(gains, str(before))
+    differences = changes_of_signals(plant, file, (document.get("gains") or {}).get("trim") or {})
+    beside = _certificate_beside(gains, str(digest))
     if beside is None:
-        found.append(
+        differences.append(
             "its equations and parameters may have changed too: they stand in the certificate of "
             "the gains, which is not beside the gain file"
         )
     else:
-        found += _changes_of_model(beside, document)
-    return [f"changed since the gains were made: {one}" for one in found]
+        differences += _changes_of_model(beside, document)
+    return [f"changed since the gains were made: {difference}" for difference in differences]
 
 
 def _certificate_beside(gains: Path, digest: str) -> Mapping[str, Any] | None:
@@ -135,13 +135,13 @@ def _certificate_beside(gains: Path, digest: str) -> Mapping[str, Any] | None:
     from takagi.certificates.checker.kernel.refusal import CertificateError
 
     try:
-        found = read_json(gains.with_name("certificate.json"))
+        certificate = read_json(gains.with_name("certificate.json"))
     except CertificateError:
         return None
-    provenance = found.get("provenance")
+    provenance = certificate.get("provenance")
     hashes = provenance.get("sha256") if isinstance(provenance, Mapping) else None
-    own = hashes.get("model") if isinstance(hashes, Mapping) else None
-    return found if own is not None and str(own) == digest else None
+    stated = hashes.get("model") if isinstance(hashes, Mapping) else None
+    return certificate if stated is not None and str(stated) == digest else None
 
 
 def _changes_of_model(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
@@ -150,10 +150,10 @@ def _changes_of_model(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[st
     from takagi.reports.baseline.changes import changes
 
     read = read_text(dumps(new), "certificate")
-    pair = ({"model": one["model"]} for one in (old, read))
-    told_above = ("states", "inputs", "disturbances", "name", "description", "source")
+    pair = ({"model": document["model"]} for document in (old, read))
+    signal_members = ("states", "inputs", "disturbances", "name", "description", "source")
     return [
         f"{change.place}: {change.old} -> {change.new}"
         for change in changes(*pair)
-        if change.part == "model" and change.place.split(".")[0] not in told_above
+        if change.part == "model" and change.place.split(".")[0] not in signal_members
     ]

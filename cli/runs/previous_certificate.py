@@ -41,18 +41,16 @@ def read_baseline(path: Path) -> PreviousCertificate:
 
 
 def compared(
-    old: PreviousCertificate, document: Mapping[str, Any], checked: Checked, tolerance: Fraction
+    old: PreviousCertificate, new: PreviousCertificate, tolerance: Fraction
 ) -> CertificateComparison:
     """Return the comparison of the old certificate with the new one."""
-    from takagi.certificates.checker.kernel.reader import read_text
-    from takagi.certificates.document.certificate_file import dumps
     from takagi.reports.baseline.comparison import compare_certificates
 
     return compare_certificates(
         old.document,
-        read_text(dumps(document), "certificate"),
+        new.document,
         checked_old=old.checked,
-        checked_new=checked,
+        checked_new=new.checked,
         tolerance=tolerance,
     )
 

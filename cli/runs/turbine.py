@@ -48,16 +48,16 @@ class TurbineMaker:
 
             if margins is None:
                 notes = _stability(turbine, settings, noted)
-                made = design_turbine(turbine, settings, files=files, tell=noted)
-                return replace(made, notes=notes)
+                finished = design_turbine(turbine, settings, files=files, tell=noted)
+                return replace(finished, notes=notes)
             from takagi.reports.margins.kept_margins import NoMargins, settings_with_margins
 
             given = [name for name, value in self.asked.items() if value not in (None, False)]
-            found = settings_with_margins(turbine, settings, margins, given=given, tell=noted)
-            if isinstance(found, NoMargins):
-                return NoDesign(found.reason)
-            made = design_turbine(turbine, found.settings, files=files, tell=noted)
-            return replace(made, notes=found.notes)
+            outcome = settings_with_margins(turbine, settings, margins, given=given, tell=noted)
+            if isinstance(outcome, NoMargins):
+                return NoDesign(outcome.reason)
+            finished = design_turbine(turbine, outcome.settings, files=files, tell=noted)
+            return replace(finished, notes=outcome.notes)
 
         return self._answered(work, tell)
 
@@ -103,12 +103,7 @@ class TurbineMaker:
         return self._answered(work, tell)
 
     def _answered(self, work: Callable[[Tell], Value], tell: Tell) -> Value | NoDesign:
-        """Return the result of ``work``, or the reason why there is none.
-
-        Misuse was refused before, when options and model were read: a ``ModelError`` of the work
-        is a condition that cannot be met.  It is told with its step, and with the options that
-        could be relaxed.
-        """
+        """Return the result of ``work``, or its step and reason: misuse was refused before."""
         step = ""
 
         def noted(text: str, done: float | None = None) -> None:
@@ -142,6 +137,6 @@ def _stability(turbine: Turbine, settings: DesignSettings, tell: Tell) -> tuple[
 
 def _reason(step: str, words: str, given: str) -> str:
     # The step's name may open the message already.
-    place = "" if not step or words.startswith(step.split(" of ")[0]) else f"{step}: "
+    prefix = "" if not step or words.startswith(step.split(" of ")[0]) else f"{step}: "
     relax = f"\nAsked for beyond the defaults: {given}; relax that first." if given else ""
-    return f"{place}{words}{relax}"
+    return f"{prefix}{words}{relax}"

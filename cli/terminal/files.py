@@ -40,12 +40,12 @@ def print_files(out: Path, files: Mapping[str, bytes | str]) -> None:
             print(f"  {name:<{width}}{purpose}")
 
 
-def tell_none(found: NoDesign, *, as_json: bool = False) -> int:
+def tell_none(outcome: NoDesign, *, as_json: bool = False) -> int:
     """Print why there is no design, and return the exit status for it.  Nothing was written."""
     if as_json:
-        print(json.dumps({"verdict": "UNDECIDED", "reason": found.reason}, indent=2))
+        print(json.dumps({"verdict": "UNDECIDED", "reason": outcome.reason}, indent=2))
     else:
-        print(f"Not proved, nothing written: {found.reason}", file=sys.stderr)
+        print(f"Not proved, nothing written: {outcome.reason}", file=sys.stderr)
     return UNPROVED
 
 

@@ -71,44 +71,50 @@ def certify(
     if gains_out is not None:
         _require_gains_out(gains, gains_out, out)
     share = tolerance_of(tolerance)
-    old = None if baseline is None else _read(baseline, out)
+    old = None
+    if baseline is not None:
+        if out.exists() and baseline.exists() and out.samefile(baseline):
+            raise ModelError(
+                f"{out}: --out is the --baseline, which would be gone; give it a new place"
+            )
+        old = read_baseline(baseline)
     maker = maker_of(model, options)
     if gains is not None:
         refuse_designing(maker.asked)
-        _require_readable(gains)
+        # Refused before the work where it is no JSON; imported here, for many have no such file.
+        from takagi.certificates.checker.kernel.reader import read_json
+
+        read_json(gains)
     with progress(f"takagi certify {model}") as tell:
-        found = maker.design(tell) if gains is None else maker.certify(gains, tell)
-        if isinstance(found, NoDesign):
-            return tell_none(found, as_json=as_json)
-        checked = found.checked
-        document = _bound(found.document, checked, gains, gains_out)
+        outcome = maker.design(tell) if gains is None else maker.certify(gains, tell)
+        if isinstance(outcome, NoDesign):
+            return tell_none(outcome, as_json=as_json)
+        checked = outcome.checked
+        document = _bound(outcome.document, checked, gains, gains_out)
         from takagi.certificates.document.certificate_file import dumps
         from takagi.reports.output import write_file
 
         write_file(out, dumps(document))
     # A plant whose equations cannot be written has a certificate of its model's vertices alone.
-    alone = not found.is_about_plant
-    difference = None if old is None else compared(old, document, checked, share)
+    alone = not outcome.is_about_plant
+    difference = None
+    if old is not None:
+        from takagi.certificates.checker.kernel.reader import read_text
+
+        written = read_text(dumps(document), "certificate")
+        difference = compared(old, PreviousCertificate(out, written, checked), share)
     warned = ""
     if gains is not None:
         from takagi.certificates.controller.content import differences_in_words
 
         differs = differences_in_words(document, gains) if gains_out is None else ""
-        warned = "\n".join((*found.notes, *([differs] if differs else ())))
+        warned = "\n".join((*outcome.notes, *([differs] if differs else ())))
     _print(out, checked, gains_out or gains, old, difference, warned, alone=alone, as_json=as_json)
-    kept = difference is None or difference.passes
-    return PROVED if checked.verdict.name == "PROVED" and not alone and kept else UNPROVED
+    passes = difference is None or difference.passes
+    return PROVED if checked.verdict.name == "PROVED" and not alone and passes else UNPROVED
 
 
 run = partial(run_command, "certify", certify, options=DESIGN_OPTIONS)
-
-
-def _require_readable(gains: Path) -> None:
-    """Refuse a file that cannot be read, or is no JSON, before the work."""
-    # Imported here: many certificates are made without a file.
-    from takagi.certificates.checker.kernel.reader import read_json
-
-    read_json(gains)
 
 
 def _require_gains_out(gains: Path | None, gains_out: Path, out: Path) -> None:
@@ -130,24 +136,16 @@ def _bound(
         return document
     from takagi.certificates.controller.content import bound_to_file, refreshed
 
-    own = document.get("controller")
+    controller = document.get("controller")
     if gains_out is None:
-        return bound_to_file(document, gains, own)
+        return bound_to_file(document, gains, controller)
     from takagi.certificates.controller.plant_members import statement
     from takagi.reports.gains_file.envelope import dump_gains
     from takagi.reports.output import write_file
 
-    found, content = refreshed(document, gains, own or {}, statement(checked))
+    certificate, content = refreshed(document, gains, controller or {}, statement(checked))
     write_file(gains_out, dump_gains(content))
-    return found
-
-
-def _read(baseline: Path, out: Path) -> PreviousCertificate:
-    if out.exists() and baseline.exists() and out.samefile(baseline):
-        raise ModelError(
-            f"{out}: --out is the --baseline, which would be gone; give it a new place"
-        )
-    return read_baseline(baseline)
+    return certificate
 
 
 def _print(

@@ -83,7 +83,12 @@ def _check(options: argparse.Namespace) -> int:
     from takagi.certificates.checker import CertificateError
 
     # What is asked wrongly is refused before the long work.
-    asked = _asked_margins(options.margins) if options.margins else None
+    asked = None
+    if options.margins:
+        # Imported here, with all that linearises: few users ask for it; it is not trusted code.
+        from takagi.reports.margins.thresholds import asked_margins
+
+        asked = asked_margins(options.margins)
     _require_places(options)
     try:
         if options.certificate.is_dir():
@@ -92,8 +97,10 @@ def _check(options: argparse.Namespace) -> int:
             checked, trusted = _verdict(options)
     except CertificateError as error:
         # Continuous integration shows the refusal where it shows results.
+        from takagi.reports.ci_formats import refusal
+
         needed, is_another = _needed(error, options)
-        _write_reports(options, _refused(str(error), needed))
+        _write_reports(options, refusal(str(error), needed=needed))
         if not is_another:
             raise  # the status is the boundary's, as for any misuse
         # The certificate is valid but about another loop, so nothing is proved for this one.
@@ -130,20 +137,20 @@ def _take_folder(options: argparse.Namespace) -> None:
     from takagi.reports.design_folder import design_folder
 
     options.folder = options.certificate
-    parts = design_folder(options.folder)
-    options.certificate = parts.certificate
-    options.plant_file = options.model or Path(str(parts.record.get("given")))
-    options.gains, options.model = options.gains or parts.gains, options.model or parts.model
+    design = design_folder(options.folder)
+    options.certificate = design.certificate
+    options.plant_file = options.model or Path(str(design.record.get("given")))
+    options.gains, options.model = options.gains or design.gains, options.model or design.model
 
 
 def _require_places(options: argparse.Namespace) -> None:
     """Refuse reports that cannot be written, and a C file that cannot be read."""
-    if reports := [place for place in (options.junit, options.sarif, options.summary) if place]:
+    if reports := [report for report in (options.junit, options.sarif, options.summary) if report]:
         # Imported here: most checks write no report.
         from takagi.cli.output_place import require_file_place
 
-        for place in reports:
-            require_file_place(place)
+        for report in reports:
+            require_file_place(report)
     if options.c_source:
         from takagi.reports.code.c.comparison import require_readable
 
@@ -178,13 +185,6 @@ def _further(
             missed.append(("the loop that runs has the margins asked", reason))
         lines += measured
     return missed, lines
-
-
-def _asked_margins(written: str) -> AskedMargins:
-    # Imported here, with all that linearises: few users ask for it, and it is not trusted code.
-    from takagi.reports.margins.thresholds import asked_margins
-
-    return asked_margins(written)
 
 
 def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:
@@ -258,10 +258,7 @@ def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
 
 
 def _take_summary(options: argparse.Namespace) -> str:
-    """Take the summary of a folder's design, made anew from its claims; return why there is none.
-
-    It needs all that takagi needs; a certificate alone needs none of it, and has no summary.
-    """
+    """Take the summary of a folder's design, by all of takagi; return why it has none."""
     from takagi.certificates.checker import CertificateError
     from takagi.models.errors import ModelError
     from takagi.reports.design_folder import read_design, summary_of
@@ -277,24 +274,15 @@ def _take_summary(options: argparse.Namespace) -> str:
 def _kinds(certificate: Path) -> list[str]:
     """Return the kinds of a certificate's claims; none of a file that is refused."""
     try:
-        return [str(one["kind"]) for one in json.loads(certificate.read_bytes())["claims"]]
+        return [str(claim["kind"]) for claim in json.loads(certificate.read_bytes())["claims"]]
     except (OSError, ValueError, LookupError, TypeError):
         return []
 
 
 def _plant_file(options: argparse.Namespace) -> Path | None:
-    """Return the model file that was given, or that a folder was designed from; None for neither.
-
-    A built-in model is no file of the user's.
-    """
-    given: Path | None = options.plant_file or options.model
-    return given if given is not None and given.suffix and given.is_file() else None
-
-
-def _refused(reason: str, needed: str) -> CheckedFile:
-    from takagi.reports.ci_formats import refusal
-
-    return refusal(reason, needed=needed)
+    """Return the user's model file, given or designed from; None for a built-in model."""
+    file: Path | None = options.plant_file or options.model
+    return file if file is not None and file.suffix and file.is_file() else None
 
 
 def _as_text(options: argparse.Namespace, checked: CheckedFile, trusted: Trusted | None) -> str:

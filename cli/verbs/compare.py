@@ -16,6 +16,7 @@ from takagi.cli.options.given import AsJson
 from takagi.cli.runs.previous_certificate import (
     TOLERANCE,
     TOLERANCE_HELP,
+    compared,
     read_baseline,
     tolerance_of,
 )
@@ -49,55 +50,41 @@ def compare(
     share = tolerance_of(tolerance)
     first_rows, rows = _summary_of(old), {place: _summary_of(place) for place in new}
     old, places = _file(old), {place: _file(place) for place in new}
-    from takagi.reports.baseline.comparison import (
-        compare_certificates,
-        plant_name,
-        summary_changes,
-    )
+    from takagi.reports.baseline.comparison import plant_name, summary_changes
     from takagi.reports.baseline.words import as_data, as_html, as_markdown, as_text
     from takagi.reports.output import write_file
 
     before, source = read_baseline(old), str(old)
-    compared = {}
+    comparisons = {}
     for place, certificate in places.items():
-        after = read_baseline(certificate)
-        comparison = compare_certificates(
-            before.document,
-            after.document,
-            checked_old=before.checked,
-            checked_new=after.checked,
-            tolerance=share,
-        )
+        comparison = compared(before, read_baseline(certificate), share)
         if first_rows and rows[place]:
             changes = summary_changes(first_rows, rows[place])
             comparison = replace(comparison, summary=changes)
-        compared[str(certificate)] = comparison
+        comparisons[str(certificate)] = comparison
     # A heading says which of several it is.
-    several = len(compared) > 1
-    heads = {place: f"{place}\n" if several else "" for place in compared}
+    several = len(comparisons) > 1
+    heads = {place: f"{place}\n" if several else "" for place in comparisons}
     if summary is not None:
         texts = (f"{heads[k]}\n" * several + as_markdown(c, source=source)
-                 for k, c in compared.items())  # fmt: skip
+                 for k, c in comparisons.items())  # fmt: skip
         write_file(summary, "\n".join(texts))
     if html is not None:
         name = plant_name(before.document["model"])
-        write_file(html, as_html(compared, name=name, old=source))
+        write_file(html, as_html(comparisons, name=name, old=source))
     if as_json:
-        data = [{"old": source, "new": place, **as_data(c)} for place, c in compared.items()]
+        data = [{"old": source, "new": place, **as_data(c)} for place, c in comparisons.items()]
         print(json.dumps(data if several else data[0], indent=2))
     else:
-        print("\n\n".join(heads[k] + as_text(c, source=source) for k, c in compared.items()))
-    return PROVED if all(c.passes for c in compared.values()) else UNPROVED
+        print("\n\n".join(heads[k] + as_text(c, source=source) for k, c in comparisons.items()))
+    return PROVED if all(c.passes for c in comparisons.values()) else UNPROVED
 
 
 run = partial(run_command, "compare", compare)
 
 
 def _summary_of(path: Path) -> Sequence[SummaryRow]:
-    """Return the rows of a design's folder; none of a certificate alone.
-
-    A folder whose design cannot be read, such as an older one, is compared by its certificate.
-    """
+    """Return the rows of a design's folder; none of a certificate, or where it cannot be read."""
     if not path.is_dir():
         return ()
     from takagi.certificates.checker.kernel.refusal import CertificateError

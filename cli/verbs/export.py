@@ -6,12 +6,13 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from takagi.cli.command import PROVED, run_command
 from takagi.cli.options.turbine_options import law_in_files
+from takagi.reports.code.targets import TARGETS
 
 if TYPE_CHECKING:
     from takagi.reports.code.controller_program import ControllerProgram
@@ -102,6 +103,8 @@ def export(
     return _code(program, str(to), out, precision, sample_time, (given, certificate))
 
 
+_LISTED = "\n\n    ".join(f"--to {target.word}: {target.tools}." for target in TARGETS)
+export.__doc__ = (export.__doc__ or "").replace("{targets}", _LISTED)
 run = partial(run_command, "export", export)
 
 
@@ -110,11 +113,11 @@ def _of_folder(folder: Path, coq: Path | None) -> Path:
     from takagi.models.errors import ModelError
     from takagi.reports.design_folder import design_folder
 
-    parts = design_folder(folder)
-    found = parts.certificate if coq is not None else parts.gains
-    if found is None:
+    design = design_folder(folder)
+    file = design.certificate if coq is not None else design.gains
+    if file is None:
         raise ModelError(f"{folder}: is an analysis without gains; there is no law to export")
-    return found
+    return file
 
 
 def _program(given: Path, law: str | None, without: list[str]) -> ControllerProgram:
@@ -144,24 +147,24 @@ def _code(
 ) -> int:
     from takagi.cli.output_place import require_folder_place
     from takagi.reports.code.proof_words import proof_lines
-    from takagi.reports.code.targets import certified, export_settings, exported
+    from takagi.reports.code.targets import ExportSettings, Precision, certified, exported
     from takagi.reports.output import write_folder
 
-    settings = export_settings(precision, sample_time)
+    settings = ExportSettings(cast(Precision, precision), sample_time)
     if to == "mat":
         model, claims = certified(*places, program)
         settings = replace(settings, model=model, claims=claims)
     require_folder_place(out)
-    found = exported(to, program, settings)
-    write_folder(out, found.files)
-    print(f"{out}: {program.name}, {len(found.files)} files")
+    exports = exported(to, program, settings)
+    write_folder(out, exports.files)
+    print(f"{out}: {program.name}, {len(exports.files)} files")
     # The file's own word: neither the proof nor its numbers are read here.
-    given, beside = places[0], places[1] or places[0].with_name("certificate.json")
+    gains, beside = places[0], places[1] or places[0].with_name("certificate.json")
     for line in proof_lines(program)[:3]:
-        line = line.replace("CERTIFICATE", str(beside)).replace("GAINS", str(given))
+        line = line.replace("CERTIFICATE", str(beside)).replace("GAINS", str(gains))
         print(fill(line, 98, initial_indent="  ", subsequent_indent="    "))
-    width = max(map(len, found.use)) + 2
-    for name, line in found.use.items():
+    width = max(map(len, exports.use)) + 2
+    for name, line in exports.use.items():
         print(f"  {name:<{width}}{line}")
     return PROVED
 
@@ -183,14 +186,3 @@ def _coq(certificate: Path, coq: Path) -> int:
     print(f"{coq}: {exported.count} matrices of {len(exported.matrices)} claims")
     print(f"Check it with: coqc {coq}")
     return PROVED
-
-
-def _with_targets(text: str) -> str:
-    """Return the help with the list of targets, one line each."""
-    from takagi.reports.code.targets import TARGETS
-
-    lines = "\n\n    ".join(f"--to {one.word}: {one.tools}." for one in TARGETS)
-    return text.replace("{targets}", lines)
-
-
-export.__doc__ = _with_targets(export.__doc__ or "")

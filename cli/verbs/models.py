@@ -18,13 +18,13 @@ def list_models(as_json: AsJson = False) -> int:
     from takagi.models.files.library import built_in_kinds, built_in_models
 
     kinds = built_in_kinds()
-    found = sorted(built_in_models(), key=lambda pair: (kinds[pair[0]] != "turbine", pair[0]))
+    models = sorted(built_in_models(), key=lambda pair: (kinds[pair[0]] != "turbine", pair[0]))
     if as_json:
-        rows = [{"name": name, "kind": kinds[name], "description": text} for name, text in found]
+        rows = [{"name": name, "kind": kinds[name], "description": text} for name, text in models]
         print(json.dumps(rows, indent=2))
         return PROVED
-    width = max((len(name) for name, _ in found), default=0)
-    for name, text in found:
+    width = max((len(name) for name, _ in models), default=0)
+    for name, text in models:
         print(f"{name:<{width}}  {kinds[name]:<7}  {text}")
     return PROVED
 

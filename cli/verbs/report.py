@@ -28,12 +28,12 @@ def report(
     from takagi.reports.design_folder import FIGURES, REPORT, read_design, report_files
     from takagi.reports.output import write_folder
 
-    place = out or folder
-    require_folder_place(place, files=[REPORT], folders=[FIGURES])
+    target = out or folder
+    require_folder_place(target, files=[REPORT], folders=[FIGURES])
     with progress(f"takagi report {folder}") as tell:
         design = read_design(folder, tell=tell)
-        write_folder(place, report_files(design, tell=tell))
-    print(f"{place / REPORT}: {design.verdict_words}")
+        write_folder(target, report_files(design, tell=tell))
+    print(f"{target / REPORT}: {design.verdict_words}")
     return PROVED if design.proved else UNPROVED
 
 

@@ -15,7 +15,7 @@ from takagi.cli.options.turbine_options import ModelOrFolder
 from takagi.cli.runs.makers import MAKERS, own_options
 
 if TYPE_CHECKING:
-    from takagi.models.loading import ModelFile
+    pass
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -70,21 +70,19 @@ def simulate(
     """
     from takagi.models.loading import read_model
 
-    source, gains = _designed(Path(model)) if Path(model).is_dir() else (read_model(model), None)
+    gains: Path | None = None
+    if Path(model).is_dir():
+        from takagi.reports.design_folder import design_folder
+
+        design = design_folder(Path(model))
+        source, gains = read_model(design.model), design.gains
+    else:
+        source = read_model(model)
     if gains is not None and options["certificate"] is None:
         name = "gains" if source.kind == "plant" else "law_from"
         options[name] = options[name] or gains
-    asked = own_options(source, options, _declared())
+    requested = own_options(source, options, _declared())
     status: int = import_module(MAKERS[source.kind].simulation).simulate(
-        source, out, asked, duration=duration, as_json=as_json
+        source, out, requested, duration=duration, as_json=as_json
     )
     return status
-
-
-def _designed(folder: Path) -> tuple[ModelFile, Path | None]:
-    """Return model and gain file of a design's folder."""
-    from takagi.models.loading import read_model
-    from takagi.reports.design_folder import design_folder
-
-    parts = design_folder(folder)
-    return read_model(parts.model), parts.gains

@@ -40,9 +40,7 @@ CAMPAIGN_OPTIONS: Options = (
         list[str],
     ),
     option(
-        "workers N",
-        "With --certificate: processes; as many as there are cores unless given.",
-        int,
+        "workers N", "With --certificate: processes; as many as there are cores unless given.", int
     ),
 )
 
@@ -138,11 +136,11 @@ def without_campaign(options: Mapping[str, Any]) -> dict[str, Any]:
     ------
     ModelError : an option that needs --certificate.
     """
-    own = defaults_of(CAMPAIGN_OPTIONS)
-    for name in own:
+    declared = defaults_of(CAMPAIGN_OPTIONS)
+    for name in declared:
         if options[name] not in (None, []):
             raise ModelError(
                 f"option --{name} is about random runs of a certified loop; give the certificate "
                 "too: --certificate FILE"
             )
-    return {name: value for name, value in options.items() if name not in own}
+    return {name: value for name, value in options.items() if name not in declared}

@@ -12,11 +12,7 @@ from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import Options, option, refuse_designing
 from takagi.cli.options.plant_options import PLANT_OPTIONS, values_in_si
-from takagi.cli.options.simulation_options import (
-    PLANT_SCENARIO,
-    SHARED_SIMULATION,
-    plant_scenario,
-)
+from takagi.cli.options.simulation_options import PLANT_SCENARIO, SHARED_SIMULATION, plant_scenario
 from takagi.cli.progress import progress
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.terminal.files import tell_none
@@ -71,15 +67,15 @@ def simulate(
     starts = [values_in_si("--start", [text], states) for text in options["start"] or []]
     signals = _references(source)
     jumps = [values_in_si("--reference", [text], signals) for text in options["reference"] or []]
-    asked = {name: options[name] for name in options if name not in _OWN}
+    design_options = {name: options[name] for name in options if name not in _OWN}
     if duration is not None and not 0 < duration < float("inf"):
         raise ModelError(f"option --duration: {duration:g} was given; it must be positive")
     scenario = plant_scenario(source.entry, options, duration=duration)
     if options["gains"] is not None:
-        refuse_designing(asked)
+        refuse_designing(design_options)
     written: list[str] = []
     with progress(f"takagi simulate {source.name}") as tell:
-        maker, gains = PlantMaker(source, asked), options["gains"]
+        maker, gains = PlantMaker(source, design_options), options["gains"]
         design = maker.design(tell) if gains is None else maker.with_gains(gains, tell)
         if isinstance(design, NoDesign):
             return tell_none(design, as_json=as_json)
@@ -91,7 +87,7 @@ def simulate(
             from takagi.reports.code.program_reading import read_controller
 
             program = read_controller(gains)
-        found = simulation.simulate_plant(
+        run = simulation.simulate_plant(
             design,
             starts=starts or ([] if jumps else None),
             references=jumps or None,
@@ -103,30 +99,30 @@ def simulate(
             from takagi.reports.output import write_folder
 
             tell("figures and tables")
-            files = simulation.simulation_files(found)
+            files = simulation.simulation_files(run)
             write_folder(out, files)
             written = [str(out / name) for name in files]
-    data = simulation.simulation_data(found)
+    data = simulation.simulation_data(run)
     if as_json:
         print(json.dumps({**data, "files": written}, indent=2))
     else:
-        _print(found, data, written)
-    return PROVED if found.all_ended else UNPROVED
+        _print(run, data, written)
+    return PROVED if run.all_ended else UNPROVED
 
 
 def _references(source: PlantFile) -> dict[str, VariableEntry]:
     """Return the references with the units that the file gives them."""
     from takagi.models.plant.entries import VariableEntry
 
-    entry, found = source.entry, {}
-    for name, one in entry.reference.items():
-        followed = entry.outputs.get(one.follow, entry.states.get(one.follow))
-        own = "-" if followed is None else followed.unit
-        found[name] = VariableEntry(unit=one.unit or own)
-    return found
+    entry, entries = source.entry, {}
+    for name, reference in entry.reference.items():
+        followed = entry.outputs.get(reference.follow, entry.states.get(reference.follow))
+        followed_unit = "-" if followed is None else followed.unit
+        entries[name] = VariableEntry(unit=reference.unit or followed_unit)
+    return entries
 
 
-def _print(found: PlantSimulation, data: Mapping[str, Any], written: list[str]) -> None:
+def _print(run: PlantSimulation, data: Mapping[str, Any], written: list[str]) -> None:
     from textwrap import fill
 
     from rich import box
@@ -137,9 +133,9 @@ def _print(found: PlantSimulation, data: Mapping[str, Any], written: list[str]) 
 
     width = None if sys.stdout.isatty() else _WIDTH
     console = Console(file=sys.stdout, width=width, highlight=False)
-    print(f"{found.loop.plant.name}, the plant itself under its law; figures in the file's units")
+    print(f"{run.loop.plant.name}, the plant itself under its law; figures in the file's units")
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
-    heads, rows = columns(found)
+    heads, rows = columns(run)
     for k, head in enumerate(heads):
         justify: Any = "right" if k else "left"
         table.add_column(_plain(head), justify=justify, vertical="bottom", overflow="fold")

@@ -45,9 +45,7 @@ SCENARIO_OPTIONS: Options = (
         default="paper",
     ),
     option(
-        "wake NAME",
-        "Turbines: dynamic (a wake with states) or equilibrium.",
-        default="dynamic",
+        "wake NAME", "Turbines: dynamic (a wake with states) or equilibrium.", default="dynamic"
     ),
     option(
         "without PART",
@@ -134,8 +132,8 @@ def _laws(
     )
     plant = simulation_plant(turbine, parts)
     winds = scenario_winds(turbine, asked["scenario"], duration=duration, seed=asked["seed"])
-    given = asked["sample_time"]
-    step = SAMPLE_TIME if given is None else time_asked("--sample-time", given)
+    step_text = asked["sample_time"]
+    step = SAMPLE_TIME if step_text is None else time_asked("--sample-time", step_text)
     require_sampling(step, asked["computation_time"])
     _tell_slow_sampling(plant, step)
     written: list[str] = []
@@ -150,7 +148,7 @@ def _laws(
         laws = filed or chosen_laws(turbine, names, files=source.files, tell=making)
         begin = _MAKING if steps else 0.0
         same = ("scenario", "computation_time")
-        found = run_simulation(
+        simulation = run_simulation(
             turbine,
             laws,
             winds,
@@ -164,28 +162,28 @@ def _laws(
             from takagi.reports.simulation.tables import simulation_files
 
             tell("figures and tables", _SIMULATING)
-            content = simulation_files(found)
+            content = simulation_files(simulation)
             write_folder(out, content)
             written = [str(out / name) for name in content]
     if as_json:
         from takagi.reports.simulation.tables import as_json as json_text
 
-        print(json_text(found, files=written), end="")
+        print(json_text(simulation, files=written), end="")
     else:
         from takagi.cli.terminal.simulation_table import print_simulation
 
-        print_simulation(found, written)
-    return UNPROVED if found.diverged else PROVED
+        print_simulation(simulation, written)
+    return UNPROVED if simulation.diverged else PROVED
 
 
 def _tell_slow_sampling(plant: SimulatedTurbine, step: float) -> None:
     """Say before the long work that a mode has too few samples; the simulation shows the rest."""
     from takagi.reports.margins.running_over_wind import plant_modes, slow_sampling
 
-    found = slow_sampling(step, plant_modes(plant))
-    if found is not None:
+    words = slow_sampling(step, plant_modes(plant))
+    if words is not None:
         print(
-            f"note: {found}; what the law then sees of this mode is made by the sampling, and an "
+            f"note: {words}; what the law then sees of this mode is made by the sampling, and an "
             "exported law refuses or reports such a time",
             file=sys.stderr,
             flush=True,

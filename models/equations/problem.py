@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import sympy as sp
@@ -37,7 +37,7 @@ class Problem:
     domain : where bounds shall hold if that is less than the box (a band, a union of cells), in
         deviations; None for the box.
     premises : premises fixed by the user.
-    names : states, inputs, outputs, disturbances; None names them by symbol and unit.
+    names : states, inputs, outputs, disturbances.
     steps : how the equations came from the plant's, for the derivation.
     rest : the plant's variables at the equilibrium, which its deviations are taken from.
     balls : variable or parameter -> the number that it is, where that is not a decimal; the
@@ -47,15 +47,15 @@ class Problem:
 
     equations: Equations
     box: Mapping[sp.Symbol, Interval]
-    domain: Domain | None = None
-    premises: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
-    names: Mapping[str, Sequence[str]] | None = None
-    steps: tuple[Step, ...] = ()
-    rest: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
-    name: str = ""
-    source: str = ""
-    balls: Mapping[sp.Symbol, Ball] = field(default_factory=dict)
-    relations: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    domain: Domain | None
+    premises: Mapping[sp.Symbol, sp.Expr]
+    names: Mapping[str, Sequence[str]]
+    steps: tuple[Step, ...]
+    rest: Mapping[sp.Symbol, sp.Expr]
+    name: str
+    source: str
+    balls: Mapping[sp.Symbol, Ball]
+    relations: Mapping[sp.Symbol, sp.Expr]
 
     def related(self) -> Problem:
         """Return the same problem in as few numbers as the linear equations at rest leave."""

@@ -416,7 +416,7 @@ def rate_in_file_units(plant: Plant, rate: float) -> tuple[float, str]:
 
 def _times(plant: Plant) -> set[str]:
     """Return s, and the units of time that occur in what the file's figures are written in."""
-    units_written = [quantity.written for quantity in (*plant.variables, *plant.parameters)]
+    units_written = [v.written for v in plant.variables] + [p.written for p in plant.parameters]
     names = {name for unit in units_written for name in _NAME.findall(unit)}
     return {"s"} | {name for name in names if _is_time(name)}
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.csv_table import read_curve, read_surface
@@ -121,7 +121,7 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
         state, and numbers out of range.
     """
     design = entry.design
-    rate: Decimal | float | str | None = design.decay_rate
+    rate: Decimal | float | Literal["max"] | None = design.decay_rate
     if design.settle is not None:
         field, written = "design.settle", str(design.settle)
         if rate is not None:

@@ -331,20 +331,16 @@ def _cell(cell: Cell) -> str:
     return r",\ ".join(formulas)
 
 
-LETTERS = ("A", "B", "C", "D", "E")
-
-
 def assemble(
     plant: Equations,
     factored: Factored,
     premises: Sequence[Premise],
     *,
     steps: Sequence[Step] = (),
-    names: Mapping[str, Sequence[str]] | None = None,
+    names: Mapping[str, Sequence[str]],
     box: Mapping[str, tuple[Number, Number]],
     sides: Mapping[sp.Symbol, Interval] | None = None,
     form: SymbolicForm | None = None,
-    tell_rules: bool = False,
     name: str,
     source: str,
 ) -> TSModel:
@@ -354,10 +350,9 @@ def assemble(
     ----------
     premises : one per symbol of ``factored.premises``, in that order.
     steps : put between the plant and its factored form in the derivation.
-    names : states, inputs, outputs, disturbances; None names them by symbol and unit.
+    names : states, inputs, outputs, disturbances.
     sides : range of each variable, for the check of exactness at points.
-    form : kept in the derivation.
-    tell_rules : end the derivation with weights, rules and vertices.
+    form : kept in the derivation, which then ends with weights, rules and vertices.
 
     Raises
     ------
@@ -372,14 +367,8 @@ def assemble(
         for letter, matrix in factored.matrices.items()
         if letter == "A" or 0 not in matrix.shape
     }
-    labels = names or {
-        "states": plant.named(plant.states),
-        "inputs": plant.named(plant.inputs),
-        "outputs": tuple(f"y{k} [-]" for k in range(1, len(plant.outputs) + 1)),
-        "disturbances": plant.named(plant.disturbances),
-    }
     derivation = replace(_derivation(plant, factored, premises, steps, exactness), form=form)
-    if tell_rules:
+    if form is not None:
         further_steps = rule_steps(premises, products, discrete=plant.sample_time is not None)
         derivation = replace(derivation, steps=(*derivation.steps, *further_steps))
     return TSModel(
@@ -388,10 +377,10 @@ def assemble(
         C=products.get("C"),
         D=products.get("D"),
         E=products.get("E"),
-        states=labels["states"],
-        inputs=labels["inputs"],
-        outputs=labels["outputs"],
-        disturbances=labels["disturbances"],
+        states=names["states"],
+        inputs=names["inputs"],
+        outputs=names["outputs"],
+        disturbances=names["disturbances"],
         premises=premises,
         box=box,
         sample_time=plant.sample_time,

@@ -213,8 +213,8 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     if not complete:
         missing = [str(s) for s, e in problem.premises.items() if e not in forms[0].premises]
         raise ModelError(
-            f"premise {', '.join(missing)} was not found in the factored entries; leave it out, "
-            "write it as it stands in the equations, or give the matrices factored by hand"
+            f"premise {', '.join(missing)} was not found in the factored entries; leave it out, or "
+            "write it as it stands in the equations"
         )
     if not asked_premises and min(len(form.premises) for form in complete) > MOST_PLAIN:
         complete = [*_with_denominators(problem), *complete]

@@ -224,9 +224,8 @@ def _telescoped(term: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option
         there = "without a value, since it divides by 0," if bent else str(origin)
         raise ModelError(
             f"row {row + 1}: {term} does not vanish with any state: it is "
-            f"{there} at the origin, so it cannot be written as coefficients times states; move "
-            "the equilibrium to the origin (x - x*, or the rest values of a Plant), or give A "
-            "factored by hand"
+            f"{there} at the origin, so it cannot be written as coefficients times states; give "
+            "rest values at which it is 0"
         )
     orders = []
     for order in (variables, variables[::-1]):

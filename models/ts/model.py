@@ -40,13 +40,13 @@ class SymbolicForm:
 
     Attributes
     ----------
-    plant : as it was given; None where expressions were given instead.
+    plant : as it was given.
     problem : equations in deviations from the equilibrium, box and domain.
     factored : A, B, C, D, E with entries in premise symbols, and what each premise stands for.
     kind : "sector" where f = A(z) x + ..., "secant" where A(z), ... are the slopes of f.
     """
 
-    plant: Plant | None
+    plant: Plant
     problem: Problem
     factored: Factored
     kind: Literal["sector", "secant"] = "sector"

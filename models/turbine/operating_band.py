@@ -149,10 +149,14 @@ def _require_entries(
 @lru_cache(maxsize=8)
 def _scale(turbine: Turbine) -> Interval:
     """Return S = rho pi R^3 / (2 J)."""
-    radius = exact(turbine.rotor_radius)
+    volume = exact(turbine.rotor_radius) ** 3
+    return PI * (exact(turbine.air_density) * volume / (2 * exact_inertia(turbine)))
+
+
+def exact_inertia(turbine: Turbine) -> Fraction:
+    """Return J = J_r + n_g^2 J_g from the decimals of the turbine's figures [kg m^2]."""
     at_rotor = exact(turbine.gear_ratio) ** 2 * exact(turbine.generator_inertia)
-    inertia = exact(turbine.rotor_inertia) + at_rotor
-    return PI * (exact(turbine.air_density) * radius**3 / (2 * inertia))
+    return exact(turbine.rotor_inertia) + at_rotor
 
 
 NODE_DECIMALS = 9

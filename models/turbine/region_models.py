@@ -37,7 +37,7 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.operating_band import operating_band
+from takagi.models.turbine.operating_band import exact_inertia, operating_band
 from takagi.models.turbine.regional_model import (
     INTEGRAL,
     KINDS,
@@ -45,7 +45,6 @@ from takagi.models.turbine.regional_model import (
     SPEED_ERROR,
     WIND_DEVIATION,
     RegionalPlant,
-    inertia_value,
     region_model,
     secant_premise,
     telescoping_step,
@@ -117,9 +116,7 @@ def partial_load_model(
         secant_premise(band, "speed", with_pitch=False, tolerance=share),
         secant_premise(band, "wind", with_pitch=False, tolerance=share),
     )
-    return region_model(
-        _partial_load_region(turbine), band, premises, name=f"{turbine.name} partial load"
-    )
+    return region_model(_partial_load_region(turbine), band, premises, name="partial load")
 
 
 def lowest_wind(
@@ -176,7 +173,7 @@ def _partial_load_region(turbine: Turbine) -> RegionalPlant:
         "D": sp.zeros(0, 1),
         "E": sp.Matrix([[torque.secant("d")], [0]]),
     }
-    constants = {gear: exact(turbine.gear_ratio), J: inertia_value(turbine)}
+    constants = {gear: exact(turbine.gear_ratio), J: exact_inertia(turbine)}
     balanced = Step(
         "The torque that balances the trim point; the input is the deviation from it.",
         rf"n_g T^* = {sp.latex(torque.trim)}",
@@ -242,9 +239,7 @@ def full_load_model(
     premises = tuple(
         secant_premise(band, slope, with_pitch=True, tolerance=exact(tolerance)) for slope in KINDS
     )
-    return region_model(
-        _full_load_region(turbine), band, premises, name=f"{turbine.name} full load"
-    )
+    return region_model(_full_load_region(turbine), band, premises, name="full load")
 
 
 def _full_load_region(turbine: Turbine) -> RegionalPlant:

@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.derivation_step import Step
-from takagi.models.intervals.interval import exact
+from takagi.models.intervals.box_search import Range
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise, round_outward
 from takagi.models.turbine.data import Turbine, rotor_torque, rotor_torque_gradient
@@ -126,7 +126,12 @@ def secant_premise(
     # The telescope leaves the trim wind first, then the pitch, then the speed.
     off_trim = {"wind": ("wind",), "pitch": ("pitch", "wind"), "speed": tuple(moving)}[slope]
     proved_range = slope_range(band, slope, off_trim=off_trim, tolerance=tolerance)
-    bounds = round_outward(proved_range.outer, digits=6)
+    return proved_premise(kind, proved_range, _evaluator(band, kind, with_pitch))
+
+
+def proved_premise(kind: Kind, proved: Range, evaluate: Callable[..., float]) -> Premise:
+    """Return the premise of a secant with its proved range, rounded outward."""
+    bounds = round_outward(proved.outer, digits=6)
     return Premise(
         kind.name,
         bounds.lower,
@@ -134,9 +139,9 @@ def secant_premise(
         unit=kind.unit,
         evidence=(
             f"range of {kind.words} over the tube: Bernstein hulls in exact arithmetic, "
-            f"{proved_range.boxes} boxes, rounded outward"
+            f"{proved.boxes} boxes, rounded outward"
         ),
-        evaluate=_evaluator(band, kind, with_pitch),
+        evaluate=evaluate,
     )
 
 
@@ -205,7 +210,12 @@ class RegionalPlant:
 
 
 def region_model(
-    region: RegionalPlant, band: OperatingBand, premises: tuple[Premise, ...], *, name: str
+    region: RegionalPlant,
+    band: OperatingBand,
+    premises: tuple[Premise, ...],
+    *,
+    name: str,
+    source: str = SOURCE,
 ) -> TSModel:
     """Return the TSModel of a region over its band, after the symbolic check of exactness."""
     from takagi.models.sector.assembly import assemble
@@ -216,13 +226,13 @@ def region_model(
         premises,
         steps=region.steps,
         names=region.names,
-        box=band_box(band),
-        name=name,
-        source=f"{band.turbine.name}; {SOURCE}",
+        box=_band_box(band),
+        name=f"{band.turbine.name} {name}",
+        source=f"{band.turbine.name}; {source}",
     )
 
 
-def band_box(band: OperatingBand) -> dict[str, tuple[Fraction, Fraction]]:
+def _band_box(band: OperatingBand) -> dict[str, tuple[Fraction, Fraction]]:
     """Return the tube as a box in the deviations from the trim and in the wind estimate."""
     box = {SPEED_ERROR: (-band.speed_band, band.speed_band)}
     if band.pitch_band:
@@ -230,9 +240,3 @@ def band_box(band: OperatingBand) -> dict[str, tuple[Fraction, Fraction]]:
     box[WIND_DEVIATION] = (-band.wind_band, band.wind_band)
     box[WIND_ESTIMATE] = (band.wind_range.lower, band.wind_range.upper)
     return box
-
-
-def inertia_value(turbine: Turbine) -> Fraction:
-    """Return J = J_r + n_g^2 J_g from the decimals of the turbine's figures [kg m^2]."""
-    at_rotor = exact(turbine.gear_ratio) ** 2 * exact(turbine.generator_inertia)
-    return exact(turbine.rotor_inertia) + at_rotor

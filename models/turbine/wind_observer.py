@@ -32,11 +32,17 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.ts.model import TSModel
-from takagi.models.ts.premise import Premise, round_outward
+from takagi.models.ts.premise import round_outward
 from takagi.models.turbine.data import Turbine, rotor_torque_gradient
 from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
 from takagi.models.turbine.region_models import lowest_wind
-from takagi.models.turbine.regional_model import band_box, torque_secant
+from takagi.models.turbine.regional_model import (
+    KINDS,
+    RegionalPlant,
+    proved_premise,
+    region_model,
+    torque_secant,
+)
 from takagi.models.turbine.trim import trim
 
 STATES = ("rotor speed estimation error [rad/s]", "wind estimation error [m/s]")
@@ -89,27 +95,26 @@ def wind_observer_model(
     proved_range = slope_range(
         band, "wind", off_trim=("speed", "pitch", "wind"), tolerance=exact(tolerance)
     )
-    bounds = round_outward(proved_range.outer, digits=6)
-    if bounds.lower <= 0:
+    premise = proved_premise(KINDS["wind"], proved_range, _secant_between_winds(turbine))
+    if premise.lower <= 0:
         weakest = _weakest_wind(band, speed_setpoint)
+        bounds = round_outward(proved_range.outer, digits=6)
         raise ModelError(
             f"{turbine.name}: dT_r/dv / J is only known to lie in {bounds} over winds "
             f"{band.wind_range} with these bands; it must be positive for the wind to be observed "
             f"from the rotor speed; at the trims it is least at {weakest:.4g} m/s: "
             "correct the power coefficients there, or leave these winds out by cut_in and cut_out"
         )
-    premise = Premise(
-        "d",
-        bounds.lower,
-        bounds.upper,
-        unit="1/s/m",
-        evidence=(
-            "range of dT_r/dv / J over the tube: Bernstein hulls in exact arithmetic, "
-            f"{proved_range.boxes} boxes, rounded outward"
+    return region_model(
+        _error_system(),
+        band,
+        (premise,),
+        name="wind observer error",
+        source=(
+            "scheme: Gauterin, Kammerer, Kuehn, Schulte (2015), effective wind speed estimation, "
+            "ISA Transactions"
         ),
-        evaluate=_secant_between_winds(turbine),
     )
-    return _error_system(band, premise)
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,12 +220,11 @@ def _secant_between_winds(turbine: Turbine) -> Callable[..., float]:
     return evaluate  # type: ignore[return-value]
 
 
-def _error_system(band: OperatingBand, premise: Premise) -> TSModel:
-    """Return the error system without gains, after the symbolic check of exactness."""
+def _error_system() -> RegionalPlant:
+    """Return the error system without gains."""
     import sympy as sp
 
     from takagi.models.equations.equations import Equations, Factored
-    from takagi.models.sector.assembly import assemble
 
     T = sp.Function("T_r")
     omega, beta, estimate, inertia = sp.symbols(r"\omega \beta \hat{v} J", positive=True)
@@ -252,16 +256,5 @@ def _error_system(band: OperatingBand, premise: Premise) -> TSModel:
         r"\dot{\tilde{\omega}} = d\,\tilde{v} - l_1 \tilde{\omega}, \qquad "
         r"\dot{\tilde{v}} = \dot{v} - l_2 \tilde{\omega}",
     )
-    return assemble(
-        plant,
-        Factored(matrices, {d: rise / (inertia * wind_error)}),
-        (premise,),
-        steps=(gains,),
-        names=names,
-        box=band_box(band),
-        name=f"{band.turbine.name} wind observer error",
-        source=(
-            f"{band.turbine.name}; scheme: Gauterin, Kammerer, Kuehn, Schulte (2015), effective "
-            "wind speed estimation, ISA Transactions"
-        ),
-    )
+    factored = Factored(matrices, {d: rise / (inertia * wind_error)})
+    return RegionalPlant(plant, factored, names, (gains,))

@@ -12,7 +12,6 @@ from takagi.reports.appendix.tex import (
     decimal,
     escape,
     interval,
-    matrix,
     range_text,
 )
 from takagi.reports.appendix.theorems import theorems_context
@@ -114,50 +113,28 @@ def _power(uncertainty: Mapping[str, Any]) -> Tex | None:
 def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
     """Return the numbers of theorem and tables, read from the claim that is checked."""
     cells: Sequence[Mapping[str, Any]] = claim["cells"]
-    inertia = claim["uncertainty"]["inertia"]
-    peak, turbine = claim["peaks"]["speed_error"], design.turbine
-    top = max(cell_speed(design, k) for k in range(len(cells)))
+    law, rated = design.effort_sharing_law, design.turbine.rated_rotor_speed
+    assert law is not None  # the claim is about it
+    fastest = float(max(law.schedule.rotor_speed)) + claim["peaks"]["speed_error"]
     return {
-        "P": matrix(claim["P"], exactly=True),
-        "R": matrix(claim["settling"]["P"], exactly=True),
-        "common": decimal(claim["settling"]["decay_rate"]),
-        "low": decimal(cells[0]["wind"][0]),
-        "high": decimal(cells[-1]["wind"][1]),
-        "count": len(cells),
-        "inertia": interval(inertia),
-        "frozen_wake": claim["uncertainty"]["frozen_wake"],
+        "claim": claim,
         "power": _power(claim["uncertainty"]),
-        "box": {name: decimal(value) for name, value in claim["box"].items()},
         "peaks": [Tex(f"{_PEAKS[name]} {decimal(v)}") for name, v in
                   claim["peaks"].items()],
         "inertia_gain": range_text((cell["inertia_gain"] for cell in cells), 7),
         "decay_range": range_text((cell["decay_rate"] for cell in cells), 5),
-        "overspeed": Tex(
-            at_most_to(100 * ((top + peak) / turbine.rated_rotor_speed - 1), 2)
-        ),
-        "ranges": [_range_row(k, cell) for k, cell in enumerate(cells, start=1)],
-        "claimed": [_claimed_row(k, cell) for k, cell in enumerate(cells, start=1)],
+        "overspeed": Tex(at_most_to(100 * (fastest / rated - 1), 2)),
+        "ranges": [
+            [escape(k), _winds(cell), *(decimal(end) for name in _RANGES for end in cell[name])]
+            for k, cell in enumerate(cells, start=1)
+        ],
+        "claimed": [
+            [escape(k), _winds(cell), *(decimal(cell[name]) for name in (*_SIZES, *_CLAIMED))]
+            for k, cell in enumerate(cells, start=1)
+        ],
     }  # fmt: skip
-
-
-def cell_speed(design: TurbineDesign, k: int) -> float:
-    """Return the largest reference speed of cell k [rad/s]."""
-    law = design.effort_sharing_law
-    if law is None:
-        return design.turbine.rated_rotor_speed
-    return float(max(law.schedule.rotor_speed[k : k + 2]))
-
-
-def _range_row(k: int, cell: Mapping[str, Any]) -> list[Tex]:
-    """Return number, winds, and both ends of each coefficient."""
-    ends = [decimal(cell[name][end]) for name in _RANGES for end in (0, 1)]
-    return [escape(k), _winds(cell), *ends]
 
 
 def _winds(cell: Mapping[str, Any]) -> Tex:
     low, high = cell["wind"]
     return Tex(f"{decimal(low)} to {decimal(high)}")
-
-
-def _claimed_row(k: int, cell: Mapping[str, Any]) -> list[Tex]:
-    return [escape(k), _winds(cell), *(decimal(cell[name]) for name in (*_SIZES, *_CLAIMED))]

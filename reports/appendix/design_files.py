@@ -33,16 +33,16 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     """
     from takagi.models.laws.protocol import law_words
     from takagi.reports.appendix.certificate import certificate_context
-    from takagi.reports.appendix.regional import conditions_context, region_context
+    from takagi.reports.appendix.regional import conditions, region_context
     from takagi.reports.appendix.tex import assembled
     from takagi.reports.appendix.turbine import (
-        blending_context,
         drawn_figures,
         law_context,
         margins_context,
         plant_context,
-        responses_context,
+        shown_runs,
     )
+    from takagi.reports.sections.turbine.responses import response_words
 
     say = tell or (lambda _: None)
     say("margins")
@@ -52,12 +52,11 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     say("LaTeX")
     context: dict[str, object] = {
         **plant_context(design),
-        **blending_context(design),
         **law_context(design),
-        **conditions_context(design),
+        "conditions": list(conditions(design)),
         **certificate_context(design),
         **margins,
-        **responses_context(design),
+        "responses": [(name, response_words(run)) for name, run in shown_runs(design).items()],
         "partial": region_context(design.partial_load, design.regional.partial, "b"),
         "full": region_context(design.full_load, design.regional.full, "c"),
         "subject": design.turbine.name,

@@ -93,13 +93,9 @@ def _plant(plant: Plant) -> dict[str, Any]:
         ),
         "outputs": [
             Tex(rf"y_{{{k}}} = {readable(_latex(y.expression))}")
-            for k, y in enumerate(_measured(plant), 1)
+            for k, y in enumerate((y for y in plant.outputs if y.name in (plant.measured or ())), 1)
         ],
     }  # fmt: skip
-
-
-def _measured(plant: Plant) -> list[Any]:
-    return [y for y in plant.outputs if y.name in (plant.measured or ())]
 
 
 def _listed(symbols: Iterable[Any]) -> Tex:

@@ -13,15 +13,7 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.turbine.regional import RegionGains
 from takagi.models.ts.model import TSModel
 from takagi.reports.appendix.synthesis import posed
-from takagi.reports.appendix.tex import (
-    Tex,
-    decimal,
-    escape,
-    matrix,
-    scientific,
-    unit,
-    with_decimals,
-)
+from takagi.reports.appendix.tex import Tex, decimal, escape, matrix, scientific, unit
 
 # Names of derivatives in the evidence of a premise (escaped for LaTeX) -> their formulas.
 _DERIVATIVES = {
@@ -43,35 +35,21 @@ def region_context(model: TSModel, gains: RegionGains, letter: str) -> dict[str,
     """
     return {
         "letter": letter,
-        "model": model.name,
-        "source": model.source,
-        "steps": _steps(model),
+        "model": model,
+        "result": gains,
+        "steps": [
+            {"title": _title(step.title), "latex": _display(step.latex)}
+            for step in (() if model.derivation is None else model.derivation.steps)
+        ],
         "states": [_with_unit(name) for name in model.states],
-        "box": [_box_row(name, ends) for name, ends in model.box.items()],
-        "rule_count": len(model.rules),
+        "box": [
+            [_with_unit(name), *(scientific(float(end), 6) for end in ends)]
+            for name, ends in model.box.items()
+        ],
         "vertices": list(vertex_lines(model)),
         "gains": _gains(model, gains),
-        "found": gains.found,
-        "diagnosis": gains.diagnosis,
-        "decay_asked": with_decimals(gains.requirement.decay_rate, 3),
-        "decay_found": with_decimals(gains.decay_rate or 0.0, 5),
-        "speed_error": scientific(gains.requirement.speed_error),
-        "pitch_error": scientific(gains.requirement.pitch_error),
         "with_pitch": len(model.states) == 3,
-        "bounds": [
-            [escape(name), scientific(limit, 5), scientific(largest, 5)]
-            for name, (limit, largest) in gains.bounds.items()
-        ],
-        "P": Tex("") if gains.P is None else matrix(gains.P, digits=6),
     }
-
-
-def rule_rows(model: TSModel) -> list[list[Tex]]:
-    """Return one row per rule: its number and the corner of each premise."""
-    return [
-        [escape(i), *(decimal(p.corners[c]) for p, c in zip(model.premises, rule, strict=True))]
-        for i, rule in enumerate(model.rules, start=1)
-    ]
 
 
 def vertex_lines(model: TSModel, *, measured: bool = False) -> Iterator[Tex]:
@@ -92,16 +70,6 @@ def vertex_lines(model: TSModel, *, measured: bool = False) -> Iterator[Tex]:
     for i in range(len(model.rules) if varying else 0):
         equations = [rf"{name}_{{{i + 1}}} = {matrix(getattr(model, name)[i])}" for name in varying]
         yield Tex(r",\quad ".join(equations))
-
-
-def _steps(model: TSModel) -> list[dict[str, Tex]]:
-    """Return title and displayed formula of each step of the derivation."""
-    if model.derivation is None:
-        return []
-    return [
-        {"title": _title(step.title), "latex": _display(step.latex)}
-        for step in model.derivation.steps
-    ]
 
 
 def _display(formula: str) -> Tex:
@@ -125,27 +93,23 @@ def _with_unit(name: str) -> Tex:
     return escape(name) if match is None else Tex(f"{escape(match[1])} [{unit(match[2])}]")
 
 
-def _box_row(name: str, ends: tuple[object, object]) -> list[Tex]:
-    low, high = (float(end) for end in ends)  # type: ignore[arg-type]
-    return [_with_unit(name), scientific(low, 6), scientific(high, 6)]
-
-
 def _gains(model: TSModel, gains: RegionGains) -> list[list[Tex]]:
     if gains.k_x is None or gains.k_I is None:
         return []
-    corners = rule_rows(model)
     return [
-        [*corners[i], *(scientific(float(k), 6) for k in gains.k_x[i]), scientific(float(k_I), 6)]
-        for i, k_I in enumerate(gains.k_I)
+        [
+            escape(i),
+            *(decimal(p.corners[c]) for p, c in zip(model.premises, rule, strict=True)),
+            *(scientific(float(k), 6) for k in (*k_x, k_I)),
+        ]
+        for i, (rule, k_x, k_I) in enumerate(
+            zip(model.rules, gains.k_x, gains.k_I, strict=True), start=1
+        )
     ]
 
 
-def conditions_context(design: TurbineDesign) -> dict[str, object]:
-    """Return every condition as a list of labelled formulas, with a remark on its symbols."""
-    return {"conditions": list(_conditions(design))}
-
-
-def _conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
+def conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
+    """Yield every condition as a list of labelled formulas, with a remark on its symbols."""
     coherent = design.effort_sharing_law is not None
     for region in () if coherent else (design.regional.partial, design.regional.full):
         yield posed(

@@ -191,7 +191,10 @@ def _environment() -> Environment:
         interval=interval,
         listed=listed,
         matrix=lambda rows: matrix(rows, exactly=True),
+        places=with_decimals,
+        rounded=matrix,
         row=_row,
+        scientific=scientific,
         tex=lambda text: Tex(str(text).strip()),
     )
     return environment

@@ -10,7 +10,6 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.law import PublishedLaw
-from takagi.models.turbine.data import Figure as DataFigure
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import optimal_tip_speed_ratio, rated_wind
 from takagi.reports.appendix.tex import (
@@ -23,21 +22,19 @@ from takagi.reports.appendix.tex import (
     unit,
     with_decimals,
 )
+from takagi.reports.figures.operation import power_surface_figure, trim_figure
 from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
 from takagi.reports.sections.turbine.cells import cells_drawing, filter_of, memberships_drawing
-from takagi.reports.sections.turbine.model import (
-    power_surface,
-    region_starts,
-    trim_curve,
-    trim_drawing,
-)
-from takagi.reports.sections.turbine.responses import response_drawing, response_words
+from takagi.reports.sections.turbine.model import region_starts, trim_curve
+from takagi.reports.sections.turbine.responses import response_drawing
 from takagi.reports.sections.turbine.running import margins_drawing
 from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from takagi.reports.simulation.design_runs import DesignRun
 
 DEGREES = 180 / np.pi
 _SYMBOLS = {
@@ -76,108 +73,55 @@ def _filters(design: TurbineDesign) -> Tex:
 def plant_context(design: TurbineDesign) -> dict[str, object]:
     """Return the values for the sections on plant, surface, trim and observer."""
     turbine, setpoint = design.turbine, design.settings.speed_setpoint
-    surface = turbine.torque
-    low, high = (end * DEGREES for end in surface.y_range)
+    ratios, pitches = turbine.torque.x_range, [end * DEGREES for end in turbine.torque.y_range]
     # Cited here and nowhere else.
     reference = r" \cite{takagi-jonkman}" if "NREL 5-MW" in turbine.name else ""
     return {
         "parameter_caption": Tex(f"Figures of the turbine {escape(turbine.name)}, as its data file "
                                  f"gives them{reference}"),
+        "turbine": turbine,
         "filters": _filters(design),
         "parameters": _parameters(turbine),
-        "inertia": scientific(turbine.inertia, 8),
-        "torque_constant": scientific(turbine.torque_constant, 8),
-        "surface_size": Tex(rf"${surface.coefficients.shape[0]} \times "
-                            rf"{surface.coefficients.shape[1]}$"),
-        "ratio_range": Tex(rf"$[{surface.x_range[0]:g},\ {surface.x_range[1]:g}]$"),
-        "pitch_range": Tex(rf"$[{low:.4g}^\circ,\ {high:.4g}^\circ]$"),
-        "setpoint": with_decimals(setpoint or turbine.rated_rotor_speed, 5),
-        "derated": setpoint is not None,
-        "rated_wind": with_decimals(rated_wind(turbine, speed_setpoint=setpoint), 3),
-        "optimal_ratio": with_decimals(optimal_tip_speed_ratio(turbine), 3),
-        "observer": _observer(design),
-        "frozen_wake_source": turbine.frozen_wake.source,
+        "ratio_range": Tex(rf"$[{ratios[0]:g},\ {ratios[1]:g}]$"),
+        "pitch_range": Tex(rf"$[{pitches[0]:.4g}^\circ,\ {pitches[1]:.4g}^\circ]$"),
+        "setpoint": setpoint,
+        "rated_wind": rated_wind(turbine, speed_setpoint=setpoint),
+        "optimal_ratio": optimal_tip_speed_ratio(turbine),
+        "observer": design.observer,
+        "observer_gain": matrix([[gain] for gain in design.observer.gains]),
     }  # fmt: skip
 
 
 def _parameters(turbine: Turbine) -> list[list[Tex]]:
-    rows = []
-    for path, figure in turbine.figures.items():
-        section, _, key = path.partition(".")
-        if section not in _LEFT_OUT:
-            rows.append(_parameter(path, f"{section}: {key.replace('_', ' ')}", figure))
-    return rows
-
-
-def _parameter(path: str, words: str, figure: DataFigure) -> list[Tex]:
-    symbol = Tex(f"${_SYMBOLS[path]}$") if path in _SYMBOLS else Tex("")
     return [
-        escape(words),
-        symbol,
-        scientific(figure.value, 8),
-        unit(figure.unit),
-        escape(figure.source),
+        [
+            escape(path.replace(".", ": ", 1).replace("_", " ")),
+            Tex(f"${_SYMBOLS[path]}$") if path in _SYMBOLS else Tex(""),
+            scientific(figure.value, 8),
+            unit(figure.unit),
+            escape(figure.source),
+        ]
+        for path, figure in turbine.figures.items()
+        if path.partition(".")[0] not in _LEFT_OUT
     ]
 
 
-def _observer(design: TurbineDesign) -> dict[str, object]:
-    observer = design.observer
-    premise = observer.model.premises[0]
-    return {
-        "decay": decimal(float(observer.decay_rate)),
-        "low": scientific(float(premise.lower), 6),
-        "high": scientific(float(premise.upper), 6),
-        "gain": matrix([[observer.gains[0]], [observer.gains[1]]]),
-    }
-
-
-def blending_context(design: TurbineDesign) -> dict[str, object]:
-    """Return the numbers of the filter, its corners, and the count of rules."""
-    coupling = filter_of(design)
-    low, high = coupling.torque_corners
-    ramp = coupling.speed_ramp
-    law = design.law if isinstance(design.law, PublishedLaw) else None
-    n_b, n_c = len(design.partial_load.rules), len(design.full_load.rules)
-    slopes = coupling.torque_slope_range
-    return {
-        "paper_law": law is not None,
-        "law_name": design.law.name,
-        "tracking_time": None if law is None or law.tracking_time is None
-        else with_decimals(law.tracking_time, 1),
-        "variant": coupling.variant,
-        "shape": ramp.shape,
-        "corners": [matrix(corner, digits=6) for corner in coupling.corners],
-        "f2_low": scientific(low, 6),
-        "f2_high": scientific(high, 6),
-        "ramp_start": with_decimals(ramp.start, 5),
-        "ramp_end": with_decimals(ramp.end, 5),
-        "speed_overlap": scientific(ramp.width),
-        "torque_overlap": scientific(coupling.torque_overlap, 6),
-        "minimum_torque": scientific(coupling.minimum_torque, 8),
-        "maximum_torque": scientific(coupling.rated_torque, 8),
-        "top_torque": scientific(coupling.top_torque, 8),
-        "slopes": Tex(f"[{slopes[0]:.4g},\\ {slopes[1]:.4g}]"),
-        "n_b": n_b,
-        "n_c": n_c,
-        "n_rules": 4 * n_b * n_c,
-    }  # fmt: skip
-
-
 def law_context(design: TurbineDesign) -> dict[str, Any]:
-    """Return constants and gain table of the effort-sharing law; for another law a flag alone."""
+    """Return the law, its coupling filter with the count of rules, and a table of its gains."""
     law = design.effort_sharing_law
+    context = {
+        "law": design.law,
+        "coherent": law is not None,
+        "paper_law": isinstance(design.law, PublishedLaw),
+        "coupling": filter_of(design),
+        "n_b": len(design.partial_load.rules),
+        "n_c": len(design.full_load.rules),
+    }
     if law is None:
-        return {"coherent": False}
-    return {
-        "coherent": True,
-        "overlap": scientific(law.schedule.overlap),
-        "wind_filter": decimal(law.wind_filter),
-        "pitch_lead": with_decimals(law.feedforward.pitch_lead, 3),
-        "integral_limit": scientific(law.integral_limit),
-        "effort_torque": scientific(law.effort_torque, 8),
-        "rated_torque": scientific(law.rated_torque, 8),
-        "nodes": len(law.schedule.wind),
-        "gain_rows": [_gain_row(design, law, k) for k in range(len(law.schedule.wind))],
+        return context
+    nodes = range(len(law.schedule.wind))
+    return context | {
+        "gain_rows": [_gain_row(design, law, k) for k in nodes],
         "limited": design.effort is not None and bool(design.effort.torque_limited.any()),
     }
 
@@ -242,10 +186,10 @@ def _four(m: Margins) -> tuple[float, float, float, float]:
 RESPONSES = ("gust", "step-up", "ramp")
 
 
-def responses_context(design: TurbineDesign) -> dict[str, object]:
-    """Return (name, caption) of each simulated response."""
+def shown_runs(design: TurbineDesign) -> dict[str, DesignRun]:
+    """Return the runs by name, as far as the design has them."""
     runs = measured_loop(design).drawn
-    return {"responses": [(name, response_words(runs[name])) for name in RESPONSES if name in runs]}
+    return {name: runs[name] for name in RESPONSES if name in runs}
 
 
 def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
@@ -254,17 +198,16 @@ def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
     ratio = np.linspace(*turbine.power.x_range, 90)
     pitch = np.linspace(*turbine.power.y_range, 80)
     figures = {
-        "surface": power_surface(design, curve, ratio=ratio, pitch=pitch),
-        "trim": trim_drawing(design, curve, region_starts(design)),
+        "surface": power_surface_figure(turbine, curve, ratio=ratio, pitch=pitch),
+        "trim": trim_figure(design, curve, region_starts(design)),
     }
     if design.effort_sharing_law is None:
         figures["memberships"] = memberships_drawing(design, filter_of(design))
     summary = claim_summary(design)
     if summary is not None and design.checked.verdict is Verdict.PROVED:
         figures["cells"] = cells_drawing(design, summary)
-    measured = measured_loop(design)
-    runs = measured.drawn
-    if measured.margins.rows:
-        figures["running-margins"] = margins_drawing(measured.margins)
-    names = [name for name in RESPONSES if name in runs]
-    return figures | {f"response-{name}": response_drawing(design, runs[name]) for name in names}
+    margins = measured_loop(design).margins
+    if margins.rows:
+        figures["running-margins"] = margins_drawing(margins)
+    runs = shown_runs(design).items()
+    return figures | {f"response-{name}": response_drawing(design, run) for name, run in runs}

@@ -115,9 +115,8 @@ def _place(path: tuple[str | int, ...], owner: Any) -> str:
     """Return where in the gains or the model: by rule, input, state and wind where it has them."""
     match path:
         case ("K", int(rule), int(row), int(column)) if isinstance(owner, Mapping):
-            inputs, states = (_name(owner, key, k) for key, k in
-                              (("input_names", row), ("state_names", column)))  # fmt: skip
-            return f"K of rule {rule + 1}, {inputs} by {states}"
+            u, x = _entry(owner.get("input_names"), row), _entry(owner.get("state_names"), column)
+            return f"K of rule {rule + 1}, {u} by {x}"
         case ("equations", int(k)) if isinstance(owner, Mapping):
             return f"equation of {_entry(owner.get('states'), k)}"
         case (str(table), int(k)) if isinstance(owner, Mapping) and "wind" in owner:
@@ -131,10 +130,6 @@ def _place(path: tuple[str | int, ...], owner: Any) -> str:
         except (KeyError, IndexError, TypeError):
             owner = None
     return ".".join(words)
-
-
-def _name(owner: Data, key: str, k: int) -> str:
-    return _entry(owner.get(key), k)
 
 
 def _entry(listed: Any, k: int) -> str:

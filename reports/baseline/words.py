@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from fractions import Fraction
 from typing import Any
 
@@ -66,7 +67,7 @@ def verdict(rows: Sequence[Moved], gains: Iterable[GainSize]) -> str:
     A figure that got worse within the tolerance counts too, because the phrase is about the
     direction of the change; changes within rounding do not count.
     """
-    judged = [(row.change > 0, word_of(row)) for row in rows if not _alike(row)]
+    judged = [(row.change > 0, word_of(row)) for row in rows if abs(row.change) > ROUNDING]
     good = list(dict.fromkeys(word for better, word in judged if better))
     bad = list(dict.fromkeys(word for better, word in judged if not better))
     if good and bad:
@@ -101,10 +102,6 @@ def _summary(compared: CertificateComparison) -> list[str]:
         f"{change.name}: {change.old or 'nothing'} -> {change.new or 'nothing'}"
         for change in compared.summary
     ]
-
-
-def _alike(row: Moved) -> bool:
-    return bool(-ROUNDING <= row.change <= ROUNDING)
 
 
 _LARGEST = 10**300
@@ -217,12 +214,10 @@ def as_data(compared: CertificateComparison) -> dict[str, Any]:
             for row in compared.moved
         ],
         "gains": [{"gain": gain.name, "old": gain.old, "new": gain.new} for gain in compared.gains],
-        "summary": [{"name": c.name, "old": c.old, "new": c.new} for c in compared.summary],
+        "summary": [asdict(change) for change in compared.summary],
         "lost": [{"claim": name, "reason": why} for name, why in compared.lost.items()],
         "added": list(compared.added),
-        "changed": [
-            {"part": c.part, "place": c.place, "old": c.old, "new": c.new} for c in compared.changed
-        ],
+        "changed": [asdict(change) for change in compared.changed],
     }
 
 

@@ -19,7 +19,10 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     files = {
         "numbers.csv": csv_text(
             ("name", "value", "unit", "place in gains.json"),
-            ((one.name, str(one.value), one.unit, one.place) for one in single),
+            (
+                (constant.name, str(constant.value), constant.unit, constant.path)
+                for constant in single
+            ),
         )
     }
     use = {"numbers.csv": f"{len(single)} single numbers with units"}
@@ -43,7 +46,7 @@ def _tables(constant: Constant) -> Iterable[tuple[str, str, str]]:
         yield _matrix(name, f"{name} [{constant.unit}]", value)
     else:
         text = csv_text((f"{name} [{constant.unit}]",), ((str(number),) for number in value))
-        yield f"{name}.csv", text, f"{len(value)} numbers, {constant.place} of the gain file"
+        yield f"{name}.csv", text, f"{len(value)} numbers, {constant.path} of the gain file"
 
 
 def _matrix(name: str, title: str, rows: Sequence[Sequence[Decimal]]) -> tuple[str, str, str]:

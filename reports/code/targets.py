@@ -27,12 +27,23 @@ class ExportSettings:
         own T, or the target's default.
     model : the certificate's model, for targets that write its vertices; None without one.
     claims : the certificate's claims, for targets that write their matrices.
+
+    Raises
+    ------
+    ModelError : a precision that is not double or float, a sample time that is not positive.
     """
 
     precision: Precision = "double"
     sample_time: float | None = None
     model: Mapping[str, Any] | None = None
     claims: tuple[Mapping[str, Any], ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.precision not in get_args(Precision):
+            raise ModelError(f"--precision {self.precision!r} was given; it is double or float")
+        time = self.sample_time
+        if time is not None and not (isfinite(time) and time > 0):
+            raise ModelError(f"--sample-time {time!r} was given; a positive time in s is needed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,50 +63,30 @@ class Target(NamedTuple):
     """A target; its module has the function ``export(program, settings) -> Exported``."""
 
     word: str
-    module: str
+    module: str  # below ``takagi.reports.code``
     tools: str  # the tools that read its files, for the help
 
 
 TARGETS = (
-    Target(
-        "c", "takagi.reports.code.c.target", "any C99 or C++ compiler: the law, with a self-test"
-    ),
+    Target("c", "c.target", "any C99 or C++ compiler: the law, with a self-test"),
     Target(
         "discon",
-        "takagi.reports.code.discon.library",
+        "discon.library",
         "OpenFAST, Bladed, ROSCO's Python interface: a turbine's law as a Bladed-style library",
     ),
-    Target(
-        "fmu",
-        "takagi.reports.code.fmu.target",
-        "FMI tools (3.0 and 2.0): the law as a unit for co-simulation",
-    ),
+    Target("fmu", "fmu.target", "FMI tools (3.0 and 2.0): the law as a unit for co-simulation"),
     Target(
         "st",
-        "takagi.reports.code.structured_text.block",
+        "structured_text.block",
         "PLCs: a function block in Structured Text (CODESYS, TwinCAT and others)",
     ),
     Target(
         "mat",
-        "takagi.reports.code.matlab.target",
+        "matlab.target",
         "MATLAB, Simulink and Octave: the law as functions, gains and matrices as a struct",
     ),
-    Target("csv", "takagi.reports.code.tables", "spreadsheets: a file for each table, with units"),
+    Target("csv", "tables", "spreadsheets: a file for each table, with units"),
 )
-
-
-def export_settings(precision: str, sample_time: float | None) -> ExportSettings:
-    """Return the settings of the command line's words.
-
-    Raises
-    ------
-    ModelError : a precision that is not double or float, a sample time that is not positive.
-    """
-    if precision not in get_args(Precision):
-        raise ModelError(f"--precision {precision!r} was given; it is double or float")
-    if sample_time is not None and not (isfinite(sample_time) and sample_time > 0):
-        raise ModelError(f"--sample-time {sample_time!r} was given; a positive time in s is needed")
-    return ExportSettings(cast(Precision, precision), sample_time)
 
 
 def exported(word: str, program: ControllerProgram, settings: ExportSettings) -> Exported:
@@ -107,7 +98,7 @@ def exported(word: str, program: ControllerProgram, settings: ExportSettings) ->
     """
     for target in TARGETS:
         if target.word == word:
-            target_module: Any = import_module(target.module)
+            target_module: Any = import_module(f"takagi.reports.code.{target.module}")
             return cast(Exported, target_module.export(program, settings))
     words = [target.word for target in TARGETS]
     raise ModelError(

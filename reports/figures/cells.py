@@ -86,10 +86,10 @@ def cells_panel(axes: Axes, edges: Floats, values: ArrayLike, sound: NDArray[np.
 
 
 # Narrower than this share of the axis a range could not be seen.
-LEAST_SHARE = 0.014
+NARROWEST_SHARE = 0.014
 # Any: the properties of a patch have as many types as there are of them.
 PROVED: dict[str, Any] = {"facecolor": COLOURS[0], "edgecolor": COLOURS[0], "linewidth": 0.0}
-LEFT: dict[str, Any] = {
+UNPROVED: dict[str, Any] = {
     "facecolor": "white",
     "edgecolor": COLOURS[1],
     "linewidth": 0.8,
@@ -103,7 +103,7 @@ class OverlapRow:
 
     label: str
     proved: tuple[tuple[float, float], ...]
-    left: tuple[tuple[float, float], ...]
+    unproved: tuple[tuple[float, float], ...]
 
 
 def overlaps_figure(rows: Sequence[OverlapRow], *, wind: tuple[float, float]) -> Figure:
@@ -117,38 +117,29 @@ def overlaps_figure(rows: Sequence[OverlapRow], *, wind: tuple[float, float]) ->
     rows : from top to bottom.
     wind : the ends of the axis [m/s].
     """
+    from matplotlib.patches import Patch, Rectangle
+
     with house_style():
         figure, (axes,) = new_figure(height=1.15 + 0.3 * len(rows))
-        least = LEAST_SHARE * (wind[1] - wind[0])
-        for place, row in enumerate(rows):
-            _bars(axes, place, row.proved, least, PROVED)
-            _bars(axes, place, row.left, least, LEFT)
+        narrowest = NARROWEST_SHARE * (wind[1] - wind[0])
+        for index, row in enumerate(rows):
+            for spans, style in ((row.proved, PROVED), (row.unproved, UNPROVED)):
+                for low, high in spans:
+                    tall = 0.62 if high - low >= narrowest else 0.42
+                    width, middle = max(high - low, narrowest), (low + high) / 2
+                    corner = (middle - width / 2, index - tall / 2)
+                    axes.add_patch(Rectangle(corner, width, tall, **style))
         axes.set_yticks(range(len(rows)), [row.label for row in rows])
         axes.set_ylim(len(rows) - 0.4, -0.6)
         # Room for a widened bar at either end.
-        axes.set_xlim(wind[0] - least, wind[1] + least)
+        axes.set_xlim(wind[0] - narrowest, wind[1] + narrowest)
         axes.set_ylabel("overlaps\n\u03b5$_\u03c9$ [rad/s], \u03b5$_T$ [N m]")
         axes.grid(visible=False, axis="y")
         axes.tick_params(axis="y", length=0)
         wind_axis(axes)
-        _legend(axes)
+        handles = [
+            Patch(label="proved", **PROVED),
+            Patch(label="looked at, not proved", **UNPROVED),
+        ]
+        axes.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return figure
-
-
-def _bars(
-    axes: Axes, place: int, spans: Sequence[tuple[float, float]], least: float, look: dict[str, Any]
-) -> None:
-    from matplotlib.patches import Rectangle
-
-    for low, high in spans:
-        tall = 0.62 if high - low >= least else 0.42
-        width, middle = max(high - low, least), (low + high) / 2
-        corner = (middle - width / 2, place - tall / 2)
-        axes.add_patch(Rectangle(corner, width, tall, **look))
-
-
-def _legend(axes: Axes) -> None:
-    from matplotlib.patches import Patch
-
-    handles = [Patch(label="proved", **PROVED), Patch(label="looked at, not proved", **LEFT)]
-    axes.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)

@@ -63,10 +63,7 @@ def bode_line(label: str, loop: LoopResponse, margins: Margins, omega: Floats) -
 
 
 def bode_figure(
-    frequency: ArrayLike,
-    lines: Sequence[BodeLine],
-    *,
-    marks: Mapping[str, float] | None = None,
+    frequency: ArrayLike, lines: Sequence[BodeLine], *, marks: Mapping[str, float] | None = None
 ) -> Figure:
     """Return magnitude [dB] and phase [deg] over frequency [rad/s].
 

@@ -148,9 +148,9 @@ def validated(document: Mapping[str, Any], body: type[Envelope]) -> dict[str, An
     ------
     pydantic.ValidationError : a law whose members do not fit.
     """
-    found = gain_file_of(document)
-    body.model_validate(found)
-    return found
+    content = gain_file_of(document)
+    body.model_validate(content)
+    return content
 
 
 def file_schema(body: type[Envelope], title: str) -> dict[str, Any]:
@@ -164,14 +164,14 @@ def file_schema(body: type[Envelope], title: str) -> dict[str, Any]:
 
 def dump_gains(content: dict[str, Any]) -> str:
     """Return the file's text: a line for each step, the same bytes for the same numbers."""
-    body = ",\n".join(f"{json.dumps(key)}: {_text(key, value)}" for key, value in content.items())
+    texts = {
+        key: _lines(value, 2 if key == "programs" else 0)
+        if key in LISTED
+        else json.dumps(value, allow_nan=False)
+        for key, value in content.items()
+    }
+    body = ",\n".join(f"{json.dumps(key)}: {text}" for key, text in texts.items())
     return f"{{\n{body}\n}}\n"
-
-
-def _text(key: str, value: Any) -> str:
-    if key not in LISTED:
-        return json.dumps(value, allow_nan=False)
-    return _lines(value, 2 if key == "programs" else 0)
 
 
 def _lines(value: Any, depth: int, indent: str = "  ") -> str:

@@ -63,8 +63,8 @@ class CoherentLawTables(Strict):
         needed |= dict.fromkeys(between, count - 1)
         for name, length in needed.items():
             if len(getattr(self, name)) != length:
-                found = len(getattr(self, name))
-                raise ValueError(f"law.{name} has {found} numbers for {count} winds; {length} fit")
+                stated = len(getattr(self, name))
+                raise ValueError(f"law.{name} has {stated} numbers for {count} winds; {length} fit")
         return self
 
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.models.plant_simulation.runs import (
     COMPLETE,
     Commands,
@@ -19,7 +18,6 @@ from takagi.models.plant_simulation.runs import (
     Experiment,
     ExperimentRun,
     LawRate,
-    Rate,
     SampledProgram,
     right_side,
     run,
@@ -83,22 +81,6 @@ class PlantMotion:
     estimate: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
 
-def plant_rate(
-    plant: Plant, uncertain: Mapping[str, Fraction] | None = None
-) -> Callable[[Floats, Floats], Floats]:
-    """Return (x, u) -> x' of the plant itself, disturbances at rest; x(t + T) in discrete time.
-
-    Evaluated from the plant's equations in floating point, apart from any model of it; of a blended
-    plant from those that were written, with its two actuators, held within their ranges.
-
-    Parameters
-    ----------
-    uncertain : signal -> value, of uncertain parameters, references and disturbances; others rest.
-    """
-    rate, none = right_side(plant, fixed=uncertain), np.zeros(0)
-    return lambda x, u: rate(x, u, none)
-
-
 def starts(loop: PlantLoop) -> list[tuple[str, Floats]]:
     """Return (words, deviation): for each state the point of the ellipsoid where it is largest.
 
@@ -137,7 +119,6 @@ def motions(
     begin: Sequence[tuple[str, Floats]],
     *,
     duration: float | None = None,
-    errors: Mapping[str, float] | None = None,
     outside: Outside | None = None,
     uncertain: Mapping[str, Fraction] | None = None,
 ) -> tuple[PlantMotion, ...]:
@@ -145,17 +126,15 @@ def motions(
 
     Parameters
     ----------
-    errors : blended actuator -> delta, the relative error of its effect on the plant.
     outside : disturbances that move, noise, and a law in samples; None for none of them.
     uncertain : uncertain parameter or other signal -> its value in these motions; others rest.
 
     Raises
     ------
-    ModelError : errors of a plant without a blend, or of no blended actuator; more samples than
-        can be simulated.
+    ModelError : more samples than can be simulated.
     """
     end = horizon(loop) if duration is None else duration
-    experiment = experiment_of(loop, outside or Outside(), errors=errors, uncertain=uncertain)
+    experiment = experiment_of(loop, outside or Outside(), uncertain=uncertain)
     simulated = []
     for name, deviation in begin:
         x0 = np.asarray(deviation, float)
@@ -186,19 +165,12 @@ class Outside:
 
 
 def experiment_of(
-    loop: PlantLoop,
-    outside: Outside,
-    *,
-    errors: Mapping[str, float] | None = None,
-    uncertain: Mapping[str, Fraction] | None = None,
+    loop: PlantLoop, outside: Outside, *, uncertain: Mapping[str, Fraction] | None = None
 ) -> Experiment:
     """Return the loop as an experiment, see ``motions``."""
     # A program sends the commands of blended actuators too, and they are held like the others.
     with_actuators = loop.blend is not None and outside.program is not None
-    if errors:
-        rate = _rate_with_errors(loop.plant, outside.moving, errors, with_actuators=with_actuators)
-    else:
-        rate = right_side(loop.plant, outside.moving, fixed=uncertain, told=with_actuators)
+    rate = right_side(loop.plant, outside.moving, fixed=uncertain, told=with_actuators)
     n = len(loop.names)
     limits = [_ends(v) for v in loop.plant.inputs]
     if loop.blend is not None:
@@ -219,17 +191,6 @@ def experiment_of(
         step=loop.model.sample_time if loop.discrete else outside.sample_time,
         discrete=loop.discrete,
     )
-
-
-def _rate_with_errors(
-    plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float], *, with_actuators: bool
-) -> Rate:
-    from takagi.models.blending.blending import RunTimeBlending, blending_of
-
-    blending = blending_of(plant)
-    if blending is None:
-        raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
-    return RunTimeBlending(blending, errors).disturbed_rate(moving, told=with_actuators)
 
 
 def _law_rate(loop: PlantLoop) -> LawRate | None:

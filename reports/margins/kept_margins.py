@@ -38,7 +38,7 @@ from takagi.reports.margins.design_levers import (
     lever_changes,
     positioned,
 )
-from takagi.reports.margins.running_loop import NoEquilibrium
+from takagi.reports.margins.running_loop import NoEquilibrium, PlantChoice, RunningLoops
 from takagi.reports.margins.running_over_wind import (
     RunningMargins,
     plant_modes,
@@ -55,7 +55,7 @@ ROUNDS = 4
 NEAR = 1.3
 
 Tell = Callable[..., None]
-Place = tuple[float, tuple[float, str]]  # wind [m/s], plant
+Place = tuple[float, PlantChoice]  # wind [m/s], plant
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,41 +133,33 @@ class _Loops:
         self.turbine, self.asked, self.observer = turbine, asked, observer
         self._laws: dict[object, EffortSharingLaw] = {}
 
-    def _law(self, settings: DesignSettings) -> EffortSharingLaw:
+    def _of(self, settings: DesignSettings) -> RunningLoops:
         key = (effort_of(settings), settings.wind_filter)
         if key not in self._laws:
             self._laws[key] = wind_by_wind_law(self.turbine, settings)[1]
-        return self._laws[key]
-
-    def everywhere(
-        self, settings: DesignSettings
-    ) -> tuple[Sequence[RunningMargins], tuple[float, ...]]:
-        """Return the margins at all winds, and the winds without rest."""
-        found = searched_margins(
+        return RunningLoops.of(
             self.turbine,
-            self._law(settings),
+            self._laws[key],
             self.observer,
             speed_filter=speed_filter(settings),
             sample_time=self.asked.sample,
             computation_time=self.asked.computing,
         )
+
+    def everywhere(
+        self, settings: DesignSettings
+    ) -> tuple[Sequence[RunningMargins], tuple[float, ...]]:
+        """Return the margins at all winds, and the winds without rest."""
+        found = searched_margins(self._of(settings))
         return found.rows, found.none
 
     def least(self, settings: DesignSettings, places: Collection[Place]) -> float:
         """Return the least margin over what is asked at some places; -inf where there is none."""
-        least = math.inf
+        least, loops = math.inf, self._of(settings)
         for wind in sorted({wind for wind, _ in places}):
+            plants = [plant for at, plant in sorted(places) if at == wind]
             try:
-                rows = running_margins(
-                    self.turbine,
-                    self._law(settings),
-                    self.observer,
-                    [wind],
-                    speed_filter=speed_filter(settings),
-                    sample_time=self.asked.sample,
-                    computation_time=self.asked.computing,
-                    plants=[plant for at, plant in sorted(places) if at == wind],
-                )
+                rows = running_margins(loops, [wind], plants=plants)
             except NoEquilibrium:
                 return -math.inf
             least = min(least, *(_share(row, self.asked) for row in rows))

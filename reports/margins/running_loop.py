@@ -14,7 +14,9 @@ Everything here is floating point: it is measured, and not proved.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from scipy.linalg import expm
@@ -23,7 +25,12 @@ from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Law, Measurement, SampledLaw, law_words, sampled
 from takagi.models.simulation.closed_loop import Observer, measured_speed, observed
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, plant_rate
+from takagi.models.simulation.turbine_plant import (
+    SimulatedTurbine,
+    SpeedFilter,
+    plant_rate,
+    validation_plant,
+)
 from takagi.models.turbine.data import Turbine, rotor_torque_gradient
 from takagi.models.turbine.trim import trim
 
@@ -224,12 +231,103 @@ def continuous(multipliers: Complex, sample_time: float) -> Complex:
     return np.asarray(np.log(kept) / sample_time, dtype=np.complex128)
 
 
+@lru_cache(maxsize=8)
 def with_inertia(plant: SimulatedTurbine, factor: float) -> SimulatedTurbine:
     """Return the plant with both inertias times a factor; the torsion mode keeps its frequency."""
     turbine: Turbine = plant.turbine
     rotor, generator = factor * turbine.rotor_inertia, factor * turbine.generator_inertia
     changed = replace(turbine, rotor_inertia=rotor, generator_inertia=generator)
     return replace(plant, turbine=changed)
+
+
+# Factor on the nominal inertia, and one of ``WAKES``.
+PlantChoice: TypeAlias = tuple[float, str]
+# The machine as its file says.
+NOMINAL: PlantChoice = (1.0, "dynamic")
+# How often the law runs where nothing else is said [s].
+SAMPLE = 0.02
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunningLoops:
+    """The loop that runs, at any wind and for any plant; where it rests is found once for a wind.
+
+    Attributes
+    ----------
+    plant : with the filter of the measured speed.
+    program : the law, sampled.
+    rests : wind [m/s] -> where the loop rests, or why it does not.  It depends on neither inertia
+        nor wake.
+    """
+
+    plant: SimulatedTurbine
+    program: SampledLaw
+    observer: Observer
+    rests: dict[float, LoopEquilibrium | NoEquilibrium] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        turbine: Turbine,
+        law: Law,
+        observer: Observer,
+        *,
+        speed_filter: SpeedFilter | float | None,
+        sample_time: float = SAMPLE,
+        computation_time: float = 0.0,
+    ) -> RunningLoops:
+        """Return the loop of the validation plant.
+
+        Parameters
+        ----------
+        speed_filter : on the measured speed: band-stop and low-pass, or the corner of a low-pass
+            alone [rad/s]; None for none.
+        sample_time, computation_time : of the program [s], see ``SampledLaw``.
+        """
+        plant = replace(validation_plant(turbine), speed_filter=speed_filter)
+        return cls(plant, SampledLaw(law, sample_time, computation_time), observer)
+
+    def other(
+        self, *, plant: SimulatedTurbine | None = None, law: Law | None = None
+    ) -> RunningLoops:
+        """Return the loop with another plant or law, of which no equilibrium is known yet."""
+        program = replace(self.program, law=law or self.program.law)
+        return RunningLoops(plant or self.plant, program, self.observer)
+
+    def rest(self, wind: float) -> LoopEquilibrium:
+        """Return where the loop rests; see ``loop_equilibrium``."""
+        if wind not in self.rests:
+            try:
+                found = loop_equilibrium(self.plant, self.program.law, self.observer, wind)
+                self.rests[wind] = found
+            except NoEquilibrium as missing:
+                self.rests[wind] = missing
+        rest = self.rests[wind]
+        if isinstance(rest, NoEquilibrium):
+            raise rest
+        return rest
+
+    def at(self, wind: float, plant: PlantChoice = NOMINAL, side: int | None = None) -> RunningLoop:
+        """Return the loop at a wind [m/s].
+
+        ``side`` : see ``linearised_loop``; None for the first of ``sides``.
+        """
+        factor, wake = plant
+        return linearised_loop(
+            self.plant if factor == 1 else with_inertia(self.plant, factor),
+            self.program,
+            self.observer,
+            wind,
+            rest=self.rest(wind),
+            wake=wake,
+            side=self.sides(wind)[0] if side is None else side,
+        )
+
+    def sides(self, wind: float) -> tuple[int, ...]:
+        """Return on which sides kinks are read: at the ends of the winds, inwards alone."""
+        if wind <= self.plant.turbine.cut_in:
+            return (1,)
+        return (-1,) if wind >= self.plant.turbine.cut_out else (1, -1)
 
 
 def linearised_loop(

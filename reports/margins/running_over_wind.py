@@ -9,28 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from takagi.models.arrays import Complex
 from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Law, SampledLaw
-from takagi.models.simulation.closed_loop import Observer
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, SpeedFilter, validation_plant
-from takagi.models.turbine.data import Turbine
+from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.reports.margins.margins import DiskMargin, Margins, disk_of, loop_margins
 from takagi.reports.margins.response import BrokenLoops, broken_loops
 from takagi.reports.margins.running_loop import (
+    NOMINAL,
     WAKES,
+    PlantChoice,
     RunningLoop,
-    linearised_loop,
-    loop_equilibrium,
-    with_inertia,
+    RunningLoops,
 )
 
-# (Factor on the inertia, wake): the machine as its file says, then the ends of what is not known.
-NOMINAL = (1.0, "dynamic")
+# The machine as its file says, then the ends of what is not known.
 PLANTS = (NOMINAL, *((factor, wake) for factor in (0.9, 1.1) for wake in WAKES))
 # A loop below this gain at every frequency does nothing.
 SILENT = 1e-6
@@ -85,24 +80,14 @@ class RunningMargins:
 
 
 def running_margins(
-    turbine: Turbine,
-    law: Law,
-    observer: Observer,
-    winds: Sequence[float],
-    *,
-    speed_filter: SpeedFilter | float | None,
-    sample_time: float = 0.02,
-    computation_time: float = 0.0,
-    plants: Sequence[tuple[float, str]] = PLANTS,
+    loops: RunningLoops, winds: Sequence[float], *, plants: Sequence[PlantChoice] = PLANTS
 ) -> tuple[RunningMargins, ...]:
     """Return the margins of the loop that runs: validation plant, observer, filters, sampling.
 
     Parameters
     ----------
+    loops : as ``RunningLoops.of`` makes them.
     winds : steady ones [m/s].
-    speed_filter : on the measured speed: band-stop and low-pass, or the corner of a low-pass alone
-        [rad/s]; None for none.
-    sample_time, computation_time : of the program [s], see ``SampledLaw``.
     plants : (factor on the nominal inertia, one of ``WAKES``); wakes in equilibrium and frozen are
         the ends of the pitch effectiveness.
 
@@ -116,24 +101,19 @@ def running_margins(
         more wind gives no more torque, so that the observer cannot estimate it.
     NoEquilibrium : a ModelError; the loop has no equilibrium at a wind.
     """
-    program = SampledLaw(law, sample_time, computation_time)
-    plant = replace(validation_plant(turbine), speed_filter=speed_filter)
-    modes = plant_modes(plant)
-    require_sampling(sample_time, modes)
-    rests = {wind: loop_equilibrium(plant, law, observer, wind) for wind in map(float, winds)}
-    made = {factor: with_inertia(plant, factor) for factor, _ in plants}
+    modes = plant_modes(loops.plant)
+    require_sampling(loops.program.sample_time, modes)
+    winds = [float(wind) for wind in winds]
+    for wind in winds:
+        loops.rest(wind)
     found = []
-    for wind, rest in rests.items():
-        first, *others = _sides(turbine, wind)
-        for factor, wake in plants:
-            at = partial(
-                linearised_loop, made[factor], program, observer, wind, rest=rest, wake=wake
-            )
-            loops = [at(side=first)]
-            if _chosen(loops[0].kinks):
-                loops += [at(side=side) for side in others]
-            rows = [_margins(loop, factor, wake, modes) for loop in loops]
-            found.append(worst_of_sides(rows))
+    for wind in winds:
+        first, *others = loops.sides(wind)
+        for plant in plants:
+            sides = [loops.at(wind, plant, first)]
+            if _chosen(sides[0].kinks):
+                sides += [loops.at(wind, plant, side) for side in others]
+            found.append(worst_of_sides([_margins(loop, plant, modes) for loop in sides]))
     return tuple(found)
 
 
@@ -178,7 +158,7 @@ def plant_modes(plant: SimulatedTurbine) -> tuple[Mode, ...]:
     return tuple(found)
 
 
-def _margins(loop: RunningLoop, factor: float, wake: str, modes: Sequence[Mode]) -> RunningMargins:
+def _margins(loop: RunningLoop, plant: PlantChoice, modes: Sequence[Mode]) -> RunningMargins:
     broken = broken_loops(loop)
     acting = {name: getattr(broken, name) for name in ("torque", "pitch") if _acts(broken, name)}
     margins = {name: loop_margins(response) for name, response in acting.items()}
@@ -190,8 +170,8 @@ def _margins(loop: RunningLoop, factor: float, wake: str, modes: Sequence[Mode])
     )
     return RunningMargins(
         wind=loop.wind,
-        inertia=factor,
-        wake=wake,
+        inertia=plant[0],
+        wake=plant[1],
         torque=margins.get("torque"),
         pitch=margins.get("pitch"),
         both=disk_of(broken.both),
@@ -214,13 +194,6 @@ def _acts(broken: BrokenLoops, name: str) -> bool:
 def _reaches_one(evaluate: Callable[..., Complex], mode: Mode) -> bool:
     near = mode.frequency * np.linspace(1 - NEAR_MODE, 1 + NEAR_MODE, 301)
     return float(np.abs(evaluate(near)).max()) >= 1.0
-
-
-def _sides(turbine: Turbine, wind: float) -> tuple[int, ...]:
-    """Return on which sides kinks are read: at the ends of the winds, inwards alone."""
-    if wind <= turbine.cut_in:
-        return (1,)
-    return (-1,) if wind >= turbine.cut_out else (1, -1)
 
 
 def require_sampling(sample_time: float, modes: Sequence[Mode]) -> None:

@@ -9,13 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from takagi.models.laws.protocol import Law
-from takagi.models.simulation.closed_loop import Observer
-from takagi.models.simulation.turbine_plant import SpeedFilter
-from takagi.models.turbine.data import Turbine
-from takagi.reports.margins.running_loop import NoEquilibrium
+from takagi.reports.margins.running_loop import NOMINAL, NoEquilibrium, RunningLoops
 from takagi.reports.margins.running_over_wind import (
-    NOMINAL,
     PLANTS,
     RunningMargins,
     running_margins,
@@ -48,43 +43,19 @@ class SearchedMargins:
     none: tuple[float, ...]
 
 
-def searched_margins(
-    turbine: Turbine,
-    law: Law,
-    observer: Observer,
-    *,
-    speed_filter: SpeedFilter | float | None,
-    sample_time: float = 0.02,
-    computation_time: float = 0.0,
-) -> SearchedMargins:
+def searched_margins(loops: RunningLoops) -> SearchedMargins:
     """Return the margins from cut-in to cut-out: finely, and for all plants where it counts.
-
-    Parameters
-    ----------
-    speed_filter, sample_time, computation_time : see ``running_margins``.
 
     Raises
     ------
     ModelError : what ``running_margins`` refuses, but for a missing rest.
     """
-
-    def at(wind: float, plants: Sequence[tuple[float, str]]) -> tuple[RunningMargins, ...]:
-        return running_margins(
-            turbine,
-            law,
-            observer,
-            [wind],
-            speed_filter=speed_filter,
-            sample_time=sample_time,
-            computation_time=computation_time,
-            plants=plants,
-        )
-
+    turbine = loops.plant.turbine
     found: dict[float, list[RunningMargins]] = {}
     none = []
     for wind in winds_between(turbine.cut_in, turbine.cut_out, FINE):
         try:
-            found[wind] = list(at(wind, [NOMINAL]))
+            found[wind] = list(running_margins(loops, [wind], plants=[NOMINAL]))
         except NoEquilibrium:
             none.append(wind)
     whole = [v for v in winds_between(turbine.cut_in, turbine.cut_out, 1.0) if v in found]
@@ -92,12 +63,12 @@ def searched_margins(
     least = sorted((_least_winds(nominal) | _first_and_last(nominal)) - set(whole))
     others = [plant for plant in PLANTS if plant != NOMINAL]
     for wind in (*whole, *least):
-        found[wind] += at(wind, others)
+        found[wind] += running_margins(loops, [wind], plants=others)
     # The other plants are weakest elsewhere: follow each margin down from where it is least so far.
     every = {*whole, *least}
     for kind in ("gain", "phase", "delay", "disk", "both"):
         for wind in _downhill(found, every, kind):
-            found[wind] += at(wind, others)
+            found[wind] += running_margins(loops, [wind], plants=others)
             every.add(wind)
             least.append(wind)
     least.sort()

@@ -34,7 +34,6 @@ from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
 from takagi.reports.margins.design_levers import effort_of
@@ -42,13 +41,17 @@ from takagi.reports.margins.loops_over_wind import (
     GROWTH,
     LEAST_GAIN,
     LEAST_PHASE,
-    SAMPLE,
-    LoopsOverWind,
-    PlantChoice,
     SmallMargin,
+    decisive_winds,
+    fine_winds,
+    growths,
+    growths_over_wind,
+    loop_at,
     small_margins,
+    unstable,
 )
-from takagi.reports.margins.running_over_wind import NOMINAL, Mode, plant_modes
+from takagi.reports.margins.running_loop import NOMINAL, SAMPLE, PlantChoice, RunningLoops
+from takagi.reports.margins.running_over_wind import Mode, plant_modes
 from takagi.reports.margins.running_search import wind_ranges
 
 # Gets a step in words.
@@ -87,19 +90,16 @@ class UnstableLoop:
     by_filter: bool
 
 
-def loops_of(turbine: Turbine, settings: DesignSettings, tell: Tell) -> LoopsOverWind:
+def loops_of(turbine: Turbine, settings: DesignSettings, tell: Tell) -> RunningLoops:
     """Return the loop of settings that runs, with gains found wind by wind."""
     tell("gains wind by wind")
     turbine = derated(turbine, settings.torque_setpoint, speed_setpoint=settings.speed_setpoint)
     observer = wind_observer_design(turbine, settings).observer
     law = wind_by_wind_law(turbine, settings)[1]
-    plant = replace(validation_plant(turbine), speed_filter=speed_filter(settings))
-    return LoopsOverWind(plant, law, observer)
+    return RunningLoops.of(turbine, law, observer, speed_filter=speed_filter(settings))
 
 
-def unstable_loop(
-    loops: LoopsOverWind, settings: DesignSettings, tell: Tell
-) -> UnstableLoop | None:
+def unstable_loop(loops: RunningLoops, settings: DesignSettings, tell: Tell) -> UnstableLoop | None:
     """Return where the loop that runs is unstable; None where it is stable.
 
     A wind at which it has no equilibrium is left out: there is nothing to linearise at.
@@ -110,25 +110,25 @@ def unstable_loop(
     """
     turbine = loops.plant.turbine
     tell(f"{turbine.cut_in:g} to {turbine.cut_out:g} m/s")
-    which, growths = NOMINAL, loops.growths_over_wind()
-    if not growths:
+    which, rates = NOMINAL, growths_over_wind(loops)
+    if not rates:
         raise ModelError(
             f"from {turbine.cut_in:g} to {turbine.cut_out:g} m/s the loop that runs (validation "
             "plant, with observer and filters) has an equilibrium near the turbine's trim at no "
             "wind, so its stability is not known; another set-point or wind filter may help"
         )
-    bad = {wind: rate for wind, rate in growths.items() if rate > GROWTH}
+    bad = {wind: rate for wind, rate in rates.items() if rate > GROWTH}
     if not bad:
         tell("inertia and wake at the ends of what is covered")
         uncertain = _unstable_plant(loops, settings)
         if uncertain is None:
             return None
         which, growths = uncertain
-        bad = {wind: rate for wind, rate in growths.items() if rate > GROWTH}
+        bad = {wind: rate for wind, rate in rates.items() if rate > GROWTH}
     worst = max(bad, key=bad.__getitem__)
     usual = default_settings(turbine).wind_filter
-    slower = loops.other(law=replace(loops.law, wind_filter=usual))
-    by_filter = settings.wind_filter < usual and not slower.unstable([*bad], which)
+    slower = loops.other(law=_with_filter(loops, usual))
+    by_filter = settings.wind_filter < usual and not unstable(slower, [*bad], which)
     if by_filter:
         what = (
             f"the wind filter of {settings.wind_filter:g} s does it, {usual:g} s does not: this "
@@ -136,7 +136,7 @@ def unstable_loop(
         )
     else:
         tell(f"unstable at {worst:g} m/s; looking for the part that does it")
-        part, change = _culprit(loops, lambda one: not one.unstable([worst], which))
+        part, change = _culprit(loops, lambda one: not unstable(one, [worst], which))
 
         def tried_now(option: str) -> None:
             tell(f"unstable at {worst:g} m/s; trying {option}")
@@ -147,7 +147,7 @@ def unstable_loop(
     return UnstableLoop(
         f"at {worst:g} m/s the loop that runs (validation plant{_plant_words(which)}, with "
         f"observer and filters, sampled every {SAMPLE * 1e3:g} ms) is unstable: it grows at "
-        f"{bad[worst]:.3g} 1/s; unstable at {wind_ranges([*bad], [*growths])}; {what}",
+        f"{bad[worst]:.3g} 1/s; unstable at {wind_ranges([*bad], [*rates])}; {what}",
         by_filter,
     )
 
@@ -159,22 +159,24 @@ def _plant_words(which: PlantChoice) -> str:
 
 
 def _unstable_plant(
-    loops: LoopsOverWind, settings: DesignSettings
+    loops: RunningLoops, settings: DesignSettings
 ) -> tuple[PlantChoice, dict[float, float]] | None:
     """Return which plant that the certificate covers grows fastest, and wind -> growth [1/s]."""
     covered = settings.uncertainty
     wakes = [wake for wake in _WAKE_WORDS if covered.frozen_wake or wake != "frozen"]
     factors = [float(end) for end in (covered.inertia.lower, covered.inertia.upper)]
-    winds = loops.decisive_winds()
+    winds = decisive_winds(loops)
     found = {
-        (factor, wake): loops.growths(winds, (factor, wake)) for factor in factors for wake in wakes
+        (factor, wake): growths(loops, winds, (factor, wake))
+        for factor in factors
+        for wake in wakes
     }
     worst = max(found, key=lambda plant: max(found[plant].values(), default=0.0))
     return (worst, found[worst]) if max(found[worst].values(), default=0.0) > GROWTH else None
 
 
 def _cures(
-    loops: LoopsOverWind,
+    loops: RunningLoops,
     settings: DesignSettings,
     bad: Sequence[float],
     which: PlantChoice,
@@ -191,7 +193,7 @@ def _cures(
     def slower(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
         number = _short(factor * settings.wind_filter)
         # The gains do not depend on the filter.
-        return f"--wind-filter {number:g}", lambda: replace(loops.law, wind_filter=number)
+        return f"--wind-filter {number:g}", lambda: _with_filter(loops, number)
 
     def calmer(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
         number = _short(factor * settings.effectiveness_share)
@@ -205,9 +207,9 @@ def _cures(
             found = loops.other(law=law())
         except ModelError:
             return False  # no gains with this number
-        if found.unstable(bad, which):
+        if unstable(found, bad, which):
             return False
-        if max(found.growths_over_wind().values(), default=1.0) > GROWTH:
+        if max(growths_over_wind(found).values(), default=1.0) > GROWTH:
             return False
         return _unstable_plant(found, settings) is None
 
@@ -220,11 +222,17 @@ def _cures(
     return [text for text in tried if text is not None]
 
 
+def _with_filter(loops: RunningLoops, time: float) -> EffortSharingLaw:
+    law = loops.program.law
+    assert isinstance(law, EffortSharingLaw)
+    return replace(law, wind_filter=time)
+
+
 def _short(number: float) -> float:
     return float(f"{number:.2g}")
 
 
-def _culprit(loops: LoopsOverWind, good: Callable[[LoopsOverWind], bool]) -> tuple[str, str]:
+def _culprit(loops: RunningLoops, good: Callable[[RunningLoops], bool]) -> tuple[str, str]:
     """Return the part without which a loop is good, and how to change it; "" for none."""
     plant, turbine = loops.plant, loops.plant.turbine
     for mode in plant_modes(plant):
@@ -253,14 +261,16 @@ def _mode_words(mode: Mode) -> str:
     return f"the {mode.name} mode, {mode.frequency:.3g} rad/s ({mode.frequency / 2 / pi:.3g} Hz),"
 
 
-def small_margin_note(loops: LoopsOverWind) -> str | None:
+def small_margin_note(loops: RunningLoops) -> str | None:
     """Return what is to be noted of a stable loop whose margins are small; None for none."""
     met: dict[float, tuple[SmallMargin, ...]] = {}
-    winds = [wind for wind in loops.fine_winds() if loops.at(wind) is not None]
-    for wind, loop in loops.over(winds):
-        found = small_margins(loop)
-        if found:
-            met[wind] = found
+    winds = []
+    for wind in fine_winds(loops):
+        loop = loop_at(loops, wind)
+        if loop is not None:
+            winds.append(wind)
+            if found := small_margins(loop):
+                met[wind] = found
     if not met:
         return None
     worst = min(met, key=lambda wind: min(one.share for one in met[wind]))
@@ -275,8 +285,8 @@ def small_margin_note(loops: LoopsOverWind) -> str | None:
     )
 
 
-def _without_small(loops: LoopsOverWind, wind: float) -> bool:
-    loop = loops.at(wind)
+def _without_small(loops: RunningLoops, wind: float) -> bool:
+    loop = loop_at(loops, wind)
     return loop is not None and not small_margins(loop)
 
 

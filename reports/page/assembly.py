@@ -8,7 +8,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from takagi.reports.page.text import Section, powers, typeset
+from takagi.reports.page.text import Section, decimal, powers, significant, typeset, with_decimals
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -83,8 +83,13 @@ def _environment(room: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["powers"] = powers
-    environment.filters["typeset"] = typeset
+    environment.filters.update(
+        powers=powers,
+        typeset=typeset,
+        decimal=lambda value: decimal(float(value)),
+        places=lambda value, digits: with_decimals(float(value), digits),
+        significant=lambda value, digits=3: significant(float(value), digits),
+    )
     return environment
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from takagi.models.turbine.loader import load_turbine
+from takagi.reports.margins.running_loop import RunningLoops
 from takagi.reports.margins.running_search import searched_margins, wind_ranges
 from takagi.reports.margins.thresholds import AskedMargins, failed, measured
 from takagi.reports.simulation.laws import filed_laws
@@ -33,7 +34,7 @@ def filed_margins(asked: AskedMargins, gains: Path, model: Path) -> MarginsFound
     turbine, chosen = filed_laws(load_turbine(model), gains)
     ((name, law),) = chosen.laws.items()
     assert chosen.observer is not None  # filed_laws refuses a file without one
-    found = searched_margins(
+    loops = RunningLoops.of(
         turbine,
         law,
         chosen.observer,
@@ -41,6 +42,7 @@ def filed_margins(asked: AskedMargins, gains: Path, model: Path) -> MarginsFound
         sample_time=asked.sample,
         computation_time=asked.computing,
     )
+    found = searched_margins(loops)
     below = failed(found.rows, asked)
     if found.none:
         every = [*found.none, *(row.wind for row in found.rows)]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from takagi.reports.margins.running_loop import RunningLoops
 from takagi.reports.margins.running_search import SearchedMargins, searched_margins
 from takagi.reports.simulation.design_runs import DesignRun, design_runs
 
@@ -42,7 +43,6 @@ def measured_loop(design: TurbineDesign) -> MeasuredLoop:
 
 @lru_cache(maxsize=2)
 def _measured_now(design: TurbineDesign) -> MeasuredLoop:
-    margins = searched_margins(
-        design.turbine, design.law, design.observer.observer, speed_filter=design.speed_filter
-    )
-    return MeasuredLoop(margins, design_runs(design))
+    observer, speed_filter = design.observer.observer, design.speed_filter
+    loops = RunningLoops.of(design.turbine, design.law, observer, speed_filter=speed_filter)
+    return MeasuredLoop(searched_margins(loops), design_runs(design))

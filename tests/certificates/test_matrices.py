@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker.kernel.definite import positive_definite_integers
-from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
-from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.kernel.matrices import Matrix, mean
+from takagi.certificates.checker.kernel.reader import Number, read_stack
 from takagi.certificates.checker.kernel.refusal import Refused
 
 NUMBERS = st.fractions(-9, 9, max_denominator=30)

@@ -14,7 +14,7 @@ import pytest
 from takagi.certificates import CertificateError, check
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.replay import claim_kinds
-from takagi.certificates.checker.replay.removed_kinds import LAST_READER, NO_LONGER_READ
+from takagi.certificates.checker.replay.containment import LAST_READER, NO_LONGER_READ
 from takagi.cli.main import main
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.turbine.running_documents import sealed

@@ -211,15 +211,15 @@ def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path
     main(["design", "nrel5mw", "--out", str(tmp_path), "--force", "--two-step"])
     assert asked["settings"].synthesis == "two-step"
 
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--force", "--objective", "calm-tower"])
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--force", "--objective", "decay"])
     assert asked["settings"].synthesis == "one-step"
-    assert asked["settings"].objective.tower == 1.0
+    assert asked["settings"].objective.decay == 1.0
 
 
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--objective", "calm-towre"], "did you mean 'calm-tower'"),
+        (["--objective", "decya"], "did you mean 'decay'"),
         (["--objective", "decay", "--two-step"], "leave one of the two out"),
         (["--one-step", "--two-step"], "leave one of the two out"),
         (["--two-step", "--law", "paper"], "--two-step belongs to the effort-sharing law"),

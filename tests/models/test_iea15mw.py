@@ -12,8 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from takagi.models import ModelError, Turbine, built_in_models, load_model
 from takagi.models.files.csv_table import read_coefficient_table
@@ -21,10 +19,9 @@ from takagi.models.files.library import data_folder
 from takagi.models.files.units import UNITS
 from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
 from takagi.models.simulation.baseline import BaselineLaw
-from takagi.models.turbine.data import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.data import rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import (
-    TABLE_SHARE,
     optimal_tip_speed_ratio,
     optimal_torque_constant,
     rated_wind,
@@ -119,21 +116,6 @@ def test_an_aeroelastic_code_agrees(
     assert blade == pytest.approx(by_pitch, rel=0.17)
     assert gust == pytest.approx(by_wind, rel=0.09)
     assert speed == pytest.approx(by_speed, rel=0.2)
-
-
-@settings(max_examples=60, deadline=None, derandomize=True)
-@given(st.floats(3.0, 25.0), st.floats(0.65, 0.79))
-def test_trim_balances_within_limits(wind: float, setpoint: float) -> None:
-    """T_r = n_g T_g with n_g = 1, limits kept, lambda inside its share of the table."""
-    turbine = iea()
-    for wanted in (None, setpoint):
-        point = trim(turbine, wind, speed_setpoint=wanted)
-        torque = float(rotor_torque(turbine, point.rotor_speed, point.pitch, wind))
-
-        assert torque == pytest.approx(point.torque, rel=1e-9)
-        assert 0 < point.torque <= turbine.rated_torque * (1 + 1e-12)
-        assert turbine.pitch_min <= point.pitch <= turbine.pitch_max
-        assert point.rotor_speed * turbine.rotor_radius / wind <= TABLE_SHARE * 14.5 + 1e-9
 
 
 def test_trim_over_all_winds() -> None:

@@ -11,7 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Plant, Variable, built_in_models, load_model, sector_model
-from tests.models.library_plants import FIELDS, blended, model_name, model_of, named, plant_of
+from tests.models.library_plants import (
+    FIELDS,
+    Floats,
+    blended,
+    model_name,
+    model_of,
+    named,
+    plant_of,
+)
 
 BLENDED = {"boost_throttle", "split_range"}
 
@@ -127,3 +135,178 @@ def test_a_wrong_bound_is_refused(name: str) -> None:
         ):
             with pytest.raises(ModelError, match="leave out values that it attains"):
                 sector_model(plant_of(name), bounds={symbol: wrong})
+
+
+def jacobian(name: str, x: Floats) -> Floats:
+    """Return df/dx of the literature's equations by central differences, u = w = 0."""
+    plant, field = plant_of(name), FIELDS[name][1]
+    u, w, step = np.zeros(len(plant.inputs)), np.zeros(len(plant.disturbances)), 1e-6
+    columns = [
+        (np.array(field(x + d, u, w)) - np.array(field(x - d, u, w))) / (2 * step)
+        for d in step * np.eye(len(x))
+    ]
+    return np.stack(columns, axis=1)
+
+
+@pytest.mark.parametrize("name", [name for name in FIELDS if name != "cart_pole_2rules"])
+def test_the_model_at_the_origin_is_the_linearisation(name: str) -> None:
+    """A(z(0)) = df/dx at 0, since every term is its entry times a variable that is 0."""
+    plant, model = plant_of(name), model_of(name)
+    now = model.blend(model.premise_values(**dict.fromkeys(map(model_name, plant.variables), 0.0)))
+
+    difference = jacobian(name, np.zeros(len(plant.states)))
+    np.testing.assert_allclose(now.A, difference, rtol=1e-6, atol=1e-6 * np.abs(now.A).max())
+
+
+def test_rules_of_wang_tanaka_and_griffin() -> None:
+    """The vertices are the two local models: 17.294, 9.360, -0.1765, -0.00524.
+
+    Wang, Tanaka and Griffin (1996), by their formulas with m = 2, M = 8, 2 l = 1, g = 9.8.
+    """
+    model = model_of("cart_pole_2rules")
+
+    assert model.A[:, 1, 0] == pytest.approx([17.294, 9.360], abs=1e-3)
+    assert model.B[:, 1, 0] == pytest.approx([-0.1765, -0.00524], abs=5e-5)
+
+
+@pytest.mark.slow
+def test_the_pendulum_needs_four_rules_when_premises_are_free() -> None:
+    """The textbook's four premises give sixteen rules; two of one angle's functions give four."""
+    assert len(sector_model(plant_of("cart_pole"), premises={}).rules) == 4
+
+
+def test_entries_of_tanaka_ikeda_and_wang() -> None:
+    """Tanaka, Ikeda and Wang (1996): damper -0.225 or 0, spring -1.5275 or -0.02."""
+    A = model_of("mass_spring_damper").A
+
+    assert set(np.round(A[:, 1, 1], 6)) == {-0.225, 0.0}
+    assert set(np.round(A[:, 1, 0], 6)) == {-1.5275, -0.02}
+
+
+def test_poles_of_the_motor_of_the_control_tutorials() -> None:
+    """-2.0025 and -9.9975 1/s: P(s) = 0.01/(0.005 s^2 + 0.06 s + 0.1001), by hand.
+
+    Messner and Tilbury, Control Tutorials for MATLAB and Simulink, DC Motor Speed (recalled).
+    """
+    model = model_of("dc_servo")
+    motor = model.A[0][1:3, 1:3]
+
+    assert model.A[0][[0, 3]].tolist() == [[0, 1, 0, 0], [1, 0, 0, 0]]
+    assert model.B[0].ravel().tolist() == [0, 0, 2, 0]
+    assert model.E[0].tolist() == [[0, 0], [100, 0], [0, 0], [0, -1]]
+    assert np.poly(motor) == pytest.approx([1, 12, 20.02])
+    assert sorted(np.linalg.eigvals(motor)) == pytest.approx([-9.9975, -2.0025], abs=1e-4)
+
+
+def test_entries_of_tanaka_and_sano() -> None:
+    """Tanaka and Sano (1994), rule 1 in x1, x2, x3: 1.3636, -0.3636, 0.3636, -2 and -0.7143."""
+    model = model_of("truck_trailer")
+    T = np.array([[1, 0, 0], [2 / 11, 1, 0], [0, 0, 1]])  # x1, x2, x3 from x1, q, x3
+    now = model.blend(model.premise_values(x1=0.0, q=0.0, x3=0.0, u=0.0))
+
+    published = np.array([[1.3636, 0, 0], [-0.3636, 1, 0], [0.3636, -2, 1]])
+    np.testing.assert_allclose(np.asarray(T @ now.A @ np.linalg.inv(T)), published, atol=5e-5)
+    np.testing.assert_allclose(model.C[0] @ np.linalg.inv(T), np.eye(3)[1:], atol=1e-12)
+    np.testing.assert_allclose(model.C[0] @ np.linalg.inv(T), [[0, 1, 0], [0, 0, 1]], atol=1e-12)
+    assert model.sample_time == 2.0
+
+
+def test_equilibria_and_eigenvalues_of_lorenz() -> None:
+    """At (+-sqrt(72), +-sqrt(72), 27): -13.8546, 0.0940 +- 10.1945i; at 0: 11.8277, -22.8277, -8/3.
+
+    Sparrow (1982), The Lorenz Equations, r = 28; the roots of s^3 + 41/3 s^2 + 304/3 s + 1440.
+    """
+    root = np.sqrt(72.0)
+    for sign in (1, -1):
+        point = np.array([sign * root, sign * root, 27.0])
+        still = blended("lorenz", point, np.zeros(1), np.zeros(0))
+        np.testing.assert_allclose(still, 0, atol=1e-9)
+        poles = np.linalg.eigvals(jacobian("lorenz", point))
+        np.testing.assert_allclose(np.poly(poles), [1, 41 / 3, 304 / 3, 1440], rtol=1e-6)
+        assert sorted(poles.real) == pytest.approx([-13.8546, 0.0940, 0.0940], abs=1e-4)
+    model = model_of("lorenz")
+    poles = np.linalg.eigvals(model.blend(model.premise_values(x=0.0)).A)
+    assert sorted(poles.real) == pytest.approx([-22.8277, -8 / 3, 11.8277], abs=1e-4)
+
+
+def test_the_ball_accelerates_by_five_sevenths_of_g() -> None:
+    """Hauser, Sastry and Kokotovic (1992): B = 0.7143, that of a ball that rolls without slip."""
+    model = model_of("ball_and_beam")
+    now = model.blend(model.premise_values(r=0.0, v=0.0, theta=0.0, omega=0.0, u=0.0))
+
+    assert now.A[1, 2] == pytest.approx(-0.7143 * 9.81, rel=1e-4)
+
+
+def test_tora_swings_faster_when_its_mass_is_free() -> None:
+    """Bupp, Bernstein and Coppola (1998): +-i/sqrt(1 - eps^2) and a double 0 at rest."""
+    model = model_of("tora")
+    now = model.blend(model.premise_values(x=0.0, v=0.0, theta=0.0, omega=0.0, u=0.0))
+
+    np.testing.assert_allclose(np.poly(now.A), [1, 0, 1 / 0.99, 0, 0], atol=1e-9)
+
+
+def test_frequencies_of_the_flexible_joint() -> None:
+    """(m g l + k - I s)(k - J s) = k^2 for s, the squares of both frequencies at rest."""
+    model = model_of("flexible_joint")
+    now = model.blend(model.premise_values(q=0.0, q_rate=0.0, p=0.0, p_rate=0.0, u=0.0))
+
+    squares = np.roots([1.0, -(109.81 + 100), 109.81 * 100 - 100**2])
+    wanted = [1, 0, squares.sum(), 0, squares.prod()]
+    np.testing.assert_allclose(np.poly(now.A), wanted, rtol=1e-6, atol=1e-6)
+
+
+def test_modes_of_the_quarter_car() -> None:
+    """det(M s^2 + C s + K) of body and wheel, with the damper's slope at rest."""
+    model = model_of("quarter_car")
+    rest = dict.fromkeys(("s", "r", "t", "vw", "u", "road"), 0.0)
+    body, wheel = [300, 1500, 16e3], [40, 1500, 16e3 + 19e4]
+    coupling = [1500, 16e3]
+    wanted = np.polysub(np.polymul(body, wheel), np.polymul(coupling, coupling)) / (300 * 40)
+
+    found = np.poly(model.blend(model.premise_values(**rest)).A)
+    np.testing.assert_allclose(found, wanted, rtol=1e-6)
+
+
+def test_duffing_stays_in_its_box() -> None:
+    """From the origin, 200 s of the uncontrolled motion in steps of 5 ms: |x| < 5."""
+    field, x, step, largest = FIELDS["duffing"][1], np.zeros(2), 5e-3, 0.0
+
+    def slope(x: Floats, time: float) -> Floats:
+        return np.array(field(x, np.zeros(1), np.array([np.cos(time)])))
+
+    for count in range(40000):
+        now = count * step
+        k1 = slope(x, now)
+        k2 = slope(x + step / 2 * k1, now + step / 2)
+        k3 = slope(x + step / 2 * k2, now + step / 2)
+        k4 = slope(x + step * k3, now + step)
+        x = x + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        largest = max(largest, abs(float(x[0])))
+    assert 3.0 < largest < 5.0
+
+
+def have_common_quadratic(first: Floats, second: Floats) -> bool:
+    """Shorten and Narendra (2002): no negative real eigenvalue of A1 A2 and A1 A2^-1."""
+    found = np.linalg.eigvals(np.array([first @ second, first @ np.linalg.inv(second)]))
+    return not np.any((np.abs(found.imag) < 1e-12) & (found.real < 0))
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "threshold"),
+    [("dayawansa_martin", "a", 3 + np.sqrt(8)), ("shorten_narendra", "h", 4 + 4 * np.sqrt(2))],
+)
+def test_planar_pairs_are_below_their_thresholds(
+    name: str, parameter: str, threshold: float
+) -> None:
+    """Their vertices have a common function; a hair beyond the published threshold none has."""
+    model, (figure,) = model_of(name), plant_of(name).parameters
+    assert figure.symbol.name == parameter
+    assert 0.98 * threshold < float(figure.value) < threshold
+    assert have_common_quadratic(*model.A)
+
+    for value in (threshold - 1e-4, threshold + 1e-4):
+        pair = {
+            "a": [[[-1, -1], [1, -1]], [[-1, -value], [1 / value, -1]]],
+            "h": [[[-2, 4], [-1, -2]], [[-2, 4], [-1 - value, -2]]],
+        }[parameter]
+        assert have_common_quadratic(*np.array(pair, dtype=float)) == (value < threshold)

@@ -8,8 +8,9 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.models import ModelError, TSModel, sector_model
+from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
 from takagi.models.laws.pdc import PdcLaw
+from tests.symbolic_plants import plant_of
 
 X, V, U, W = sp.symbols("x v u w", real=True)
 K = np.array([[[3.0, 1.0]], [[7.0, 2.0]]])
@@ -18,7 +19,15 @@ REST = (np.array([0.5, 0.0]), np.array([0.25]))
 
 def model() -> TSModel:
     """x'' = -x^3 + u for |x| <= 2: one premise, -x^2 in [-4, 0]."""
-    return sector_model([V, -(X**3) + U], [X, V], [U], box={X: (-2, 2)})
+    return sector_model(
+        plant_of(
+            [V, -(X**3) + U],
+            [X, V],
+            [U],
+            box={X: (-2, 2)},
+            premises={sp.Symbol("z1", real=True): -(X**2)},
+        )
+    )
 
 
 def law() -> PdcLaw:
@@ -67,15 +76,14 @@ def test_one_gain_for_all_rules_needs_no_premise() -> None:
 def test_a_disturbance_may_schedule() -> None:
     """x' = w x + u, w in [-1, 1] measured: at w = 1 the rule of that corner acts."""
     z = sp.Symbol("z", real=True)
-    scheduled = sector_model(
-        [W * X + U],
-        [X],
-        [U],
-        disturbances=[W],
-        box={W: (-1, 1)},
+    plant = Plant(
+        equations=(W * X + U,),
+        states=(Variable(X),),
+        inputs=(Variable(U),),
+        disturbances=(Variable(W, range=Interval.of(-1, 1), schedules=True),),
         premises={z: W},
-        matrices={"A": [[z]], "B": [[1]]},
     )
+    scheduled = sector_model(plant)
     at = PdcLaw(scheduled, np.array([[[2.0]], [[6.0]]]), np.zeros(1), np.zeros(1))
 
     assert at.command(np.ones(1), w=-1.0) == pytest.approx([-2.0])

@@ -12,21 +12,19 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.models import Interval, ModelError, TSModel, sector_model
+from takagi.models import Interval, ModelError, Parameter, Plant, TSModel, sector_model
 from takagi.models.ranges.expression_range import expression_range, expression_value
+from tests.symbolic_plants import plant_of
 
 X1, X2, U = sp.symbols("x1 x2 u", real=True)
 Z1, Z2, Z3, Z4 = sp.symbols("z1:5")
+FINE = "1e-6"
 LIMIT = 1.535889  # 88 deg, the textbook's range of the angle
 PREMISES = {
     Z1: 1 / (sp.Rational(2, 3) - sp.cos(X1) ** 2 / 10),
     Z2: sp.sin(X1) / X1,
     Z3: X2 * sp.sin(2 * X1),
     Z4: sp.cos(X1),
-}
-MATRICES = {
-    "A": [[0, 1], [sp.Rational(49, 5) * Z1 * Z2, -Z1 * Z3 / 20]],
-    "B": [[0], [-Z1 * Z4 / 10]],
 }
 BOX = {X1: (-LIMIT, LIMIT), X2: (-4, 4)}
 
@@ -42,23 +40,16 @@ def pendulum() -> list[sp.Expr]:
 
 
 @lru_cache
-def by_hand() -> TSModel:
+def textbook() -> TSModel:
     """Return the textbook's model: four premises, sixteen rules."""
-    return sector_model(
-        pendulum(),
-        [X1, X2],
-        [U],
-        box=BOX,
-        matrices=MATRICES,
-        premises=PREMISES,
-        units={X1: "rad", X2: "rad/s", U: "N"},
-    )
+    plant = plant_of(pendulum(), [X1, X2], [U], box=BOX, premises=PREMISES)
+    return sector_model(plant, tolerance=FINE)
 
 
 @lru_cache
 def found() -> TSModel:
     """Return the model that the factoring finds by itself."""
-    return sector_model(pendulum(), [X1, X2], [U], box=BOX)
+    return sector_model(plant_of(pendulum(), [X1, X2], [U], box=BOX), tolerance=FINE)
 
 
 def test_textbook_bounds_of_the_pendulum() -> None:
@@ -71,16 +62,16 @@ def test_textbook_bounds_of_the_pendulum() -> None:
         "z4": (beta, 1.0),
     }
 
-    for premise in by_hand().premises:
+    for premise in textbook().premises:
         low, high = expected[premise.name]
         assert float(premise.lower) == pytest.approx(low, rel=1e-5)
         assert float(premise.upper) == pytest.approx(high, rel=1e-5)
         assert premise.lower <= Fraction(low) + Fraction(1, 10**12)
         assert premise.upper >= Fraction(high) - Fraction(1, 10**12)
-    assert len(by_hand().rules) == 16
+    assert len(textbook().rules) == 16
 
 
-@pytest.mark.parametrize("make", [by_hand, found])
+@pytest.mark.parametrize("make", [textbook, found])
 def test_blend_equals_the_plant(make: object) -> None:
     """A(z) x + B(z) u is the plant's derivative at random points, also at the angle 0."""
     model: TSModel = make()  # type: ignore[operator]
@@ -95,14 +86,14 @@ def test_blend_equals_the_plant(make: object) -> None:
 
 def test_memberships_at_the_origin_take_the_textbook_corners() -> None:
     """At rest upright z1, z2 and z4 are at their maxima: only rules with those corners count."""
-    h = by_hand().memberships(by_hand().premise_values(x1=0.0, x2=0.0))
-    for rule, weight in zip(by_hand().rules, h, strict=True):
+    h = textbook().memberships(textbook().premise_values(x1=0.0, x2=0.0))
+    for rule, weight in zip(textbook().rules, h, strict=True):
         assert weight < 1e-6 or (rule[0], rule[1], rule[3]) == (1, 1, 1)
 
 
 def test_derivation_shows_plant_factored_form_and_bounds() -> None:
     """The derivation carries each step and each premise's proof in words."""
-    text = getattr(by_hand().derivation, "latex", "")
+    text = getattr(textbook().derivation, "latex", "")
 
     assert r"\dot{x_{2}}" in text
     assert r"\sin{\left(x_{1} \right)}" in text
@@ -150,34 +141,28 @@ def _mixed_range(expression: sp.Expr) -> Interval:
 
 def test_given_bounds_are_marked_and_contradicted_ones_refused() -> None:
     """A bound from the user is used as it is, unless an attained value lies outside."""
-    exact = sector_model(
-        [sp.sin(X1)], [X1], box={X1: (-1, 1)}, premises={Z1: sp.sin(X1) / X1}, bounds={Z1: (0, 1)}
-    )
+    plant = plant_of([sp.sin(X1)], [X1], box={X1: (-1, 1)}, premises={Z1: sp.sin(X1) / X1})
+    exact = sector_model(plant, bounds={Z1: (0, 1)})
 
     assert exact.premises[0].lower == 0
     assert exact.premises[0].upper == 1
     assert exact.premises[0].evidence.startswith("given by the user")
     with pytest.raises(ModelError, match="leave out values"):
-        sector_model(
-            [sp.sin(X1)],
-            [X1],
-            box={X1: (-1, 1)},
-            premises={Z1: sp.sin(X1) / X1},
-            bounds={Z1: (0, "0.99")},
-        )
+        sector_model(plant, bounds={Z1: (0, "0.99")})
 
 
 def test_parameters_disturbances_and_outputs() -> None:
     """x1' = -c x1^3 + w, y = x1^3: one premise x1^2 is shared by A and C."""
     c, w = sp.symbols("c w")
-    model = sector_model(
+    plant = plant_of(
         [-c * X1**3 + w],
         [X1],
         box={X1: (-2, 2)},
         disturbances=[w],
         outputs=[-c * X1**3],
-        parameters={c: 0.5},
+        parameters=(Parameter(c, Fraction(1, 2)),),
     )
+    model = sector_model(plant)
 
     assert len(model.rules) == 2
     np.testing.assert_allclose(model.E, 1)
@@ -185,39 +170,20 @@ def test_parameters_disturbances_and_outputs() -> None:
     assert sorted(model.A.ravel().tolist()) == pytest.approx([-2, 0], abs=1e-5)
 
 
-def _with(**changes: Any) -> object:
-    options: dict[str, Any] = {"box": BOX, "matrices": MATRICES, "premises": PREMISES}
-    return lambda: sector_model(pendulum(), [X1, X2], [U], **(options | changes))
-
-
-WRONG_SIGN = {**MATRICES, "A": [[0, 1], [sp.Rational(49, 5) * Z1 * Z2, Z1 * Z3 / 20]]}
+def _of(*f: sp.Expr, box: Any = BOX) -> Plant:
+    """Return the plant with one state or two."""
+    return plant_of(f, [X1, X2][: len(f)], [U], box=box)
 
 
 @pytest.mark.parametrize(
     ("build", "message"),
     [
-        (_with(matrices=WRONG_SIGN), "row 2: the factored form misses the plant by"),
-        (_with(box={X1: (-1, 1)}), "depends on x2, for which no range was given"),
-        (_with(matrices={"B": [[0], [1]]}), "A is needed"),
-        (_with(matrices={**MATRICES, "B": [[0, 1]]}), r"B has shape \(1, 2\); \(2, 1\)"),
-        (lambda: sector_model([sp.cos(X1)], [X1], box=BOX), "does not vanish with any state"),
-        (lambda: sector_model([U**2], [X1], [U], box=BOX), "u enters nonlinearly"),
-        (lambda: sector_model([X1, X1], [X1], box=BOX), "2 rows, but there are 1 states"),
-        (
-            lambda: sector_model(
-                [X1**3], [X1], box=BOX, matrices={"A": [[Z1**2]]}, premises={Z1: X1}
-            ),
-            "not linear in the premise z1",
-        ),
-        (
-            lambda: sector_model([X1 / (X2 - 1)], [X1], box={X2: (0, 2)}),
-            "has a pole at x2 - 1 = 0",
-        ),
-        (
-            lambda: sector_model([X1 * sp.gamma(X2 + 8)], [X1], box=BOX),
-            "no ball arithmetic for gamma",
-        ),
-        (lambda: sector_model([X1 / X2], [X1], box=BOX), "has a pole at x2 = 0"),
+        (lambda: sector_model(_of(*pendulum(), box={X1: (-1, 1)})), "x2, for which no range"),
+        (lambda: sector_model(_of(sp.cos(X1))), "x' is 1 per second, not 0"),
+        (lambda: sector_model(_of(U**2)), "u enters nonlinearly"),
+        (lambda: sector_model(_of(X1 / (X2 - 1), X2)), "has a pole at x2 - 1 = 0"),
+        (lambda: sector_model(_of(X1 * sp.gamma(X2 + 8), X2)), "no ball arithmetic for gamma"),
+        (lambda: sector_model(_of(X1 / (1 + X2), X2, box={**BOX, X1: (-1, 1)})), "a pole at"),
     ],
 )
 def test_misuse_is_explained(build: object, message: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,12 +12,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
-from takagi.models.turbine.data import rotor_torque, rotor_torque_gradient
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.data import Turbine, rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.models.turbine.trim import (
     TABLE_SHARE,
     TrimPoint,
+    derated,
     optimal_tip_speed_ratio,
+    optimal_torque_constant,
     rated_wind,
     reference_speed,
     trim,
@@ -61,12 +65,19 @@ def test_partial_derivatives_at_trim(wind: float, a: float, b: float, d: float) 
     assert found / turbine.inertia == pytest.approx([a, b, d], rel=0.05, abs=0.003)
 
 
+loaded = cache(load_turbine)
+
+
 @settings(max_examples=60, deadline=None, derandomize=True)
-@given(st.floats(3.0, 25.0), st.floats(1.0, 1.26))
-def test_trim_balances_within_limits(wind: float, setpoint: float) -> None:
+@given(
+    name=st.sampled_from(["nrel5mw", "iea15mw"]),
+    wind=st.floats(3.0, 25.0),
+    share=st.floats(0.81, 0.99),
+)
+def test_trim_balances_within_limits(name: str, wind: float, share: float) -> None:
     """T_r = n_g T_g, torque and pitch within limits, lambda inside its share of the table."""
-    turbine = nrel5mw()
-    for wanted in (None, setpoint):
+    turbine = loaded(name)
+    for wanted in (None, share * turbine.rated_rotor_speed):
         point = trim(turbine, wind, speed_setpoint=wanted)
         torque = float(rotor_torque(turbine, point.rotor_speed, point.pitch, wind))
         ratio = point.rotor_speed * turbine.rotor_radius / wind
@@ -180,3 +191,84 @@ def test_a_rotor_that_is_stalled_at_rated_wind_is_told_its_least_pitch() -> None
     assert rated_wind(replace(stalled, pitch_min=np.radians(float(found[1])))) > 10
     with pytest.raises(ModelError, match="pitch.minimum"):
         rated_wind(replace(stalled, pitch_min=np.radians(float(found[1]) - 0.25)))
+
+
+@pytest.fixture(scope="module")
+def turbine() -> Turbine:
+    return nrel5mw()
+
+
+def test_power_is_the_product_of_both_set_points(turbine: Turbine) -> None:
+    """80 % of the torque is 80 % of the power; with 95 % of the speed 76 %."""
+    lower = derated(turbine, 0.8 * turbine.rated_torque)
+    slower = 0.95 * turbine.rated_rotor_speed
+    point = trim(lower, 16.0, speed_setpoint=slower)
+
+    assert lower.rated_power == pytest.approx(0.8 * turbine.rated_power)
+    power = turbine.generator_efficiency * turbine.gear_ratio * point.torque * point.rotor_speed
+    assert power == pytest.approx(0.76 * turbine.rated_power)
+
+
+def test_trim_and_schedule_balance_at_the_lower_torque(turbine: Turbine) -> None:
+    """T_r = n_g T at every wind; the rotor is pitched further, and rated wind comes sooner."""
+    lower = derated(turbine, 0.8 * turbine.rated_torque)
+    schedule = effort_schedule(lower)
+    for wind in (6.0, 10.0, 12.0, 20.0):
+        point = trim(lower, wind)
+        driving = float(rotor_torque(lower, point.rotor_speed, point.pitch, wind))
+        assert driving == pytest.approx(turbine.gear_ratio * point.torque, rel=1e-9)
+        if wind != 10.0:
+            assert schedule.torque(wind, lower) == pytest.approx(point.torque, rel=2e-3)
+    assert trim(lower, 14.0).pitch > trim(turbine, 14.0).pitch
+    assert rated_wind(lower) < rated_wind(turbine) - 0.5
+    assert trim(lower, 6.0) == trim(turbine, 6.0)
+
+
+def test_what_is_not_changed(turbine: Turbine) -> None:
+    """Rotor, tables, limits and wake are the turbine's; its own torque changes nothing at all."""
+    lower = derated(turbine, 0.8 * turbine.rated_torque)
+
+    assert derated(turbine, None) is turbine
+    assert derated(turbine, turbine.rated_torque) is turbine
+    assert lower.torque is turbine.torque and lower.frozen_wake is turbine.frozen_wake
+    assert lower.maximum_torque == turbine.maximum_torque
+    assert lower.figures["generator.rated_torque"].source == "torque set-point, 80 % of rated"
+    assert turbine.figures["generator.rated_torque"].value != lower.rated_torque
+
+
+def told(turbine: Turbine, torque: float, speed: float) -> tuple[float, float]:
+    """Return the least torque [N m] and the largest speed [rad/s] that the refusal names."""
+    with pytest.raises(ModelError, match="pitch cannot shed yet") as refused:
+        derated(turbine, torque, speed_setpoint=speed)
+    found = re.search(r"raise the torque to (\S+) N m .*to (\S+) rpm", str(refused.value))
+    assert found is not None
+    return float(found[1]), float(found[2]) * np.pi / 30
+
+
+def test_both_remedies_that_are_told_work(turbine: Turbine) -> None:
+    """70 % at full speed is too early; the named torque, or the named speed, is accepted."""
+    speed, torque = turbine.rated_rotor_speed, 0.7 * turbine.rated_torque
+    least, slower = told(turbine, torque, speed)
+
+    assert rated_wind(derated(turbine, 1.0001 * least)) > 10.0
+    lower = derated(turbine, torque, speed_setpoint=slower)
+    assert trim(lower, 20.0, speed_setpoint=slower).torque == torque
+    told(turbine, 0.998 * least, speed)
+    told(turbine, torque, slower + 0.004)
+
+
+def test_the_best_tip_speed_ratio_is_a_lower_bound(turbine: Turbine) -> None:
+    """No accepted torque is below K (n_g omega)^2, 76.6 % at rated speed."""
+    speed = turbine.rated_rotor_speed
+    bound = optimal_torque_constant(turbine) * (turbine.gear_ratio * speed) ** 2
+    least, _ = told(turbine, 0.999 * bound, speed)
+
+    assert bound == pytest.approx(0.766 * turbine.rated_torque, rel=1e-3)
+    assert bound <= least < 1.05 * bound
+
+
+@pytest.mark.parametrize("torque", [0.0, -1.0, float("nan"), 5e4])
+def test_torques_outside_the_range_are_misuse(turbine: Turbine, torque: float) -> None:
+    """More than rated is no de-rating."""
+    with pytest.raises(ModelError, match="torque set-point"):
+        derated(turbine, torque)

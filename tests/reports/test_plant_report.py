@@ -29,7 +29,7 @@ from takagi.reports.sections.plant.summary import answer_sentence, summary_rows
 from takagi.reports.simulation.plant import jump_motions, proved_jumps
 from tests.reports.html_page import HtmlPage, self_contained, unsettled
 from tests.reports.plant_designs import design_of
-from tests.reports.test_tracking_gain_file import servo
+from tests.reports.test_table_gain_file import servo
 
 PENDULUM, DISCRETE, ANALYSIS, MASS = "cart_pole", "truck_trailer", "dayawansa_martin", "tora"
 SMALL = "duffing"

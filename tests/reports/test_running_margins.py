@@ -34,6 +34,7 @@ from takagi.reports.margins.response import broken_loops
 from takagi.reports.margins.running_loop import (
     WAKES,
     LoopEquilibrium,
+    RunningLoops,
     linearised_loop,
     loop_equilibrium,
     slopes,
@@ -196,10 +197,9 @@ def row_at(
     wind: float, wind_filter: float = 5.0, *, speed_filter: float | None = 8.0
 ) -> RunningMargins:
     """Return the margins of the machine as its file says."""
-    law, observer, plants = law_with(wind_filter), swinging()[1], [(1.0, "dynamic")]
-    (row,) = running_margins(
-        nrel5mw(), law, observer, [wind], speed_filter=speed_filter, plants=plants
-    )
+    law, observer = law_with(wind_filter), swinging()[1]
+    loops = RunningLoops.of(nrel5mw(), law, observer, speed_filter=speed_filter)
+    (row,) = running_margins(loops, [wind], plants=[(1.0, "dynamic")])
     return row
 
 
@@ -253,7 +253,8 @@ def test_wakes_and_inertia_change_what_they_should() -> None:
 def test_all_winds_are_searched_and_all_plants_where_it_counts() -> None:
     """Between whole winds the least disk margin of the pitch loop is found, near rated wind."""
     turbine = replace(nrel5mw(), cut_in=11.0, cut_out=13.0)
-    found = searched_margins(turbine, law_with(5.0), swinging()[1], speed_filter=8.0)
+    loops = RunningLoops.of(turbine, law_with(5.0), swinging()[1], speed_filter=8.0)
+    found = searched_margins(loops)
     assert found.whole == (11.0, 12.0, 13.0) and found.none == ()
     assert found.least and all(11.0 < wind < 12.0 for wind in found.least)
     for wind in (*found.whole, *found.least):
@@ -280,7 +281,10 @@ def test_slow_sampling_is_refused_with_what_fits() -> None:
         ModelError, match=r"torsion mode has a period.*sample at least every 0\.1 s"
     ):
         running_margins(
-            nrel5mw(), law_with(5.0), swinging()[1], [12.0], speed_filter=8.0, sample_time=0.2
+            RunningLoops.of(
+                nrel5mw(), law_with(5.0), swinging()[1], speed_filter=8.0, sample_time=0.2
+            ),
+            [12.0],
         )
 
 
@@ -290,7 +294,8 @@ def test_a_stalled_rotor_is_refused_with_its_wind(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(running_loop, "rotor_torque_gradient", stalled)
     with pytest.raises(ModelError, match=r"at 9 m/s more wind gives no more torque.*set-point"):
-        running_margins(nrel5mw(), law_with(5.0), swinging()[1], [9.0], speed_filter=8.0)
+        loops = RunningLoops.of(nrel5mw(), law_with(5.0), swinging()[1], speed_filter=8.0)
+        running_margins(loops, [9.0])
 
 
 def test_a_rest_that_newton_runs_away_from_is_found_by_following_the_motion() -> None:
@@ -338,7 +343,8 @@ def test_a_margin_that_is_least_where_pitch_begins_to_act_is_found() -> None:
     observer = wind_observer_design(turbine, settings).observer
     around = replace(turbine, cut_in=10.4, cut_out=12.4)
 
-    found = searched_margins(around, law, observer, speed_filter=speed_filter(settings))
+    loops = RunningLoops.of(around, law, observer, speed_filter=speed_filter(settings))
+    found = searched_margins(loops)
 
     assert math.degrees(least(found.rows)[0]) == pytest.approx(29.9, abs=0.1)
     assert 10.8 in found.least
@@ -356,8 +362,9 @@ def test_no_plant_has_a_smaller_margin_between_the_winds_that_are_searched() -> 
     observer = WindObserver(nrel5mw(), float(stated["l1"]), float(stated["l2"]))
     law = replace(effort_sharing_law_from_data(read_law(LAW)), wind_filter=12.0)
 
-    found = searched_margins(turbine, law, observer, speed_filter=8.0)
-    every = running_margins(turbine, law, observer, winds_between(*cut, 0.2), speed_filter=8.0)
+    loops = RunningLoops.of(turbine, law, observer, speed_filter=8.0)
+    found = searched_margins(loops)
+    every = running_margins(loops, winds_between(*cut, 0.2))
 
     assert least(found.rows) == pytest.approx(least(every), rel=1e-9)
     assert len(found.rows) < len(every)

@@ -26,7 +26,7 @@ from takagi.models.laws.effort_sharing.law import LoopUncertainty
 from takagi.models.turbine.loader import load_turbine
 from takagi.reports.margins import running_stability
 from takagi.reports.margins.design_levers import effort_of
-from takagi.reports.margins.running_loop import NoEquilibrium
+from takagi.reports.margins.running_loop import NoEquilibrium, RunningLoops
 from takagi.reports.margins.running_over_wind import running_margins
 from takagi.reports.margins.running_stability import UnstableLoop, require_stable
 
@@ -108,14 +108,13 @@ def test_a_loop_that_a_covered_plant_makes_unstable_is_refused() -> None:
     assert found is not None and not found.by_filter
     assert "at 11.6 m/s" in found.reason and "the tower mode, 0.7 rad/s" in found.reason
     assert "with inertia 0.9 of nominal and a frozen wake" in found.reason
-    rows = running_margins(
+    loops = RunningLoops.of(
         soft,
         wind_by_wind_law(soft, settings)[1],
         wind_observer_design(soft, settings).observer,
-        [11.6],
         speed_filter=speed_filter(settings),
-        plants=[(1.0, "dynamic"), (0.9, "frozen")],
     )
+    rows = running_margins(loops, [11.6], plants=[(1.0, "dynamic"), (0.9, "frozen")])
     assert rows[0].decay_rate > 0 > rows[1].decay_rate
     covered = LoopUncertainty(Interval(Fraction(1), Fraction(1)), frozen_wake=False)
     assert unstable_loop(soft, replace(settings, uncertainty=covered)) is None
@@ -189,7 +188,7 @@ def test_a_loop_without_an_equilibrium_is_not_called_stable(
     def no_rest(*_: object, **__: object) -> None:
         raise NoEquilibrium("no rest")
 
-    monkeypatch.setattr("takagi.reports.margins.loops_over_wind.loop_equilibrium", no_rest)
+    monkeypatch.setattr("takagi.reports.margins.running_loop.loop_equilibrium", no_rest)
     with pytest.raises(
         ModelError, match="3 to 25 m/s .* at no wind, so its stability is not known"
     ):

@@ -20,7 +20,7 @@ def joint(turbine_design: TurbineDesign) -> TurbineDesign:
     """The shared design as if its gains had been found in two joint steps."""
     law, candidate = turbine_design.effort_sharing_law, turbine_design.candidate
     assert law is not None and candidate is not None
-    before = ReachedValues(0.1894, 0.04, 0.01695, np.nan, np.nan)
+    before = ReachedValues(0.1894, 0.04, 0.01695)
     middle, after = replace(before, wind_error=0.2), replace(before, wind_error=0.2075)
     none = np.zeros(3)
     found = OneStepDesign(

@@ -12,27 +12,11 @@ from __future__ import annotations
 from typing import Any
 
 from takagi.certificates.checker.controller.language import Item, keep, program, read, send, step
+from takagi.certificates.checker.controller.texts import EFFORT_SHARING_UNITS, units_of
 
 EFFORT = "rad/s^2"
 WIND = "limit(wind_estimate, first(wind), last(wind))"
-UNITS = {
-    "wind": "m/s",
-    "rotor_speed": "rad/s",
-    "trim_effort": EFFORT,
-    "effectiveness": "rad/s^2 per rad",
-    "overlap": EFFORT,
-    "proportional": "1/s",
-    "integral_rate": "1/s",
-    "inertia_feedforward": "rad/s per m/s",
-    "feedforward_limit": EFFORT,
-    "pitch_lead": "s",
-    "rated_torque": "N m",
-    "effort_torque": "N m s^2/rad",
-    "pitch_min": "rad",
-    "pitch_max": "rad",
-    "wind_filter": "s",
-    "integral_limit": "rad/s",
-}
+UNITS = units_of(EFFORT_SHARING_UNITS, without=("effectiveness_limit",))
 
 
 def effort_sharing_program(law: Any) -> Item:

@@ -21,10 +21,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from takagi.certificates.checker.controller.decimals import exact
 from takagi.certificates.checker.controller.language import (
     WORD,
     Item,
-    exact,
     keep,
     names_in,
     program,
@@ -181,8 +181,7 @@ class _ObserverWriting(PlantWriting):
         formula = str(y["expression"])
         self.tables(formula)
         variables = {v["name"] for key in ("states", "inputs") for v in self.model[key]}
-        for name in sorted(names_in([formula]) & set(self.model.get("parameters", {}))):
-            self.names[name] = (f"parameters.{name}", "SI")
+        self.parameters([formula])
 
         def rest(word: Any) -> str:
             return self.own(f"{word[0]}_rest") if word[0] in variables else str(word[0])
@@ -211,8 +210,7 @@ class _ObserverWriting(PlantWriting):
             if self.model["sample_time"] is None:
                 unit += "/s"
             self.names[gain] = (f"{path or f'law.observer.L.{rows}.{k}'}.{p}", unit)
-            value = f"mix({', '.join([self.own('rules'), gain, *weights])})" if weights else gain
-            terms.append(f"{value}*{gap}")
+            terms.append(f"{self.mixed(gain, weights)}*{gap}")
         return f"({' + '.join(terms)})"
 
     def estimated(self, deviations: list[str]) -> list[tuple[Any, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from takagi.certificates.checker.controller.language import exact, short
+from takagi.certificates.checker.controller.decimals import exact, short
 from takagi.certificates.checker.controller.plant_program import plant_program
 
 

@@ -13,9 +13,9 @@ import re
 from collections.abc import Collection
 from typing import Any
 
+from takagi.certificates.checker.controller.decimals import exact
 from takagi.certificates.checker.controller.language import (
     Item,
-    exact,
     keep,
     names_in,
     program,
@@ -113,8 +113,7 @@ class PlantWriting:
         formulas = [str(p.get("expression", p["name"])) for p in premises]
         self.signals(names_in(formulas))
         weight_names = []
-        for name in sorted(names_in(formulas) & set(self.model.get("parameters", {}))):
-            self.names[name] = (f"parameters.{name}", "SI")
+        self.parameters(formulas)
         if len({p["name"] for p in premises}) != len(premises):
             raise CertificateError("gains.premises: different names are needed, also in a program")
         self.names[self.own("rules")] = ("law.rules", "-")
@@ -148,6 +147,15 @@ class PlantWriting:
             self.steps.append(step(weight, "-", "0" if flat else share))
             weight_names.append(weight)
         return weight_names
+
+    def parameters(self, formulas: list[str]) -> None:
+        """Name the parameters in formulas."""
+        for name in sorted(names_in(formulas) & set(self.model.get("parameters", {}))):
+            self.names[name] = (f"parameters.{name}", "SI")
+
+    def mixed(self, value: str, weights: list[str]) -> str:
+        """Return the blend of a row of values, or the only value where there are no weights."""
+        return f"mix({', '.join([self.own('rules'), value, *weights])})" if weights else value
 
     def signals(self, premise_names: set[str]) -> None:
         """Write the signals of premises other than states: disturbances and equilibrium inputs."""
@@ -201,8 +209,7 @@ class PlantWriting:
             gain = self.own(f"K_{name}_{state['name']}")
             rows = "*" if weights else "0"
             self.names[gain] = (f"law.K.{rows}.{k}.{j}", f"({unit})/({state['unit']})")
-            value = f"mix({', '.join([self.own('rules'), gain, *weights])})" if weights else gain
-            terms.append(f"{value}*{deviation}")
+            terms.append(f"{self.mixed(gain, weights)}*{deviation}")
         self.steps.append(step(unlimited, unit, f"{rest_name} - ({' + '.join(terms)})", "the law"))
         limited = unlimited
         if variable.get("range") is not None:
@@ -224,8 +231,7 @@ class PlantWriting:
         signal = next(v for v in self.model["disturbances"] if v["name"] == name)
         variable = next(v for v in states if v["name"] == xi)
         self.reads.append(read(name, signal["unit"], "the reference"))
-        for parameter in sorted(names_in([h]) & set(self.model.get("parameters", {}))):
-            self.names[parameter] = (f"parameters.{parameter}", "SI")
+        self.parameters([h])
         h = self.tables(h)
         error = self.own(f"{name}_error")
         self.steps.append(step(error, signal["unit"], f"{h} - {name}", "what is integrated"))
@@ -275,10 +281,7 @@ class PlantWriting:
         for side, sign in (("low", "-"), ("high", "")):
             actuator, s = b[side], f"{sign}{U}"
             name, effectiveness = actuator["input"], actuator["effectiveness"]
-            for parameter in sorted(
-                names_in([effectiveness]) & set(self.model.get("parameters", {}))
-            ):
-                self.names[parameter] = (f"parameters.{parameter}", "SI")
+            self.parameters([effectiveness])
             self.read_also(names_in([effectiveness]))
             effectiveness = self.tables(effectiveness)
             idle = self.own(f"{name}_idle")

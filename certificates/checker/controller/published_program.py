@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import Any
 
 from takagi.certificates.checker.controller.language import Item, keep, program, read, send, step
+from takagi.certificates.checker.controller.texts import PUBLISHED_UNITS, units_of
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 UNITS = {"a": "1/s", "b": "1/s^2 per rad", "d": "1/s per m/s"}
@@ -19,23 +20,8 @@ UNITS = {"a": "1/s", "b": "1/s^2 per rad", "d": "1/s per m/s"}
 STEPS = {"a": "0.0001", "b": "0.0001", "d": "0.001"}
 SHAPES = {"smooth": "s_1^2*(3 - 2*s_1)", "linear": "s_1"}
 INTEGRALS = {"paper": ("x", "x"), "paper-two-integrators": ("x_b", "x_c")}
-FIGURES = {
-    "speed_setpoint": "rad/s",
-    "minimum_rotor_speed": "rad/s",
-    "optimal_tip_speed_ratio": "-",
-    "largest_tip_speed_ratio": "-",
-    "cut_in": "m/s",
-    "cut_out": "m/s",
-    "rated_torque": "N m",
-    "pitch_min": "rad",
-    "pitch_max": "rad",
-}
-COUPLING = {
-    "speed_ramp_start": "rad/s",
-    "speed_overlap": "rad/s",
-    "torque_overlap": "N m",
-    "top_torque": "N m",
-}
+FIGURES = units_of(PUBLISHED_UNITS, without=("tracking_time",))
+COUPLING = units_of(PUBLISHED_UNITS, of="coupling.", without=("minimum_torque",))
 ROTOR = {
     "torque_constant": "kg m",
     "inertia": "kg m^2",

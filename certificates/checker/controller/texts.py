@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 RAMP = [
@@ -170,6 +170,18 @@ OBSERVED = {
     "sampling": "with sample_time T the program runs at every T; without, it takes one step of "
     "Euler's method with the sample time of the user, and what is proved is about continuous time",
 }
+
+
+def units_of(
+    units: Mapping[str, str], *, of: str = "", without: Collection[str] = ()
+) -> dict[str, str]:
+    """Return the units of a law's members, or of a part ``of`` it, without words about them."""
+    members = {name.removeprefix(of): unit for name, unit in units.items() if name.startswith(of)}
+    return {
+        name: unit.partition(",")[0]
+        for name, unit in members.items()
+        if "." not in name and name not in without
+    }
 
 
 def law_texts(law: Any, controller: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from takagi.certificates.checker.controller.language import exact, short
+from takagi.certificates.checker.controller.decimals import exact, short
 from takagi.certificates.checker.controller.texts import EQUATIONS, RAMP
 from takagi.certificates.checker.controller.turbine_programs import (
     observer_program,

@@ -29,6 +29,7 @@ from takagi.certificates.checker.files.plant_parts import (
     FileBlend,
     FileReferences,
     compare_measured,
+    other_plant,
     uncertain_in,
 )
 from takagi.certificates.checker.files.table_file import TABLE_TOLERANCE, compare_table, in_si
@@ -141,7 +142,7 @@ class Comparison:
                 raise self.error(f"{where}: {error}") from error
 
     def error(self, problem: str) -> OtherModel:
-        return OtherModel(f"{self.path}: not the certificate's plant: {problem}")
+        return other_plant(self.path, problem)
 
     def section(self, name: str) -> dict[str, Any]:
         entries = self.file.get(name, {})

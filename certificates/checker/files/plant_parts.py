@@ -30,7 +30,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.files.differences import in_words
 from takagi.certificates.checker.files.model_content import OtherModel
@@ -38,19 +38,15 @@ from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
+if TYPE_CHECKING:
+    from takagi.certificates.checker.files.plant_file import Comparison
+
 ADDED = ("_idle", "_effort_rest", "_rest")
 
 
-class Comparison(Protocol):
-    """The methods of the plant's comparison that the comparison of its blend uses."""
-
-    plant: PlantNodes
-
-    def figure(self, value: Any, unit: Any, where: str) -> Fraction: ...
-
-    def constant(self, written: Any, where: str) -> int: ...
-
-    def equal(self, written: Any, node: int, scope: Scope, where: str) -> None: ...
+def other_plant(path: Path, problem: str) -> OtherModel:
+    """Return the exception for a plant that is not the certificate's."""
+    return OtherModel(f"{path}: not the certificate's plant: {problem}")
 
 
 @dataclass(frozen=True)
@@ -91,7 +87,7 @@ class FileBlend:
         return blend
 
     def error(self, problem: str) -> OtherModel:
-        return OtherModel(f"{self.path}: not the certificate's plant: {problem}")
+        return other_plant(self.path, problem)
 
     @property
     def actuators(self) -> list[str]:
@@ -274,7 +270,7 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
         why = f"the law measures {_told(unlisted)}, which the field measured does not list"
     else:
         why = f"the field measured lists {_told(theirs - ours)}, which the law does not measure"
-    raise OtherModel(f"{path}: not the certificate's plant: {why}")
+    raise other_plant(path, why)
 
 
 def _names(listed: Any, where: str, path: Path) -> set[str]:
@@ -283,7 +279,7 @@ def _names(listed: Any, where: str, path: Path) -> set[str]:
     names = [entry.get("name") if isinstance(entry, dict) else entry for entry in entries]
     texts = {name for name in names if type(name) is str}  # a number of the reader is a str too
     if not all(type(name) is str for name in names):
-        raise OtherModel(f"{path}: not the certificate's plant: {where} is no list of names")
+        raise other_plant(path, f"{where} is no list of names")
     return texts
 
 
@@ -314,9 +310,7 @@ class FileReferences:
         entries = file.get("reference", {})
         listed = model.get("references", [])
         if not isinstance(entries, dict) or not all(isinstance(e, dict) for e in entries.values()):
-            raise OtherModel(
-                f"{path}: not the certificate's plant: [reference] is no section there"
-            )
+            raise other_plant(path, "[reference] is no section there")
         ours = listed if isinstance(listed, list) else []
         named = {
             str(reference.get("reference")): str(reference.get("integral"))
@@ -324,17 +318,18 @@ class FileReferences:
             if isinstance(reference, dict)
         }
         if sorted(entries) != sorted(named):
-            raise OtherModel(
-                f"{path}: not the certificate's plant: references are {_listed(entries)} there, "
-                f"{_listed(named)} in the certificate"
+            raise other_plant(
+                path,
+                f"references are {_listed(entries)} there, {_listed(named)} in the certificate",
             )
         # A reference or integral with the name of another quantity would stand in its place.
         sections = ("states", "inputs", "disturbances", "scheduling", "parameters", "equations")
         names = {name for section in sections for name in _object(file.get(section, {}))}
         if name_clashes := names & {*entries, *named.values()}:
-            raise OtherModel(
-                f"{path}: not the certificate's plant: {_listed(name_clashes)} is a quantity of "
-                "the file, and a reference or an integral in the certificate"
+            raise other_plant(
+                path,
+                f"{_listed(name_clashes)} is a quantity of "
+                "the file, and a reference or an integral in the certificate",
             )
         return cls(entries, named, path)
 
@@ -358,10 +353,7 @@ class FileReferences:
                 outputs.get(followed, states.get(followed)) if isinstance(followed, str) else None
             )
             if not isinstance(quantity, dict):
-                raise OtherModel(
-                    f"{self.path}: not the certificate's plant: reference.{name}.follow is no "
-                    "state or output there"
-                )
+                raise other_plant(self.path, f"reference.{name}.follow is no state or output there")
             unit = entry.get("unit", quantity.get("unit", "-"))
             signals[name] = {"unit": unit, "range": entry.get("range"), "si rest": rests.get(name)}
         return signals

@@ -7,14 +7,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, lcm
 from operator import mul
-from typing import Any
 
 from takagi.certificates.checker.kernel import definite
-from takagi.certificates.checker.kernel.reader import matrix, member
-from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-
-# Exact elimination of larger matrices would take minutes.
-LARGEST = 80
+from takagi.certificates.checker.kernel.refusal import Refused
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,25 +126,3 @@ class Matrix:
 def mean(matrices: Sequence[Matrix]) -> Matrix:
     """Return the arithmetic mean of one or more matrices."""
     return Fraction(1, len(matrices)) * sum(matrices[1:], matrices[0])
-
-
-def read_matrix(owner: Any, key: str, where: str, shape: tuple[int, int] | None = None) -> Matrix:
-    """Return a matrix of the file; ``shape`` asks for rows and columns."""
-    rows = matrix(owner, key, where)
-    size = len(rows), len(rows[0])
-    if shape is not None and size != shape:
-        raise CertificateError(f"{where}.{key}: {shape[0]} by {shape[1]} is needed, not {size}")
-    if max(size) > LARGEST:
-        raise CertificateError(f"{where}.{key}: matrices go to {LARGEST} by {LARGEST}")
-    return Matrix.of(rows)
-
-
-def read_stack(owner: Any, key: str, where: str) -> tuple[Matrix, ...]:
-    """Return a list of matrices, all of the first one's shape."""
-    stack = member(owner, key, where)
-    if not isinstance(stack, list) or not stack:
-        raise CertificateError(f"{where}.{key}: a list of matrices is needed")
-    first = read_matrix({"0": stack[0]}, "0", f"{where}.{key}")
-    following = (read_matrix({f"{i}": M}, f"{i}", f"{where}.{key}", first.shape)
-            for i, M in enumerate(stack[1:], start=1))  # fmt: skip
-    return (first, *following)

@@ -16,11 +16,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 LARGEST_FILE = 16_000_000
 DEEPEST, MOST_PARTS, MOST_CLAIMS = 40, 2_000_000, 200
 LONGEST_NUMBER, LARGEST_EXPONENT = 60, 40
+# Exact elimination of larger matrices would take minutes.
+LARGEST_MATRIX = 80
 # Strings are skipped as a whole, so brackets inside them do not change the depth. The possessive
 # repeat prevents a second attempt at a string without an end.
 STRING_OR_BRACKET = re.compile(r'"(?:[^"\\]|\\.)*+"?|[\[{]|[\]}]', re.DOTALL)
@@ -180,6 +183,30 @@ def matrix(owner: Any, key: str, where: str) -> list[list[Fraction]]:
         raise CertificateError(f"{where}.{key}: rows of numbers are needed")
     first = _row(rows[0], f"{where}.{key}", None)
     return [first, *(_row(row, f"{where}.{key}", len(first)) for row in rows[1:])]
+
+
+def read_matrix(owner: Any, key: str, where: str, shape: tuple[int, int] | None = None) -> Matrix:
+    """Return a matrix of the file; ``shape`` asks for rows and columns."""
+    rows = matrix(owner, key, where)
+    size = len(rows), len(rows[0])
+    if shape is not None and size != shape:
+        raise CertificateError(f"{where}.{key}: {shape[0]} by {shape[1]} is needed, not {size}")
+    if max(size) > LARGEST_MATRIX:
+        raise CertificateError(
+            f"{where}.{key}: matrices go to {LARGEST_MATRIX} by {LARGEST_MATRIX}"
+        )
+    return Matrix.of(rows)
+
+
+def read_stack(owner: Any, key: str, where: str) -> tuple[Matrix, ...]:
+    """Return a list of matrices, all of the first one's shape."""
+    stack = member(owner, key, where)
+    if not isinstance(stack, list) or not stack:
+        raise CertificateError(f"{where}.{key}: a list of matrices is needed")
+    first = read_matrix({"0": stack[0]}, "0", f"{where}.{key}")
+    following = (read_matrix({f"{i}": M}, f"{i}", f"{where}.{key}", first.shape)
+            for i, M in enumerate(stack[1:], start=1))  # fmt: skip
+    return (first, *following)
 
 
 def _row(values: Any, where: str, count: int | None) -> list[Fraction]:

@@ -23,12 +23,7 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    undisturbed,
-    while_valid,
-)
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_least
 
 
@@ -48,14 +43,15 @@ class Decay(LoopClaim):
     def sentence(self) -> str:
         loop = self.loop
         return (
-            f"V = x'Px {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}"
-            f"{while_valid(loop)}{deviations(loop, 'x')}"
+            f"V = x'Px {falls_as(loop, self.decay_rate)} along {words.about(loop)}"
+            f"{words.while_valid(loop)}{words.deviations(loop, 'x')}"
         )
 
 
-def falls_as(decay_rate: Fraction) -> str:
-    """Return how V falls."""
-    return f"decays as exp(-{at_least(2 * decay_rate, 6)} t)" if decay_rate else "falls"
+def falls_as(loop: PolytopicLoop, decay_rate: Fraction) -> str:
+    """Return how V falls, and without which disturbance."""
+    falls = f"decays as exp(-{at_least(2 * decay_rate, 6)} t)" if decay_rate else "falls"
+    return f"{falls}{words.undisturbed(loop)}"
 
 
 def falls_along(

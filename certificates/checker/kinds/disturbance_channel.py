@@ -22,8 +22,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
-from takagi.certificates.checker.kernel.reader import member, text
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import member, read_stack, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded

@@ -54,15 +54,8 @@ from takagi.certificates.checker.kinds.disturbance_channel import entrance
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.box_of_validity import disturbances_in_range, inside_box
 from takagi.certificates.checker.loop.polytopic_loop import Stack, bounded
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.ellipsoid_size import rounded_size
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    granted,
-    in_which_sense,
-    unforeseeing,
-    while_valid,
-)
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 ONE = Fraction(1)
@@ -171,14 +164,15 @@ class ExitProbability(LoopClaim):
         begins = f"x'Px <= {at_least(self.start, 6)}" if self.start else "x = 0"
         model = "the model's disturbance" if noise.source == "disturbances" else "w added to u"
         alone = ", without the model's disturbance" if noise.source == "inputs" and loop.E else ""
-        inside = ", inside the model's box" if while_valid(loop) else ""
+        inside = ", inside the model's box" if words.while_valid(loop) else ""
         return (
             f"the probability that x'Px reaches 1 within {at_least(self.horizon, 6)} s is at most "
-            f"{at_most(self.probability, 6)}, from {begins} at the start, along {about(loop)}"
-            f"{unforeseeing(loop)}; {model} is {self._disturbance(noise)}"
-            f"{in_which_sense(loop, noise.E)}{alone}{granted(loop, disturbances_too=False)}"
+            f"{at_most(self.probability, 6)}, from {begins} at the start, along {words.about(loop)}"
+            f"{words.unforeseeing(loop)}; {model} is {self._disturbance(noise)}"
+            f"{words.in_which_sense(loop, noise.E)}{alone}"
+            f"{words.granted(loop, disturbances_too=False)}"
             f"; the set is x'Px <= 1{inside}{rounded_size(self.P, ONE, loop.states)}"
-            f"{deviations(loop, 'x' + ('w' if noise.source == 'disturbances' else ''))}"
+            f"{words.deviations(loop, 'x' + ('w' if noise.source == 'disturbances' else ''))}"
         )
 
     def _disturbance(self, noise: Noise) -> str:

@@ -34,12 +34,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from math import factorial
+from math import factorial, prod
 from typing import Any, NamedTuple
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
-from takagi.certificates.checker.kernel.reader import integer, member, numbers
+from takagi.certificates.checker.kernel.reader import integer, member, numbers, read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.decay import decrease_factor, falls_as
 from takagi.certificates.checker.kinds.loop_claim import LoopClaim, number
@@ -54,13 +54,8 @@ from takagi.certificates.checker.kinds.simplex_polynomial import (
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.halvings import leaves
 from takagi.certificates.checker.loop.polytopic_loop import MOST_WORK, PolytopicLoop
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.figure import Figure, WindProfile
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    undisturbed,
-    while_valid,
-)
 from takagi.certificates.checker.words.rounded import at_least
 
 Speeds = tuple[tuple[Fraction, ...], ...]
@@ -84,10 +79,10 @@ class WeightedFunctionClaim(LoopClaim):
         """Return the polynomials that must be positive definite, each with a message."""
 
     def obligations(self) -> Obligations:
-        for condition, words in self.conditions():
+        for condition, failure in self.conditions():
             for leaf in leaves(self.claim, self.loop, self.where, condition, Polynomial.halved):
                 for powers, coefficient in leaf.coefficients():
-                    yield positive(coefficient, f"{words} weights to the powers {powers}")
+                    yield positive(coefficient, f"{failure} weights to the powers {powers}")
 
     def figures(self) -> Iterator[Figure | WindProfile]:
         yield from super().figures()
@@ -143,8 +138,8 @@ class FuzzyDecay(WeightedFunctionClaim):
     def sentence(self) -> str:
         loop = self.loop
         return (
-            f"V = x'P(h)x {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}, "
-            f"{self.motion_of_weights}{while_valid(loop)}{deviations(loop, 'x')}"
+            f"V = x'P(h)x {falls_as(loop, self.decay_rate)} along {words.about(loop)}, "
+            f"{self.motion_of_weights}{words.while_valid(loop)}{words.deviations(loop, 'x')}"
         )
 
 
@@ -261,17 +256,9 @@ def _scheduled(claim: Any, loop: PolytopicLoop, where: str) -> tuple[Polynomial,
         if not exact or a not in needed or a in terms:
             raise CertificateError(f"{at}.powers: every exponent of the degrees once is needed")
         coefficients.append(read_matrix(entry, "matrix", at, (n, n)))
-        terms[a] = _multinomial(a) * coefficients[-1]
+        multinomial = prod(factorial(sum(row)) // prod(map(factorial, row)) for row in a)
+        terms[a] = multinomial * coefficients[-1]
     return Polynomial(sizes, degrees, terms), coefficients
-
-
-def _multinomial(a: Exponent) -> int:
-    coefficient = 1
-    for row in a:
-        coefficient *= factorial(sum(row))
-        for power in row:
-            coefficient //= factorial(power)
-    return coefficient
 
 
 def _rates(claim: Any, P: Polynomial, where: str) -> Rates:
@@ -297,9 +284,7 @@ def _corners(rates: Rates, where: str) -> list[Speeds]:
     simplex_corners = [
         [()] if bounds is None else _simplex_corners(bounds, where) for bounds in rates
     ]
-    count = 1
-    for corners in simplex_corners:
-        count *= len(corners)
+    count = prod(map(len, simplex_corners))
     if count > MOST_CORNERS:
         raise CertificateError(f"{where}.rates: {count} corners; at most {MOST_CORNERS}")
     return list(product(*simplex_corners))

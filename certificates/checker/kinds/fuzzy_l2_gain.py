@@ -59,12 +59,7 @@ from takagi.certificates.checker.kinds.simplex_polynomial import (
     constant_polynomial,
 )
 from takagi.certificates.checker.loop.averages import refuse_averages
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    channel_deviations,
-    rounded_channel,
-    while_valid,
-)
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_most
 
 
@@ -111,9 +106,9 @@ class FuzzyL2Gain(WeightedFunctionClaim):
         loop = self.loop
         return (
             f"the energy of y is at most {at_most(self.gain, 6)}^2 times that of w, from rest, "
-            f"along {about(loop)}, {self.motion_of_weights}, shown by V = x'P(h)x "
-            f"({rounded_channel(self.claim, loop)}){while_valid(loop)}"
-            f"{channel_deviations(self.claim, loop)}"
+            f"along {words.about(loop)}, {self.motion_of_weights}, shown by V = x'P(h)x "
+            f"({words.rounded_channel(self.claim, loop)}){words.while_valid(loop)}"
+            f"{words.channel_deviations(self.claim, loop)}"
         )
 
 

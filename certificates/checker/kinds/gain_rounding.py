@@ -38,13 +38,8 @@ from takagi.certificates.checker.kinds.loop_claim import (
     numbers,
 )
 from takagi.certificates.checker.loop.polytopic_loop import bounded
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.figure import Figure, WindProfile
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    undisturbed,
-    while_valid,
-)
 from takagi.certificates.checker.words.rounded import at_least
 
 
@@ -65,7 +60,8 @@ class GainRounding(LoopClaim):
             yield never("rate and steps must be >= 0, and every tau > 0")
         yield positive(P, NOT_DEFINITE)
         factor = decrease_factor(loop, self.decay_rate)
-        effects = tuple(_effect(P @ B, tau) for B in loop.B)
+        weights = Matrix.diagonal(tau)
+        effects = tuple(P @ B @ weights @ (P @ B).T for B in loop.B)
         steps = tuple(_step(self.absolute, self.relative, K, tau) for K in loop.K)
         # Effect and step are convex in B and K: on a piece of the weights the means of their values
         # at the rules are upper bounds.
@@ -91,15 +87,10 @@ class GainRounding(LoopClaim):
         room = [f"{at_least(100 * self.relative, 6)} % of themselves"] if self.relative else []
         room += ["the stated absolute steps"] if any(map(any, self.absolute.rows)) else []
         return (
-            f"V = x'Px {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}, with "
-            f"all gains off by up to {' and '.join(room) or 'nothing'}{while_valid(loop)}"
-            f"{deviations(loop, 'x')}"
+            f"V = x'Px {falls_as(loop, self.decay_rate)} along {words.about(loop)}, with "
+            f"all gains off by up to {' and '.join(room) or 'nothing'}{words.while_valid(loop)}"
+            f"{words.deviations(loop, 'x')}"
         )
-
-
-def _effect(PB: Matrix, tau: Sequence[Fraction]) -> Matrix:
-    """Return sum_k tau_k b_k b_k', where b_k are the columns of P B."""
-    return PB @ Matrix.diagonal(tau) @ PB.T
 
 
 def _step(absolute: Matrix, relative: Fraction, K: Matrix, tau: Sequence[Fraction]) -> Matrix:

@@ -41,14 +41,7 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
     quadratic_change,
 )
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    channel_deviations,
-    in_which_sense,
-    rounded_channel,
-    unforeseeing,
-    while_valid,
-)
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_most
 
 
@@ -83,10 +76,10 @@ class H2Norm(LoopClaim):
     def sentence(self) -> str:
         loop = self.loop
         noise = "unit covariance in each sample" if loop.is_discrete else "unit intensity"
-        noise += in_which_sense(loop, entrance(self.claim, loop, self.where)[1])
+        noise += words.in_which_sense(loop, entrance(self.claim, loop, self.where)[1])
         return (
             f"the mean over time of E|y|^2 is at most {at_most(self.norm, 6)}^2 for white noise of "
-            f"{noise}, along {about(loop)}{unforeseeing(loop)} "
-            f"({rounded_channel(self.claim, loop)}){while_valid(loop)}"
-            f"{channel_deviations(self.claim, loop)}"
+            f"{noise}, along {words.about(loop)}{words.unforeseeing(loop)} "
+            f"({words.rounded_channel(self.claim, loop)}){words.while_valid(loop)}"
+            f"{words.channel_deviations(self.claim, loop)}"
         )

@@ -51,6 +51,7 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.box_of_validity import disturbances_in_range, inside_box
 from takagi.certificates.checker.loop.polytopic_loop import Stack, bounded
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.ellipsoid_size import (
     LARGEST,
     rounded_size,
@@ -58,7 +59,6 @@ from takagi.certificates.checker.words.ellipsoid_size import (
     volume_below,
 )
 from takagi.certificates.checker.words.figure import Figure, WindProfile
-from takagi.certificates.checker.words.loop_words import about, deviations, granted
 from takagi.certificates.checker.words.rounded import at_least, exactly
 
 MOST_DISTURBANCES = 10
@@ -186,7 +186,7 @@ class InvariantSet(LoopClaim):
         """Where the set lies, and the assumptions."""
         if not self._is_boxed:
             return ""
-        return f" and lies in the model's box{granted(self.loop, disturbances_too=False)}"
+        return f" and lies in the model's box{words.granted(self.loop, disturbances_too=False)}"
 
     @property
     def motion(self) -> str:
@@ -221,7 +221,7 @@ class InvariantEllipsoid(InvariantSet):
     def sentence(self) -> str:
         loop = self.loop
         return (
-            f"{self.set_in_words} is invariant{self.where_valid}, along {about(loop)}; "
+            f"{self.set_in_words} is invariant{self.where_valid}, along {words.about(loop)}; "
             f"{self.motion}{rounded_size(self.P, self.level, loop.states)}"
-            f"{deviations(loop, 'x' + self.own_letter)}"
+            f"{words.deviations(loop, 'x' + self.own_letter)}"
         )

@@ -31,13 +31,7 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
 )
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs, inside_box
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    channel_deviations,
-    granted,
-    rounded_channel,
-    while_valid,
-)
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
@@ -66,14 +60,14 @@ class L2Gain(LoopClaim):
             yield from inside_box(loop, self.P, gain * self.energy_bound**2)
 
     def sentence(self) -> str:
-        validity = while_valid(self.loop)
+        validity = words.while_valid(self.loop)
         if self.energy_bound is not None:
             validity = (
                 f"; for w of energy at most {at_least(self.energy_bound, 6)}^2 no state leaves the "
-                f"model's box{granted(self.loop)}"
+                f"model's box{words.granted(self.loop)}"
             )
         return (
             f"the energy of y is at most {at_most(self.gain, 6)}^2 times that of w, from rest, "
-            f"along {about(self.loop)} ({rounded_channel(self.claim, self.loop)}){validity}"
-            f"{channel_deviations(self.claim, self.loop)}"
+            f"along {words.about(self.loop)} ({words.rounded_channel(self.claim, self.loop)})"
+            f"{validity}{words.channel_deviations(self.claim, self.loop)}"
         )

@@ -15,7 +15,8 @@ from typing import Any, Self
 
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.claim_kind import ClaimKind
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.figure import Figure, WindProfile

@@ -43,7 +43,7 @@ from math import prod
 from typing import Any, ClassVar
 
 from takagi.certificates.checker.arithmetic.exponential import exp_above
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
     never,
@@ -51,7 +51,7 @@ from takagi.certificates.checker.kernel.obligation import (
     not_positive,
     positive,
 )
-from takagi.certificates.checker.kernel.reader import Number, integer, member, numbers
+from takagi.certificates.checker.kernel.reader import Number, integer, member, numbers, read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.kinds.decay import decrease

@@ -55,8 +55,8 @@ from takagi.certificates.checker.loop.box_of_validity import (
 )
 from takagi.certificates.checker.loop.observer_law import ObserverLaw, states_at_start
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.ellipsoid_size import LARGEST, square_root_below
-from takagi.certificates.checker.words.loop_words import deviations, granted, undisturbed
 from takagi.certificates.checker.words.rounded import at_least, exactly
 
 # A quantity that must keep its range: a row of z, half of the range, and a description.
@@ -96,12 +96,12 @@ class ObservedLoop(LoopClaim):
         limits = ", ".join(map(exactly, input_limits(self.claim, loop, self.where)))
         limit_clause = f", with |u_k| <= {limits}" if limits else ""
         lies = f", in which x{' and xhat stay' if law.at_estimate else ' stays'} in the model's box"
-        lies += granted(loop, disturbances_too=False)
+        lies += words.granted(loop, disturbances_too=False)
         return (
             f"V = z'Pz with z = ({first}, x - xhat), for u = -K xhat of an observer with "
-            f"{weights}, {falls_as(self.decay_rate)}{undisturbed(loop)}; "
+            f"{weights}, {falls_as(loop, self.decay_rate)}; "
             f"{{V <= {exactly(self.level)}}} is never left{lies if boxed else ''}{limit_clause}; "
-            f"exact outputs, no time for computing{self._starts()}{deviations(loop, 'xu')}"
+            f"exact outputs, no time for computing{self._starts()}{words.deviations(loop, 'xu')}"
         )
 
     def _starts(self) -> str:

@@ -29,19 +29,20 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
     never,
     nonnegative,
     positive,
 )
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.decay import falls_along, falls_as
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, at, bounded
-from takagi.certificates.checker.words.loop_words import deviations, undisturbed, while_valid
+from takagi.certificates.checker.words import loop_words as words
 
 EXACT = "exact outputs and premises that the observer measures"
 
@@ -78,8 +79,8 @@ class Observer(LoopClaim):
         """Return that V of ``argument`` decays; ``letters`` : those of ``deviations``."""
         loop = self.loop
         return (
-            f"V of {argument}, for {assumed}, {falls_as(self.decay_rate)}{undisturbed(loop)} along "
-            f"every blend of {loop.rules} rules{while_valid(loop)}{deviations(loop, letters)}"
+            f"V of {argument}, for {assumed}, {falls_as(loop, self.decay_rate)} along every blend "
+            f"of {loop.rules} rules{words.while_valid(loop)}{words.deviations(loop, letters)}"
         )
 
 

@@ -31,12 +31,8 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
 )
 from takagi.certificates.checker.kinds.invariant_ellipsoid import InvariantSet
 from takagi.certificates.checker.kinds.loop_claim import number
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.figure import Figure, WindProfile
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    channel_deviations,
-    rounded_channel,
-)
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
@@ -81,7 +77,7 @@ class Peak(InvariantSet):
         return (
             f"|y| <= {at_most(self.gain * bound, 6)} at all times, from rest and from anywhere in "
             f"{self.set_in_words}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
-            f"{at_most(self.gain, 6)}), along {about(loop)} "
-            f"({rounded_channel(self.claim, loop)}); the set is invariant{self.where_valid}"
-            f"{channel_deviations(self.claim, loop, 'x')}"
+            f"{at_most(self.gain, 6)}), along {words.about(loop)} "
+            f"({words.rounded_channel(self.claim, loop)}); the set is invariant{self.where_valid}"
+            f"{words.channel_deviations(self.claim, loop, 'x')}"
         )

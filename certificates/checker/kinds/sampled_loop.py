@@ -36,8 +36,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.exponential import exp_below
-from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.loop_claim import LoopClaim, matrix, number
 from takagi.certificates.checker.loop.box_of_validity import (
@@ -48,8 +49,8 @@ from takagi.certificates.checker.loop.box_of_validity import (
     reaches_at_most,
 )
 from takagi.certificates.checker.loop.polytopic_loop import at, bounded
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.ellipsoid_size import rounded_size
-from takagi.certificates.checker.words.loop_words import deviations, granted, undisturbed
 from takagi.certificates.checker.words.rounded import at_least, exactly
 
 HIGHEST_DEGREE = 20
@@ -121,7 +122,7 @@ class SampledLoop(LoopClaim):
         alone = loop.rules == len(loop.K) == 1
         limited = any(side is not None for side in loop.box) or bool(bounded_inputs(loop))
         start = f"{{x'Px <= {exactly(self.level)}}}" if limited else "anywhere"
-        assumed = granted(loop, disturbances_too=False)
+        assumed = words.granted(loop, disturbances_too=False)
         stays = (
             f"; between samples too the plant stays in the model's box{assumed}"
             f"{rounded_size(self.P, self.level, loop.states)}"
@@ -131,7 +132,8 @@ class SampledLoop(LoopClaim):
         return (
             f"with a sample every {exactly(self.sample_time)} s, the command u = -Kx{inputs} held "
             f"until the next and computed in no time: from {start}, V = x'Px {falls} from sample "
-            f"to sample{undisturbed(loop)}{'' if alone else blends}{stays}{deviations(loop, 'xu')}"
+            f"to sample{words.undisturbed(loop)}{'' if alone else blends}{stays}"
+            f"{words.deviations(loop, 'xu')}"
         )
 
 

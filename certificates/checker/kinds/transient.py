@@ -38,12 +38,7 @@ from takagi.certificates.checker.kinds.loop_claim import (
     number,
     numbers,
 )
-from takagi.certificates.checker.words.loop_words import (
-    about,
-    deviations,
-    undisturbed,
-    while_valid,
-)
+from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
@@ -84,6 +79,6 @@ class Transient(LoopClaim):
         return (
             f"|x(t)| <= {at_most(self.overshoot, 6)} exp(-{at_least(self.decay_rate, 6)} t) "
             f"|x(0)|{units}, so at most {at_most(self.settled_share, 6)} |x(0)| after "
-            f"{at_most(self.settling_time, 6)} s,{undisturbed(loop)} "
-            f"along {about(loop)}{while_valid(loop)}{deviations(loop, 'x')}"
+            f"{at_most(self.settling_time, 6)} s,{words.undisturbed(loop)} "
+            f"along {words.about(loop)}{words.while_valid(loop)}{words.deviations(loop, 'x')}"
         )

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kernel import reader
-from takagi.certificates.checker.kernel.matrices import read_stack
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from takagi.certificates.checker.kernel import reader
-from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, at
 
@@ -49,9 +50,7 @@ def states_at_start(C: Sequence[Matrix], D: Sequence[Matrix], order: int) -> lis
     return is_measured
 
 
-def observed_by(
-    loop: PolytopicLoop, model: Any, gains: Any, where: str = "gains.observer"
-) -> PolytopicLoop:
+def observed_by(loop: PolytopicLoop, model: Any, gains: Any) -> PolytopicLoop:
     """Return the loop with the observer of ``gains.observer``, and with its measured outputs only.
 
     Raises
@@ -59,7 +58,7 @@ def observed_by(
     CertificateError : an output that the model does not have, gains L of another shape, weights at
         the estimate without the slopes of a plant.
     """
-    observer = gains["observer"]
+    observer, where = gains["observer"], "gains.observer"
     weights = reader.text(observer, "weights", where)
     if weights not in (MEASURED, ESTIMATED):
         raise CertificateError(f"{where}.weights: {MEASURED!r} or {ESTIMATED!r} is needed")

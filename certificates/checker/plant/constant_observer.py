@@ -18,8 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import member, text
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import member, read_matrix, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.loop.observer_law import measured_outputs
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, at

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -54,8 +55,8 @@ class Evaluator:
         self._ends: dict[tuple[str, int, int], Fraction] = {}
         for name, side in (sides or {}).items():
             self.add_side(name, side)
-        self._orders: dict[tuple[int, ...], list[int]] = {}
-        self._costs: dict[tuple[int, ...], int] = {}
+        self._orders: dict[int, list[int]] = {}
+        self._costs: dict[int, int] = {}
         self._constants: dict[int, Interval] = {}
         self.work = 0
 
@@ -66,14 +67,14 @@ class Evaluator:
         self._ends |= {(name, end, rounded[end]): side[end] for end in (0, 1)}
         return rounded
 
-    def values(self, roots: tuple[int, ...], box: Box) -> list[Interval | None]:
-        """Return a bracket of each node over the box; None where a part has none."""
-        order = self._orders.get(roots)
+    def value(self, root: int, box: Box) -> Interval | None:
+        """Return a bracket of the node over the box; None where a part has none."""
+        order = self._orders.get(root)
         if order is None:
-            order = self._orders[roots] = self.graph.below(roots)
+            order = self._orders[root] = self.graph.below([root])
             slow = sum(self.graph[n].op in ("call", "power", "table") for n in order)
-            self._costs[roots] = len(order) + SLOW * slow
-        self.work += self._costs[roots]
+            self._costs[root] = len(order) + SLOW * slow
+        self.work += self._costs[root]
         if self.work > MOST_WORK:
             raise TooLong("bounds that take too long to prove")
         brackets: dict[int, Interval | None] = {}
@@ -84,10 +85,7 @@ class Evaluator:
                 brackets[number] = self._one(number, node, operands, box)
             except Refused:
                 brackets[number] = None
-        return [brackets[root] for root in roots]
-
-    def value(self, root: int, box: Box) -> Interval | None:
-        return self.values((root,), box)[0]
+        return brackets[root]
 
     def exact_ends(self, root: int, box: Box) -> tuple[Fraction, Fraction] | None:
         """Return a bracket whose ends are exact, except where functions are evaluated.
@@ -113,8 +111,9 @@ class Evaluator:
                 node.op == "power" and node.value.denominator > 1
             ):
                 rounded = [enclose(*operand) for operand in defined]
-                pair = self._guarded(number, node, rounded, box)
-                intervals[number] = None if pair is None else _ends(pair)
+                with suppress(Refused):
+                    pair = self._one(number, node, rounded, box)
+                    intervals[number] = None if pair is None else _ends(pair)
             else:
                 intervals[number] = _unrounded(node, defined)
         self.work += SLOW * len(intervals)
@@ -132,14 +131,6 @@ class Evaluator:
         # On a face of the box the variable has a single value.
         end = low if (name, 0, first) in self._ends else high
         return end, end
-
-    def _guarded(
-        self, number: int, node: Node, operands: list[Interval], box: Box
-    ) -> Interval | None:
-        try:
-            return self._one(number, node, operands, box)
-        except Refused:
-            return None
 
     def _one(
         self, number: int, node: Node, operands: Iterable[Interval | None], box: Box

@@ -58,15 +58,7 @@ class Ring:
 
     def times(self, a: Polynomial, b: Polynomial) -> Polynomial:
         """Return the product, reduced by the rules."""
-        self.work += len(a) * len(b)
-        if self.work > MOST_PRODUCTS:
-            raise Refused("an identity that takes too long to multiply out")
-        terms: Polynomial = {}
-        for p, c in a.items():
-            for q, d in b.items():
-                monomial = _joined(p, q)
-                terms[monomial] = terms.get(monomial, Fraction(0)) + c * d
-        terms = {monomial: c for monomial, c in terms.items() if c}
+        terms = self._product(a, b)
         if len(terms) > MOST_TERMS or any(largest_bits(c) > MOST_BITS for c in terms.values()):
             raise Refused("an identity with too many or too large terms")
         return self.reduced(terms)
@@ -101,16 +93,20 @@ class Ring:
         reduced = monomial[:k] + (((atom, remainder),) if remainder else ()) + monomial[k + 1 :]
         terms: Polynomial = {reduced: c}
         for _ in range(times):
-            self.work += len(terms) * len(replacement)
-            if self.work > MOST_PRODUCTS:
-                raise Refused("an identity that takes too long to multiply out")
-            product: Polynomial = {}
-            for p, x in terms.items():
-                for q, y in replacement.items():
-                    joined = _joined(p, q)
-                    product[joined] = product.get(joined, Fraction(0)) + x * y
-            terms = {m: x for m, x in product.items() if x}
+            terms = self._product(terms, replacement)
         return terms
+
+    def _product(self, a: Polynomial, b: Polynomial) -> Polynomial:
+        """Return the product as it is multiplied out."""
+        self.work += len(a) * len(b)
+        if self.work > MOST_PRODUCTS:
+            raise Refused("an identity that takes too long to multiply out")
+        terms: Polynomial = {}
+        for p, c in a.items():
+            for q, d in b.items():
+                monomial = _joined(p, q)
+                terms[monomial] = terms.get(monomial, Fraction(0)) + c * d
+        return {monomial: c for monomial, c in terms.items() if c}
 
     # ------------------------------------------------------------------ quotients
 

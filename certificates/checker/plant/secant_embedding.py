@@ -26,8 +26,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.obligation import Obligations
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.balls import prove_balls
 from takagi.certificates.checker.plant.derivative import derivative, substituted

@@ -48,8 +48,9 @@ from fractions import Fraction
 from itertools import product
 from typing import Any, ClassVar, TypeAlias
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations
+from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.loop.model_loop import closed_by
 from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLoop

@@ -52,9 +52,16 @@ from functools import cached_property
 from itertools import combinations_with_replacement, product
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
-from takagi.certificates.checker.kernel.reader import canonical, member, number, numbers
+from takagi.certificates.checker.kernel.reader import (
+    canonical,
+    member,
+    number,
+    numbers,
+    read_matrix,
+    read_stack,
+)
 from takagi.certificates.checker.kernel.reader import positive as positive_number
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.loop.model_loop import closed_by

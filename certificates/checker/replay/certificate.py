@@ -98,7 +98,7 @@ def _replayed(
     kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
     if not READ.issuperset(kinds):
         # Imported here: a file with kinds that are all read does not depend on it.
-        from takagi.certificates.checker.replay.removed_kinds import refuse_removed_kinds
+        from takagi.certificates.checker.replay.containment import refuse_removed_kinds
 
         refuse_removed_kinds(kinds)
     model, gains = member(data, "model", "certificate"), data.get("gains")

@@ -21,6 +21,21 @@ from takagi.certificates.checker.replay.claim_kinds import KINDS
 EMBEDDINGS, BLEND = ("sector-embedding", "secant-embedding"), "effort-blend"
 SLOPES, OBSERVED, TRACKING = "slope-embedding", "observed-loop", "tracking"
 SAMPLED = "sampled-loop"
+# Kinds that earlier versions read, and the last commit that reads them all.
+NO_LONGER_READ = frozenset(
+    {
+        "box-enlargement",
+        "crossing-probability",
+        "equilibrium",
+        "no-common-quadratic",
+        "quadratic-decay",
+        "running-rate",
+        "schedule-rate",
+        "turbine-crossing",
+        "turbulence-speed",
+    }
+)
+LAST_READER = "1e325e61"
 
 
 def of_the_plant(outcomes: Sequence[Outcome], kinds: Sequence[str], where: str) -> list[Outcome]:
@@ -114,3 +129,23 @@ def require_whole_law(gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
         )
     if "blending" in gains:
         raise CertificateError("gains.blending: a law with an observer has none")
+
+
+def refuse_removed_kinds(kinds: Sequence[str]) -> None:
+    """Refuse a file with a claim of a kind that is no longer read.
+
+    Parameters
+    ----------
+    kinds : of the file's claims, in their order.
+
+    Raises
+    ------
+    CertificateError : there is such a claim; the sentence names the last commit that reads it.
+    """
+    for i, kind in enumerate(kinds):
+        if kind in NO_LONGER_READ:
+            raise CertificateError(
+                f"claims[{i}].kind: claims of kind {kind!r} are no longer read; check this file "
+                f"with takagi at commit {LAST_READER}, the last that reads them, or make the "
+                f"certificate again with 'takagi certify'"
+            )

@@ -32,7 +32,8 @@ def granted(loop: PolytopicLoop, *, disturbances_too: bool = True) -> str:
 
         proved |= pushing(loop)
     names = [name for name in loop.other_box or {} if name not in proved]
-    return f", while {', '.join(names)} {_stay(len(names))} in the model's box" if names else ""
+    stay = "stays" if len(names) == 1 else "stay"
+    return f", while {', '.join(names)} {stay} in the model's box" if names else ""
 
 
 def while_valid(loop: PolytopicLoop) -> str:
@@ -48,10 +49,6 @@ def while_valid(loop: PolytopicLoop) -> str:
 def undisturbed(loop: PolytopicLoop) -> str:
     """Return the assumption that the model's disturbance is zero; empty without one."""
     return " without disturbance" if loop.E else ""
-
-
-def _stay(count: int) -> str:
-    return "stays" if count == 1 else "stay"
 
 
 def in_which_sense(loop: PolytopicLoop, entering: Stack) -> str:

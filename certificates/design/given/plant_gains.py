@@ -12,10 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.files.gain_file import stated_law
-from takagi.certificates.checker.kernel.matrices import read_matrix, read_stack
-from takagi.certificates.checker.kernel.reader import Number, member, read_json
+from takagi.certificates.checker.kernel.reader import (
+    Number,
+    member,
+    read_json,
+    read_matrix,
+    read_stack,
+)
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.design.plant.narrower_ranges import with_ranges
+from takagi.certificates.design.plant.tracking_design import with_ranges
 from takagi.certificates.design.plant.tracking_gains import measured_rows
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.decimals import floats, stack_of

@@ -75,12 +75,19 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
     ModelError : what is asked makes no sense for this plant: names, a region in discrete time,
         "max" without bounded gains.
     """
-    if needs_starts(settings) and input_limits(plant, model, settings):
-        return _from_assumed_starts(plant, model, settings)
-    ask = _question(plant, model, settings)
+    settings.require_names(
+        states=tuple(v.name for v in plant.states),
+        inputs=tuple(v.name for v in plant.inputs),
+        disturbances=tuple(v.name for v in plant.disturbances),
+    )
+    limits, box = input_limits(plant, model, settings), _state_box(model)
+    input_limit = np.array([limits[v.name] for v in plant.inputs]) if limits else None
+    if needs_starts(settings) and input_limit is not None:
+        return _from_assumed_starts(plant, model, settings, box, input_limit)
+    ask = _question(plant, model, settings, box, input_limit)
     price = PRICES[settings.effort]
     if settings.decay_rate == "max":
-        if settings.gain_bound is None and not input_limits(plant, model, settings):
+        if settings.gain_bound is None and input_limit is None:
             raise ModelError(_no_largest(ask))
         return _near_largest(ask, plant)
     if settings.decay_rate is not None:
@@ -88,20 +95,19 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
     rates = ask.rates
     if settings.effort == "large" and not ask.limited:
         rates = [*rates, *(2.0**k * rate for rate in rates[-1:] for k in (1, 2))]
-    ranged = np.isfinite(_state_box(model))
+    ranged = np.isfinite(box)
     counted = ranged if ranged.any() else None
     design, note = moderate(ask, rates, for_set=ask.limited, price=price, counted=counted)
     if ask.limited and not rates and design.found:
-        design, note = _not_absurdly_slow(ask, plant, price, design, note)
+        design, note = _not_absurdly_slow(ask, plant, box, price, design, note)
     notes = [in_file_rates(note, plant)] if note else []
     return _smaller(ask, ask.gains(design, *notes), settings)
 
 
 def _not_absurdly_slow(
-    ask: _Question, plant: Plant, price: Price, slowest: Design, note: str
+    ask: _Question, plant: Plant, box: Floats, price: Price, slowest: Design, note: str
 ) -> tuple[Design, str]:
     """Return the design with a rate by what the inputs can do; ``slowest`` unless it is absurd."""
-    box = _state_box(ask.model)
     if np.isfinite(box).all() or not np.isfinite(box).any():
         return slowest, note
     rates, time = reach_rates(ask.model, box, np.asarray(ask.options["input_limit"]))
@@ -127,11 +133,11 @@ def regional_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> Fou
     """
     if not any(unknown_premises(model)) or settings.relaxation is not None:
         return None
-    nominal_and_rules = errorless(model, settings)
-    if nominal_and_rules is None:
+    nominal = errorless(model, settings)
+    if nominal is None:
         return None
-    nominal, rules = nominal_and_rules
-    design = find_gains(nominal.plant, nominal.model, settings)
+    nominal_plant, nominal_model, rules = nominal
+    design = find_gains(nominal_plant, nominal_model, settings)
     if not design.design.found:
         return None
     note = "one gain for each region, sought without the actuators' errors"
@@ -214,25 +220,18 @@ class _Question:
         return FoundGains(design, (*self.notes, *notes), self.options, explainable=not self.limited)
 
 
-def _question(plant: Plant, model: TSModel, settings: PlantSettings) -> _Question:
+def _question(
+    plant: Plant, model: TSModel, settings: PlantSettings, box: Floats, input_limit: Floats | None
+) -> _Question:
     from takagi.lmi import attraction_pdc, pdc
 
-    settings.require_names(
-        states=tuple(v.name for v in plant.states),
-        inputs=tuple(v.name for v in plant.inputs),
-        disturbances=tuple(v.name for v in plant.disturbances),
-    )
     settings, gain_notes = one_gain(model, settings)
-    limits = input_limits(plant, model, settings)
     region = _region(model, settings)
-    box = _state_box(model)
-    input_limit = None
     options: dict[str, Any]
     rates = pole_rates(model)
-    if limits:
-        input_limit = np.array([limits[v.name] for v in plant.inputs])
+    if input_limit is not None:
         rates = crossing_rates(model, box, input_limit)
-    if limits and not settings.initial:
+    if input_limit is not None and not settings.initial:
         options = {"input_limit": input_limit, "state_box": box, "saturation": None}
         note = "inputs are limited: gains with the largest ellipsoid in which all limits hold"
         names = (settings.relaxation or ALL_PAIRS,)
@@ -279,10 +278,11 @@ def _state_box(model: TSModel) -> Floats:
     )
 
 
-def _from_assumed_starts(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains:
+def _from_assumed_starts(
+    plant: Plant, model: TSModel, settings: PlantSettings, box: Floats, input_limit: Floats
+) -> FoundGains:
     """Return gains for wishes that need starts, where inputs are limited and none were given."""
-    limits, box = input_limits(plant, model, settings), _state_box(model)
-    largest = largest_set(model, box, np.array([limits[v.name] for v in plant.inputs]))
+    largest = largest_set(model, box, input_limit)
     if not largest.found:
         return FoundGains(largest, (), {}, explainable=False)
     multiple = largest_multiple(largest, box)
@@ -355,16 +355,8 @@ def rounded_gains(gains: Floats, digits: int) -> Floats:
     return np.array(rounded)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Errorless:
-    """The plant with actuators without error, and its model."""
-
-    plant: Plant
-    model: TSModel
-
-
-def errorless(model: TSModel, settings: PlantSettings) -> tuple[Errorless, Indices] | None:
-    """Return the plant without errors, and for each rule of ``model`` the rule that it takes.
+def errorless(model: TSModel, settings: PlantSettings) -> tuple[Plant, TSModel, Indices] | None:
+    """Return the plant without errors, its model, and for each rule of ``model`` the rule it takes.
 
     None where the model without errors has no premise in the share, or one that is not found in
     ``model``.
@@ -391,7 +383,7 @@ def errorless(model: TSModel, settings: PlantSettings) -> tuple[Errorless, Indic
         return None
     numbers = {rule: k for k, rule in enumerate(errorless_model.rules)}
     rules = [numbers[tuple(rule[index] for index in indices)] for rule in model.rules]
-    return Errorless(nominal, errorless_model), np.array(rules, dtype=np.intp)
+    return nominal, errorless_model, np.array(rules, dtype=np.intp)
 
 
 def expanded(design: Design, rules: Indices) -> Design:

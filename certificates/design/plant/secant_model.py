@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
@@ -60,22 +60,15 @@ def secant_model(plant: Plant, *, rest: Rest = "given") -> TSModel:
     request = BoundsRequest({}, frozenset(), TOLERANCE)
     members = counted_premises(problem, factored, request, MOST_RULES)
     corners = [member.corners for member in members]
-    products = {
+    products: dict[str, Any] = {
         letter: vertex_product(matrix, list(factored.premises), corners, letter=letter)
         for letter, matrix in matrices.items()
         if letter == "A" or 0 not in matrix.shape
     }
-    labels = problem.names or {}
+    names: dict[str, Any] = dict(problem.names or {})
     return TSModel(
-        products["A"],
-        products.get("B"),
-        C=products.get("C"),
-        D=products.get("D"),
-        E=products.get("E"),
-        states=labels.get("states"),
-        inputs=labels.get("inputs"),
-        outputs=labels.get("outputs"),
-        disturbances=labels.get("disturbances"),
+        **products,
+        **names,
         premises=members,
         box=box_in_fractions(problem),
         sample_time=plant.sample_time,

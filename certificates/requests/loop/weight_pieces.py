@@ -119,7 +119,7 @@ class _LoopAtPoints(PolytopicLoop):
     def groups(self) -> list[tuple[str, tuple[tuple[int, int], ...]]]:
         return [(f"point {k + 1}", ((0, 0),)) for k in range(len(self.point_weights))]
 
-    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
+    def blends(self) -> list[Blend]:
         return [_At(self, f"point {k + 1}", (), h) for k, h in enumerate(self.point_weights)]
 
 
@@ -209,7 +209,7 @@ class _Piece(PolytopicLoop):
             loop = halved(loop, *step)
         return loop
 
-    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
+    def blends(self) -> list[Blend]:
         loop = self.loop
         B, K, D = map(stack_of, (loop.B, loop.K, loop.D))
 

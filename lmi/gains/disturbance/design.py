@@ -12,8 +12,7 @@ import numpy as np
 from takagi.lmi.analysis.disturbance.channel import near_least
 from takagi.lmi.answer import Answer, Design, ObjectiveUnit, Try
 from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
-from takagi.lmi.condition.statements import condition_of
-from takagi.lmi.condition.statements import pose as pose_statements
+from takagi.lmi.condition.statements import condition_of, pose
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide, optimise
@@ -28,7 +27,6 @@ from takagi.lmi.gains.disturbance.request import (
     WHY,
     DisturbanceCoordinates,
     DisturbanceRequest,
-    Meaning,
     Regulator,
     _guesses,
     guessed_regulator,
@@ -58,8 +56,6 @@ SIZES, FEW = 6, 2
 LARGEST_SECOND_LOOK = 1e5
 
 
-# The task's condition in the given coordinates.
-Pose: TypeAlias = Callable[[DisturbanceRequest, DisturbanceCoordinates], Condition]
 KnownSolution: TypeAlias = tuple[DisturbanceCoordinates, Condition, Outcome]
 
 
@@ -79,21 +75,17 @@ class _Solved:
 
 def asked_or_least(
     task: DisturbanceRequest,
-    pose: Pose,
-    meaning: Meaning,
     norm_below: float | None,
     known_solution: Callable[[], KnownSolution | None] = lambda: None,
 ) -> Design:
     """Return gains with a norm of at most what is asked for, where it is, else with the least."""
     if norm_below is not None:
-        return below(task, pose, meaning, positive_number("norm_below", norm_below))
-    design = hidden(task, pose, meaning) or designed(task, pose, meaning, known_solution())
-    return tamed(task, meaning, design, lambda value: below(task, pose, meaning, value))
+        return below(task, positive_number("norm_below", norm_below))
+    design = hidden(task) or designed(task, known_solution())
+    return tamed(task, design, lambda value: below(task, value))
 
 
-def tamed(
-    task: DisturbanceRequest, meaning: Meaning, design: Design, redesign: Callable[[float], Design]
-) -> Design:
+def tamed(task: DisturbanceRequest, design: Design, redesign: Callable[[float], Design]) -> Design:
     """Return the design with a note where its gains are absurd; others where its norm is zero.
 
     Parameters
@@ -104,7 +96,7 @@ def tamed(
     size = 0.0 if natural is None else _size_of(task, natural, design)
     if natural is None or design.gain is None or not size > ABSURD_GAINS:
         return design
-    value = None if out_of_time() else _zero(task, meaning)
+    value = None if out_of_time() else _zero(task)
     alternative = design if value is None else redesign(value)
     if alternative.found and _size_of(task, natural, alternative) < size / MILDER_FACTOR:
         return _noted(alternative, f"a least norm of zero is approached alone; {ASK}")
@@ -125,8 +117,6 @@ def _size_of(task: DisturbanceRequest, natural: Regulator, design: Design) -> fl
 
 def designed(
     task: DisturbanceRequest,
-    pose: Pose,
-    meaning: Meaning,
     known_solution: KnownSolution | None = None,
 ) -> Design:
     """Return the gains with the least objective, or why there are none.
@@ -142,7 +132,7 @@ def designed(
     in the plant's own coordinates.
     """
     if known_solution is not None:
-        design = _design(task, _Solved(*known_solution), meaning)
+        design = _design(task, _Solved(*known_solution))
         if design.found:
             return design
     plain: Design | None = None
@@ -154,10 +144,10 @@ def designed(
             tries += plain.answer.tries
             if plain.P is None:
                 return _with_tries(plain, tries)
-            own_solution = _in_own_size(task, pose, plain)
+            own_solution = _in_own_size(task, plain)
             tries += own_solution.outcome.tries if own_solution is not None else ()
             if own_solution is not None and near_least(own_solution.outcome):
-                design = _design(task, own_solution, meaning)
+                design = _design(task, own_solution)
                 if design.found:
                     return _with_tries(design, tries)
         if P is None:
@@ -165,41 +155,37 @@ def designed(
             P = plain.P
         if not is_definite(P):
             continue
-        solution = _solved(task, *_in_coordinates(task, pose, P, feedback))
+        solution = _solved(task, *_in_coordinates(task, P, feedback))
         tries += solution.outcome.tries
         if near_least(solution.outcome):
-            return _with_tries(
-                _design(task, _confirmed(task, pose, meaning, solution), meaning), tries
-            )
+            return _with_tries(_design(task, _confirmed(task, solution)), tries)
     assert plain is not None
-    return _with_tries(
-        _nearly_zero(task, pose, meaning) or _without(task, solution, meaning), tries
-    )
+    return _with_tries(_nearly_zero(task) or _without(task, solution), tries)
 
 
-def _nearly_zero(task: DisturbanceRequest, pose: Pose, meaning: Meaning) -> Design | None:
+def _nearly_zero(task: DisturbanceRequest) -> Design | None:
     """Return gains with a norm that is zero but for the tolerance; None where none were found.
 
     A tolerance relative to a least norm of zero is none, so it is a share of what a regulator that
     weighs states and inputs alike would leave of the disturbance.
     """
-    value = _zero(task, meaning)
-    design = None if value is None else below(task, pose, meaning, value)
+    value = _zero(task)
+    design = None if value is None else below(task, value)
     note = f"a least norm of zero is approached alone; {ASK}"
     return _noted(design, note) if design is not None and design.found else None
 
 
-def _zero(task: DisturbanceRequest, meaning: Meaning) -> float | None:
+def _zero(task: DisturbanceRequest) -> float | None:
     """Return the norm that is zero but for the tolerance; None without a regulator."""
     natural = guessed_regulator(task.plant, 1.0)
     if natural is None:
         return None
     units = DisturbanceCoordinates.of(task.plant, natural.P, noise=task.noise)
-    nothing, size = meaning.gain(units, 0.0), meaning.gain(units, 1.0)
+    nothing, size = task.gain(units, 0.0), task.gain(units, 1.0)
     return nothing + max(task.tolerance, LEAST_SHARE) * (size - nothing)
 
 
-def hidden(task: DisturbanceRequest, pose: Pose, meaning: Meaning) -> Design | None:
+def hidden(task: DisturbanceRequest) -> Design | None:
     """Return gains that keep the disturbance from the output; None without such, or with limits.
 
     The least norm is zero then, and nothing is near it by a share of it.
@@ -217,20 +203,20 @@ def hidden(task: DisturbanceRequest, pose: Pose, meaning: Meaning) -> Design | N
     natural = DisturbanceCoordinates.of(plant, apart.quadratic(1.0), noise=task.noise).output
     for share, rate in product(APART, rates):
         posed = replace(task, plant=decoupled, guess=None, decay_rate=rate)
-        units, _ = _in_coordinates(posed, pose, apart.quadratic(share), None)
+        units, _ = _in_coordinates(posed, apart.quadratic(share), None)
         output_size = float(np.abs(decoupled.C @ units.states).max())
         units = replace(units, output=max(output_size, share * natural))
         for leaving in (np.eye(plant.B.shape[2]), apart.leaving):
-            limit = meaning.gain(units, LOOSE)
-            solution = _bounded(posed, pose, meaning, units, limit, leaving=leaving)
+            limit = task.gain(units, LOOSE)
+            solution = _bounded(posed, units, limit, leaving=leaving)
             if solution.outcome.status == "candidate":
-                design = _design(posed, solution, meaning, earlier_gains=apart.gains)
+                design = _design(posed, solution, earlier_gains=apart.gains)
                 if design.found:
                     return design
     return None
 
 
-def below(task: DisturbanceRequest, pose: Pose, meaning: Meaning, value: float) -> Design:
+def below(task: DisturbanceRequest, value: float) -> Design:
     """Return gains with a norm of at most the value and the largest margin, or why there are none.
 
     Raises
@@ -247,22 +233,20 @@ def below(task: DisturbanceRequest, pose: Pose, meaning: Meaning, value: float) 
             P = plain.P
         if not is_definite(P):
             continue
-        units, _ = _in_coordinates(task, pose, P, feedback)
-        solution = _bounded(task, pose, meaning, units, value)
+        units, _ = _in_coordinates(task, P, feedback)
+        solution = _bounded(task, units, value)
         tries += solution.outcome.tries
         if solution.outcome.status == "candidate":
-            design = _design(task, solution, meaning)
+            design = _design(task, solution)
             if design.found:
                 return _with_tries(design, tries)
         if solution.outcome.status == "infeasible" or out_of_time():
             break
-    return _with_tries(_without(task, solution, meaning, value), tries)
+    return _with_tries(_without(task, solution, value), tries)
 
 
 def _bounded(
     task: DisturbanceRequest,
-    pose: Pose,
-    meaning: Meaning,
     units: DisturbanceCoordinates,
     value: float,
     *,
@@ -274,12 +258,12 @@ def _bounded(
     ----------
     leaving : (k, m), of inputs that are not to be used: leaving M = 0.
     """
-    unit = ObjectiveUnit.of("norm", lambda objective: meaning.gain(units, objective))
+    unit = ObjectiveUnit.of("norm", lambda objective: task.gain(units, objective))
     limit = unit.objective(value)
     if task.limits is None:
         units = replace(units, output=units.output * limit ** (1 / unit.power))
         limit = 1.0
-    condition = pose(task, units)
+    condition = task.condition(units)
     limited = objective_below(condition, limit)
     if leaving is not None:
         M = next(unknown for unknown in condition.unknowns if unknown.name == "M")
@@ -298,7 +282,7 @@ def _mildest(condition: Condition, outcome: Outcome) -> Outcome:
         next(unknown for unknown in condition.unknowns if unknown.name == name) for name in "QM"
     )
     S = Unknown("effort", M.rows, M.rows, symmetric=True)
-    effort = pose_statements((block([[S, M], [M.T, Q]]) >> 0).named("effort"), minimise=trace(S))
+    effort = pose((block([[S, M], [M.T, Q]]) >> 0).named("effort"), minimise=trace(S))
     with_effort = replace(
         condition,
         unknowns=(*condition.unknowns, S),
@@ -315,7 +299,7 @@ def _mildest(condition: Condition, outcome: Outcome) -> Outcome:
     )
 
 
-def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved | None:
+def _in_own_size(task: DisturbanceRequest, plain: Design) -> _Solved | None:
     """Return what is found where the last Q is I, in direction and in size; None where not sought.
 
     Of rules that can hardly be stabilised the output is large however small the disturbance: Q is
@@ -330,9 +314,9 @@ def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved
     for _ in range(SIZES):
         if not is_definite(P):
             break
-        units, _ = _in_coordinates(task, pose, P, feedback)
+        units, _ = _in_coordinates(task, P, feedback)
         units = replace(units, output=units.output * output_scale)
-        condition, slack = pose(task, units), task.tolerance
+        condition, slack = task.condition(units), task.tolerance
         outcome = optimise(condition, slack=slack, inside=slack, most=FEW)
         tries += outcome.tries
         solution = _Solved(units, condition, replace(outcome, tries=tries))
@@ -346,7 +330,7 @@ def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved
 
 
 def _in_coordinates(
-    task: DisturbanceRequest, pose: Pose, P: Floats, feedback: Floats | None
+    task: DisturbanceRequest, P: Floats, feedback: Floats | None
 ) -> tuple[DisturbanceCoordinates, Condition]:
     """Return coordinates where x' P x is |x|^2, and the condition in them."""
     units = DisturbanceCoordinates.of(
@@ -359,7 +343,7 @@ def _in_coordinates(
         noise=task.noise,
         growth=task.growth,
     )
-    return units, pose(task, units)
+    return units, task.condition(units)
 
 
 def _solved(
@@ -373,9 +357,7 @@ def _solved(
     return _Solved(units, condition, optimise(condition, slack=slack, inside=slack))
 
 
-def _confirmed(
-    task: DisturbanceRequest, pose: Pose, meaning: Meaning, solution: _Solved
-) -> _Solved:
+def _confirmed(task: DisturbanceRequest, solution: _Solved) -> _Solved:
     """Return the best of what is found where the last P is |x|^2, until two agree.
 
     In coordinates that do not suit it a solver may call solved what is a per cent above the least
@@ -386,18 +368,18 @@ def _confirmed(
         objective = solution.outcome.objective
         if objective - solution.outcome.lower_bound <= (task.tolerance + AGREED) * objective:
             break
-        gain = meaning.gain(solution.units, objective)
-        gain_bound = meaning.gain(solution.units, objective / (1 + task.tolerance))
+        gain = task.gain(solution.units, objective)
+        gain_bound = task.gain(solution.units, objective / (1 + task.tolerance))
         if not is_definite(solution.P):
             break
-        units, condition = _in_coordinates(task, pose, solution.P, solution.units.feedback)
+        units, condition = _in_coordinates(task, solution.P, solution.units.feedback)
         claimed = least_objective(condition, required_margin=0.0)
-        if not 0 < claimed or not meaning.gain(units, claimed) < (1 - AGREED) * gain_bound:
+        if not 0 < claimed or not task.gain(units, claimed) < (1 - AGREED) * gain_bound:
             break
         second = _solved(task, units, condition)
         if not near_least(second.outcome):
             break
-        if not meaning.gain(units, second.outcome.objective) < gain:
+        if not task.gain(units, second.outcome.objective) < gain:
             break
         solution = second
     return solution
@@ -406,7 +388,6 @@ def _confirmed(
 def _design(
     task: DisturbanceRequest,
     solution: _Solved,
-    meaning: Meaning,
     earlier_gains: Floats | None = None,
 ) -> Design:
     """Return the design; its gains are added to ``earlier_gains``, (r, m, n), in the plant."""
@@ -429,10 +410,10 @@ def _design(
     answer = replace(
         outcome.as_answer(solution.condition, None),
         status="candidate" if good else "unknown",
-        P=meaning.size(units) * solution.P if good else None,
+        P=task.norm.size(task, units) * solution.P if good else None,
         margin=checked_margin,
-        gain=meaning.gain(units, outcome.objective) if good else None,
-        objective_unit=ObjectiveUnit.of("gain", lambda value: meaning.gain(units, value)),
+        gain=task.gain(units, outcome.objective) if good else None,
+        objective_unit=ObjectiveUnit.of("gain", lambda value: task.gain(units, value)),
         diagnosis="" if good else ROUNDED,
     )
     return Design(
@@ -457,9 +438,7 @@ def _held(solution: _Solved, gains: Floats) -> float:
     return margin(solution.condition, {**solution.outcome.values, "M": K @ Q})
 
 
-def _without(
-    task: DisturbanceRequest, solution: _Solved, meaning: Meaning, value: float | None = None
-) -> Design:
+def _without(task: DisturbanceRequest, solution: _Solved, value: float | None = None) -> Design:
     """Return a no, or doubt, about the disturbed loop, where the plain one has gains."""
     outcome = solution.outcome
     # Without limits a large enough gain is always shown; then the solver has met its own.
@@ -469,7 +448,7 @@ def _without(
     if outcome.feasible:
         objective_bounds = (outcome.objective, outcome.lower_bound)
         gain_bounds = (
-            meaning.gain(solution.units, max(objective, 0.0)) for objective in objective_bounds
+            task.gain(solution.units, max(objective, 0.0)) for objective in objective_bounds
         )
         diagnosis = f"gains exist, but {not_least(*gain_bounds)}; ask for norm_below; {WHY}"
     if no:

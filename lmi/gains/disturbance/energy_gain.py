@@ -28,14 +28,12 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5, for one gain; 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import decay_parameter, number
-from takagi.lmi.condition.statements import pose, positive_definite
+from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import He, block, identity, matrix
@@ -49,16 +47,15 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
     DisturbanceRequest,
-    Meaning,
+    Norm,
     disturbance_request,
     positive_number,
 )
-from takagi.lmi.gains.disturbance.sums import LoopBlocks, decay_sum, source_of, sum_of
+from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
+from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
 SOURCE = "Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001)"
@@ -97,7 +94,6 @@ def hinf_pdc_condition(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001).
     """
-    relaxed = relaxation_named(relaxation)
     plant = plant_of(model, performance, sample_time)
     alpha = number("decay_rate", decay_rate)
     r, n, m = plant.B.shape
@@ -106,19 +102,18 @@ def hinf_pdc_condition(
     level = limits is not None and limits.level
     name, symbol = ("gamma2", r"\gamma^2") if level else ("gamma", r"\gamma")
     gamma = Unknown(name, 1, 1, latex=symbol)
-    slack, sums = relaxed(_loop(plant, Q, M, gamma, unit_energy=level))
-    decay_slack, decay = relaxed(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
-    limit_unknowns, restrictions = limit_lmis(Q, M, limits)
-    return pose(
-        positive_definite(Q),
-        *sums,
-        *decay,
-        *restrictions,
+    return disturbed_condition(
+        plant,
+        Q,
+        M,
+        (_loop(plant, Q, M, gamma, unit_energy=level),),
+        relaxation=relaxation,
+        decay_rate=alpha,
+        limits=limits,
         minimise=gamma,
-        unknowns=(Q, M, gamma, *slack, *decay_slack, *limit_unknowns),
-        parameters=(decay_parameter(alpha, plant.sample_time),) if alpha > 0 else (),
-        name=f"energy gain, {relaxation}",
-        source=source_of(plant, SOURCE),
+        unknowns=(gamma,),
+        name="energy gain",
+        source=SOURCE,
     )
 
 
@@ -219,6 +214,7 @@ def hinf_pdc(
     task = disturbance_request(
         model,
         limits,
+        Norm(hinf_pdc_condition, _energy_gain, _unit_of_V),
         performance=performance,
         relaxation=relaxation,
         decay_rate=decay_rate,
@@ -230,33 +226,19 @@ def hinf_pdc(
         # The objective is gamma^2 where limits are to hold on the ellipsoid.
         tolerance=(2 if task.level else 1) * task.tolerance,
     )
-    meaning = Meaning(
-        gain=partial(_energy_gain, squared=task.level), size=_unit_size if task.level else _storage
-    )
-    return asked_or_least(task, _condition, meaning, norm_below)
+    return asked_or_least(task, norm_below)
 
 
-def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
-    return hinf_pdc_condition(
-        units.scaled_plant(task.plant),
-        relaxation=task.relaxation,
-        decay_rate=task.decay_rate / units.rate,
-        limits=task.inside(units),
-    )
-
-
-def _energy_gain(units: DisturbanceCoordinates, objective: float, *, squared: bool) -> float:
-    gamma = float(np.sqrt(objective)) if squared else objective
+def _energy_gain(
+    task: DisturbanceRequest, units: DisturbanceCoordinates, objective: float
+) -> float:
+    gamma = float(np.sqrt(objective)) if task.level else objective
     return gamma * units.output / units.disturbance
 
 
-def _storage(units: DisturbanceCoordinates) -> float:
-    """Return the unit of V: |z|^2 / gamma times seconds, or samples."""
-    return units.output * units.disturbance / units.rate
-
-
-def _unit_size(units: DisturbanceCoordinates) -> float:
-    return 1.0
+def _unit_of_V(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
+    """Return |z|^2 / gamma times seconds, or samples; 1 where limits fix the level of V."""
+    return 1.0 if task.level else units.output * units.disturbance / units.rate
 
 
 def _energy(energy: float | None, level: bool) -> float | None:

@@ -30,8 +30,8 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.energy_and_variance import infinite_variance
 from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import decay_parameter, number
-from takagi.lmi.condition.statements import lmi_of, pose, positive_definite
+from takagi.lmi.argument_checks import number
+from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import He, added, block, identity, matrix
@@ -45,22 +45,20 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
     DisturbanceRequest,
-    Meaning,
+    Norm,
     disturbance_request,
 )
 from takagi.lmi.gains.disturbance.riccati_bound import regulated
 from takagi.lmi.gains.disturbance.sums import (
     WEIGHT,
     LoopBlocks,
-    decay_sum,
-    source_of,
+    disturbed_condition,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
+from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
 SOURCE = (
@@ -100,7 +98,6 @@ def h2_pdc_condition(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 6.2.1 and 7.4.
     """
-    relaxed = relaxation_named(relaxation)
     plant = plant_of(model, performance, sample_time)
     why = infinite_variance(plant.D11, plant.sample_time)
     if limits is not None and limits.level:
@@ -114,21 +111,20 @@ def h2_pdc_condition(
     M = gain_unknown(r, m, n, relaxation)
     W = Unknown("W", q, q, symmetric=True, count=r)
     nu = Unknown("nu", 1, 1, latex=r"\nu")
-    slack, sums = relaxed(_loop(plant, Q, M))
-    decay_slack, decay = relaxed(decay_sum(plant, Q, M)) if alpha > 0 else ((), ())
-    limit_unknowns, restrictions = limit_lmis(Q, M, limits)
-    return pose(
-        positive_definite(Q),
-        *sums,
+    return disturbed_condition(
+        plant,
+        Q,
+        M,
+        (_loop(plant, Q, M),),
         _entering(plant, Q, W),
         _total(W, nu),
-        *decay,
-        *restrictions,
+        relaxation=relaxation,
+        decay_rate=alpha,
+        limits=limits,
         minimise=nu,
-        unknowns=(Q, M, W, nu, *slack, *decay_slack, *limit_unknowns),
-        parameters=(decay_parameter(alpha, plant.sample_time),) if alpha > 0 else (),
-        name=f"output variance, {relaxation}",
-        source=source_of(plant, SOURCE),
+        unknowns=(W, nu),
+        name="output variance",
+        source=SOURCE,
     )
 
 
@@ -214,6 +210,7 @@ def h2_pdc(
     task = disturbance_request(
         model,
         GivenLimits(gain_bound=gain_bound, sample_time=sample_time),
+        Norm(h2_pdc_condition, _deviation, _cost),
         performance=performance,
         relaxation=relaxation,
         decay_rate=decay_rate,
@@ -224,25 +221,13 @@ def h2_pdc(
         raise ModelError(why)
     # The objective is nu, the square.
     task = replace(task, tolerance=2 * task.tolerance, noise=True)
-    meaning = Meaning(gain=_deviation, size=_cost)
-    return asked_or_least(
-        task, _condition, meaning, norm_below, lambda: regulated(task, _condition)
-    )
+    return asked_or_least(task, norm_below, lambda: regulated(task))
 
 
-def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
-    return h2_pdc_condition(
-        units.scaled_plant(task.plant),
-        relaxation=task.relaxation,
-        decay_rate=task.decay_rate / units.rate,
-        limits=task.inside(units),
-    )
-
-
-def _deviation(units: DisturbanceCoordinates, objective: float) -> float:
+def _deviation(task: DisturbanceRequest, units: DisturbanceCoordinates, objective: float) -> float:
     return float(np.sqrt(objective * units.rate)) * units.output / units.disturbance
 
 
-def _cost(units: DisturbanceCoordinates) -> float:
+def _cost(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
     """Return the unit of V: |z|^2 times seconds, or samples."""
     return units.output**2 / units.rate

@@ -28,7 +28,6 @@ Feron, Balakrishnan (1994), sections 6.1.3 and 7.3, for one gain; Tanaka and Wan
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +36,6 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.disturbance.peak_to_peak import positive_rate
 from takagi.lmi.answer import Design
 from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.condition.statements import pose, positive_definite
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import He, block, identity, matrix
@@ -51,19 +49,18 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
     DisturbanceRequest,
-    Meaning,
+    Norm,
     disturbance_request,
     guessed_regulator,
     is_definite,
     positive_number,
 )
-from takagi.lmi.gains.disturbance.sums import LoopBlocks, root_share, source_of, sum_of
+from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, root_share, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
+from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 
 SOURCE = (
@@ -106,25 +103,23 @@ def peak_pdc_condition(
     Source: Abedor, Nagpal, Poolla (1996); Boyd, El Ghaoui, Feron, Balakrishnan (1994), section
     6.1.3; Tanaka and Wang (2001).
     """
-    relaxed = relaxation_named(relaxation)
     plant = plant_of(model, performance, sample_time)
     rate = positive_rate(decay_rate)
     r, n, m = plant.B.shape
     Q = Unknown("Q", n, n, symmetric=True)
     M = gain_unknown(r, m, n, relaxation)
     kappa = Unknown("kappa", 1, 1, latex=r"\kappa")
-    slack, invariant = relaxed(_loop(plant, Q, M, rate))
-    output_slack, output = relaxed(_output(plant, Q, M, kappa))
-    limit_unknowns, restrictions = limit_lmis(Q, M, limits)
-    return pose(
-        positive_definite(Q),
-        *invariant,
-        *output,
-        *restrictions,
+    return disturbed_condition(
+        plant,
+        Q,
+        M,
+        (_loop(plant, Q, M, rate), _output(plant, Q, M, kappa)),
+        relaxation=relaxation,
+        limits=limits,
         minimise=kappa,
-        unknowns=(Q, M, kappa, *slack, *output_slack, *limit_unknowns),
-        name=f"peak-to-peak gain, {relaxation}",
-        source=source_of(plant, SOURCE),
+        unknowns=(kappa,),
+        name="peak-to-peak gain",
+        source=SOURCE,
     )
 
 
@@ -242,6 +237,7 @@ def peak_pdc(
     task = disturbance_request(
         model,
         limits,
+        Norm(peak_pdc_condition, _peak_gain, lambda task, units: 1.0),
         performance=performance,
         relaxation=relaxation,
         decay_rate=rate or 0.0,
@@ -250,45 +246,43 @@ def peak_pdc(
     peak = positive_number("disturbance_peak", disturbance_peak)
     # The objective is kappa, the square.
     task = replace(task, tolerance=2 * task.tolerance, peak=peak)
-    direct = float(np.linalg.norm(task.plant.D11, 2, axis=(1, 2)).max())
-    meaning = Meaning(gain=partial(_peak_gain, direct=direct), size=_unit_size)
     if rate is not None:
-        return asked_or_least(task, _condition, meaning, norm_below)
-    apart = hidden(task, _condition, meaning) if norm_below is None else None
+        return asked_or_least(task, norm_below)
+    apart = hidden(task) if norm_below is None else None
     if apart is not None:
         return apart
     search = _Search(task)
     if norm_below is not None:
-        return _below(search, meaning, positive_number("norm_below", norm_below), direct)
+        return _below(search, positive_number("norm_below", norm_below))
     if search.best() is None:
         return _without_rate(task, search.rates(FINE))
-    design = _least(search, meaning)
-    return tamed(task, meaning, design, lambda value: _below(search, meaning, value, direct))
+    return tamed(task, _least(search), lambda value: _below(search, value))
 
 
-def _least(search: _Search, meaning: Meaning) -> Design:
+def _least(search: _Search) -> Design:
     """Return gains with the least peak of the rates that were looked at."""
     tried: list[Design] = []
     # Gains with the least bound of all may be too large to be told: then others are near it.
     for rate_result in sorted(search.seen, key=lambda rate_result: rate_result.gain)[
         :RATES_DESIGNED
     ]:
-        tried.append(designed(search.task_at(rate_result), _condition, meaning))
+        tried.append(designed(search.task_at(rate_result)))
         if tried[-1].found or out_of_time():
             return tried[-1]
     return tried[0]
 
 
-def _below(search: _Search, meaning: Meaning, value: float, direct: float) -> Design:
+def _below(search: _Search, value: float) -> Design:
     """Return gains with at most this peak, at the rate whose least one is nearest to it."""
     if not search.seen:
         search.best()
+    direct = _direct(search.task)
     by_gain = sorted(search.seen, key=lambda rate_result: rate_result.gain)
     candidates = [rate_result for rate_result in by_gain if rate_result.gain + direct <= value][
         ::-1
     ] or by_gain[:1]
     for rate_result in candidates[:RATES_DESIGNED]:
-        design = below(search.task_at(rate_result), _condition, meaning, value)
+        design = below(search.task_at(rate_result), value)
         if design.found or out_of_time():
             return design
     return design if candidates else _without_rate(search.task, search.rates(FINE))
@@ -397,7 +391,7 @@ class _Search:
                 peak=task.peak,
                 growth=growth,
             )
-            condition = _condition(task, units)
+            condition = task.condition(units)
             unknowns = unknowns_near_least(condition)
             if not unknowns:
                 return np.inf
@@ -462,18 +456,10 @@ def _without_rate(task: DisturbanceRequest, rates: list[float]) -> Design:
     return replace(plain, gains=None, P=None, margin=0.0, answer=answer)
 
 
-def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
-    return peak_pdc_condition(
-        units.scaled_plant(task.plant),
-        decay_rate=task.decay_rate / units.rate,
-        relaxation=task.relaxation,
-        limits=task.inside(units),
-    )
+def _peak_gain(task: DisturbanceRequest, units: DisturbanceCoordinates, objective: float) -> float:
+    return float(np.sqrt(objective)) * units.output / units.disturbance + _direct(task)
 
 
-def _peak_gain(units: DisturbanceCoordinates, objective: float, *, direct: float) -> float:
-    return float(np.sqrt(objective)) * units.output / units.disturbance + direct
-
-
-def _unit_size(units: DisturbanceCoordinates) -> float:
-    return 1.0
+def _direct(task: DisturbanceRequest) -> float:
+    """Return what the direct path adds."""
+    return float(np.linalg.norm(task.plant.D11, 2, axis=(1, 2)).max())

@@ -20,7 +20,7 @@ import numpy as np
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number
-from takagi.lmi.condition.term import Array
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.disturbance.disturbed_plant import (
@@ -251,12 +251,28 @@ def _size(matrices: Array) -> float:
     return float(np.linalg.norm(matrices, 2, axis=(1, 2)).max())
 
 
+class Norm(NamedTuple):
+    """What is made least, and what its number means in the model's units.
+
+    Attributes
+    ----------
+    condition : builder of the LMIs, called as builder(plant, relaxation=, decay_rate=, limits=).
+    gain : the bound, from the request, the coordinates and the objective.
+    size : what x' Q^-1 x is multiplied by, from the request and the coordinates.
+    """
+
+    condition: Callable[..., Condition]
+    gain: Callable[[DisturbanceRequest, DisturbanceCoordinates, float], float]
+    size: Callable[[DisturbanceRequest, DisturbanceCoordinates], float]
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DisturbanceRequest:
     """A plant, and the other requirements on its gains.
 
     Attributes
     ----------
+    norm : of the disturbance's effect, to be made small.
     decay_rate : alpha in 1/s that is asked for.
     limits : in the model's units; None where there are none.
     given : the same, as they were given.
@@ -269,6 +285,7 @@ class DisturbanceRequest:
     """
 
     plant: DisturbedPlant
+    norm: Norm
     relaxation: str
     decay_rate: float
     limits: Limits | None
@@ -286,9 +303,19 @@ class DisturbanceRequest:
         """Return whether limits fix the size of the ellipsoid x' P x <= 1."""
         return self.limits is not None and self.limits.level
 
-    def inside(self, units: DisturbanceCoordinates) -> Limits | None:
-        """Return the limits in the given coordinates."""
-        return None if self.limits is None else self.limits.scaled(units.scales, units.inputs)
+    def condition(self, units: DisturbanceCoordinates) -> Condition:
+        """Return the LMIs in the given coordinates."""
+        limits = None if self.limits is None else self.limits.scaled(units.scales, units.inputs)
+        return self.norm.condition(
+            units.scaled_plant(self.plant),
+            relaxation=self.relaxation,
+            decay_rate=self.decay_rate / units.rate,
+            limits=limits,
+        )
+
+    def gain(self, units: DisturbanceCoordinates, objective: float) -> float:
+        """Return the bound in the model's units that an objective stands for."""
+        return self.norm.gain(self, units, objective)
 
     def plain(self) -> Design:
         """Return gains without regard to the disturbance, by ``pdc``."""
@@ -315,6 +342,7 @@ class DisturbanceRequest:
 def disturbance_request(
     model: Disturbed,
     limits_given: GivenLimits,
+    norm: Norm,
     *,
     performance: Performance | None,
     relaxation: str,
@@ -335,6 +363,7 @@ def disturbance_request(
     check_reachable(plant, getattr(model, "states", ()))
     return DisturbanceRequest(
         plant=plant,
+        norm=norm,
         relaxation=relaxation,
         decay_rate=float(number("decay_rate", decay_rate, at_least=0.0)),
         limits=limits if limits.level or limits.gain is not None else None,
@@ -358,20 +387,6 @@ def positive_number(name: str, value: float) -> float:
 
 # Shares of the rate of the loop at the mean vertex, at which a peak is bounded.
 RATES = (0.5, 0.1, 0.02)
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Meaning:
-    """What an objective means in the model's units.
-
-    Attributes
-    ----------
-    gain : the bound, from the coordinates and the objective.
-    size : what x' Q^-1 x is multiplied by, from the coordinates.
-    """
-
-    gain: Callable[[DisturbanceCoordinates, float], float]
-    size: Callable[[DisturbanceCoordinates], float]
 
 
 def _guesses(task: DisturbanceRequest) -> Iterator[tuple[Floats | None, Floats | None]]:

@@ -31,7 +31,7 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.4.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -133,11 +133,9 @@ SHARES = (0.25, 0.05, 0.05)
 # cannot be distinguished from zero.
 ALL, NOTHING = 1.0, 1e-9
 
-Pose = Callable[[DisturbanceRequest, DisturbanceCoordinates], Condition]
-
 
 def regulated(
-    task: DisturbanceRequest, pose: Pose
+    task: DisturbanceRequest,
 ) -> tuple[DisturbanceCoordinates, Condition, Outcome] | None:
     """Return gains within the tolerance of the least objective, or of nothing where that is zero.
 
@@ -153,7 +151,7 @@ def regulated(
     lower_bound = -np.inf
     results: list[_Found] = []
     for weight in LADDER:
-        attempt = _at(task, pose, weight)
+        attempt = _at(task, weight)
         if attempt is None:
             continue
         results.append(attempt)
@@ -211,7 +209,7 @@ class _Found:
         return self.units, self.condition, replace(outcome, lower_bound=lower_bound / self.unit)
 
 
-def _at(task: DisturbanceRequest, pose: Pose, weight: float) -> _Found | None:
+def _at(task: DisturbanceRequest, weight: float) -> _Found | None:
     """Return the unknowns and the bound of the regulator with one weight; None without one."""
     began = time.perf_counter()
     regulator = guessed_regulator(task.plant, weight)
@@ -226,7 +224,7 @@ def _at(task: DisturbanceRequest, pose: Pose, weight: float) -> _Found | None:
     if P_room is None:
         return None
     units = DisturbanceCoordinates.of(task.plant, P_room, feedback=regulator.gains, noise=True)
-    condition = pose(task, units)
+    condition = task.condition(units)
     data = assemble(condition)
     posed = units.scaled_plant(task.plant)
     values = _unknowns(condition, posed, task.tolerance)

@@ -14,18 +14,24 @@ a bar stands for (A_i - I) / s, B_i / s, C_i / sqrt(s), D12_i / sqrt(s) and E_i 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 
 from takagi.lmi.analysis.decay_rate import vertex_weight
-from takagi.lmi.argument_checks import corners_of
+from takagi.lmi.argument_checks import corners_of, decay_parameter
+from takagi.lmi.condition.statements import pose, positive_definite
+from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
-from takagi.lmi.expressions.expression import Expression, matrix
+from takagi.lmi.expressions.expression import Expression, Parameter, matrix
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.requirements.closed_loop import closed_loop
+from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
 from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
+from takagi.lmi.sums.relaxations import relaxation_named
 
 # Margin of Theta for a margin 1 of Q.  At the least gain Q tends to be singular, and the gains
 # without bound; what margin there is should go to Q.
@@ -92,20 +98,55 @@ def sum_of(plant: DisturbedPlant, theta: Expression, name: str = "") -> DoubleSu
     return double_sum_of(statement, rules=len(plant.A), corners=corners_of(plant))
 
 
-def decay_sum(plant: DisturbedPlant, Q: Unknown, M: Unknown) -> DoubleSum:
-    """Return the sum that gives V' <= -2 alpha V, or V(x+) <= e^(-2 alpha T) V, without w."""
-    loop = closed_loop(
-        plant.A,
-        plant.B,
-        Q,
-        M,
-        weight=WEIGHT * root_share(plant) ** 2,
-        discrete=plant.sample_time is not None,
-        corners=corners_of(plant),
+def disturbed_condition(
+    plant: DisturbedPlant,
+    Q: Unknown,
+    M: Unknown,
+    sums: Sequence[DoubleSum],
+    *statements: LMI,
+    relaxation: str,
+    decay_rate: float | Fraction = 0.0,
+    limits: Limits | None,
+    minimise: Unknown,
+    unknowns: tuple[Unknown, ...],
+    name: str,
+    source: str,
+) -> Condition:
+    """Pose Q > 0, the double sums, the statements, decay without w where it is asked for, limits.
+
+    Parameters
+    ----------
+    decay_rate : alpha > 0 in 1/s of V' <= -2 alpha V, or V(x+) <= e^(-2 alpha T) V, without w; 0
+        asks for none.
+    unknowns : those that come first among the solver's variables, behind Q and M.
+    name, source : of the condition, without its relaxation.
+    """
+    relaxed = relaxation_named(relaxation)
+    step = plant.sample_time
+    rate: tuple[Parameter, ...] = ()
+    decay: tuple[LMI, ...] = ()
+    if decay_rate > 0:
+        rate = (decay_parameter(decay_rate, step),)
+        weight = WEIGHT * root_share(plant) ** 2
+        loop = closed_loop(
+            plant.A,
+            plant.B,
+            Q,
+            M,
+            weight=weight,
+            discrete=step is not None,
+            corners=corners_of(plant),
+        )
+        decay = relaxed(replace(loop, name="decay"))[1]
+    return pose(
+        positive_definite(Q),
+        *(lmi for double_sum in sums for lmi in relaxed(double_sum)[1]),
+        *statements,
+        *decay,
+        *limit_lmis(Q, M, limits)[1],
+        minimise=minimise,
+        unknowns=(Q, M, *unknowns),
+        parameters=rate,
+        name=f"{name}, {relaxation}",
+        source=source if step is None else f"{source}; {BARS}",
     )
-    return replace(loop, name="decay")
-
-
-def source_of(plant: DisturbedPlant, source: str) -> str:
-    """Return the source, with what the bars in the formula stand for where there are some."""
-    return source if plant.sample_time is None else f"{source}; {BARS}"

@@ -103,10 +103,7 @@ def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint
     # ``invariant_ellipsoid`` maximises the multiple of the weakest cell, so this is the best floor.
     floor = float(functions.scales.min())
     functions = _settled(loop, windy, calm, functions, opening, AT_START, floor=_Kept(0.0, floor))
-    spot = design_point(loop, theta, functions, aim)
-    if spot is None:
-        raise ModelError("one-step design: the linear loop at the start is not stable at some wind")
-    return replace(spot, floor=floor)
+    return replace(design_point(loop, theta, functions, aim), floor=floor)
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +160,7 @@ class Iteration:
         windy, calm, free = self._near
         log_mean = np.log(self._kept.mean / spot.reached.wind_error) - ROOM
         weights = replace(
-            weights_at(self.loop, spot, self.aim),
+            weights_at(self.loop, self.aim),
             log_mean=float(log_mean),
             floors=np.full(self.loop.cells, self._kept.multiple),
         )
@@ -197,8 +194,7 @@ class Iteration:
         better = _settled(
             self.loop, windy, calm, functions_there, self.aim, AFTER_STEP, floor=self._kept
         )
-        spot = design_point(self.loop, theta, better, self.aim)
-        return None if spot is None else replace(spot, floor=self._kept.multiple)
+        return replace(design_point(self.loop, theta, better, self.aim), floor=self._kept.multiple)
 
 
 def with_largest_decay_rate(loop: LoopOfGains, spot: DesignPoint) -> DesignPoint:
@@ -239,7 +235,7 @@ def _settled(
     for _ in range(step_count):
         log_mean = float(np.log(floor.mean / mean)) if floor.mean > 0 else None
         weights = Weights(
-            aim.wind_class * shares, aim.overspeed, aim.decay, np.zeros(0), shares, log_mean, floors
+            aim.wind_class * shares, aim.overspeed, aim.decay, shares, log_mean, floors
         )
         step = joint_step(windy, calm, functions, directions, weights)
         new_functions = None

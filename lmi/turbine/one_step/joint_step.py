@@ -53,7 +53,6 @@ class Weights:
     wind_class : (K - 1,) weights of 1 / multiple of the wind error in each cell.
     overspeed : weight of the largest speed error on {x' P x <= 1}.
     decay : weight of 1 / decay rate.
-    gains : (G,) weights of the logarithms of the gains.
     shares : (K - 1,) shares of the cells in the mean over wind.
     log_mean : lower limit of the mean relative change of the multiples; None for no limit.
     floors : (K - 1,) lower limits of the multiples; None for no limits.
@@ -62,7 +61,6 @@ class Weights:
     wind_class: Floats
     overspeed: float
     decay: float
-    gains: Floats
     shares: Floats
     log_mean: float | None = None
     floors: Floats | None = None
@@ -203,7 +201,6 @@ class _StepCondition:
             unknowns.append(self.u)
             lmis += limits(self.u, self.room.low, self.room.high)
             lmis += bent(self.u, self.room.bends)
-            objective["u"] = w.gains[:, None, None]
         return Condition(
             name="functions and gains of the effort loop together",
             unknowns=tuple(unknowns),

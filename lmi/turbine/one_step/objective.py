@@ -22,9 +22,6 @@ class Objective:
         invariant and inside the box.
     overspeed : weight of the peak of the speed error under the wind class that was requested.
     decay : weight of the common decay rate at constant wind.
-    pitch : weight of the standard deviation of the pitch rate in turbulence.
-    tower : weight of the standard deviation of the tower's speed.  Both standard deviations are
-        linear estimates about the trim, no bounds (``value``).
     kept : every step keeps at least this share of the wind error that the starting gains tolerate,
         on the mean over wind and in the weakest cell.
     """
@@ -32,8 +29,6 @@ class Objective:
     wind_class: float = 1.0
     overspeed: float = 0.0
     decay: float = 0.0
-    pitch: float = 0.0
-    tower: float = 0.0
     kept: float = 1.0
 
     def __post_init__(self) -> None:
@@ -46,22 +41,14 @@ class Objective:
         if not sum(value for name, value in weights.items() if name != "kept") > 0:
             raise ModelError("all weights are 0; give at least one objective a weight above 0")
 
-    @property
-    def watches_motion(self) -> bool:
-        """Return whether pitch or tower motion has a weight."""
-        return self.pitch > 0 or self.tower > 0
-
 
 # Named sets of weights.  In our runs ``balanced`` reached the same wind class as ``wind-class`` and
-# took half as much time again, because the decay rate adds inequalities of its own.  The two calm
-# objectives let the wind class fall to 85 % of the start, which leaves the gains room to change.
+# took half as much time again, because the decay rate adds inequalities of its own.
 OBJECTIVES: Mapping[str, Objective] = MappingProxyType(
     {
         "balanced": Objective(decay=0.1),
         "wind-class": Objective(),
         "decay": Objective(wind_class=0.1, decay=1.0),
-        "calm-pitch": Objective(wind_class=0.1, pitch=1.0, kept=0.85),
-        "calm-tower": Objective(wind_class=0.1, tower=1.0, kept=0.85),
     }
 )
 

@@ -14,12 +14,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
+from typing import cast
 
 from takagi.models.errors import ModelError
 from takagi.reports.code.c.source import CSource, c_source
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import read_controller
-from takagi.reports.code.targets import export_settings
+from takagi.reports.code.targets import ExportSettings, Precision
 
 SHOWN = 10  # differences in a message
 _WORD = re.compile(
@@ -94,7 +95,7 @@ def _written_again(path: Path, text: str, gains: Path) -> tuple[ControllerProgra
     absent = [stage.name for stage in complete.stages if stage.name not in there]
     program = read_controller(gains, without=absent)
     try:
-        settings = export_settings(options[1], float(options[2]))
+        settings = ExportSettings(cast(Precision, options[1]), float(options[2]))
     except ValueError as error:
         raise ModelError(f"{path}: sample time {options[2]!r} is no number") from error
     return program, c_source(program, settings)
@@ -116,9 +117,9 @@ def _places(program: ControllerProgram, c: CSource) -> dict[str, str]:
     for constant in program.constants:
         name = c.constants.get(constant.name)
         if name is not None:
-            file_places[name] = constant.place
+            file_places[name] = constant.path
             for k in (1, 2):
-                file_places[f"{name}_knots_{k}"] = f"{constant.place}.knots.{k - 1}"
+                file_places[f"{name}_knots_{k}"] = f"{constant.path}.knots.{k - 1}"
     return file_places
 
 

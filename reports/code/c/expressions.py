@@ -319,7 +319,9 @@ def sample_function(
     for sent in program.outputs:
         lines += _at_limit(sent.name, program, word, write)
         lines.append(f"outputs->{names[sent.name]} = {names[sent.name]};")
-    lines += _next(program.kept, write)
+    for state in program.kept:
+        text = write.text(state.next)
+        lines += [*write.taken_before(), f"next->{names[state.name]} = {text};"]
     lines.append("return status;")
     next_parameter = f", {word}_kept *next" if program.kept else ""
     if not program.kept and "sample_time" not in needed:
@@ -390,11 +392,7 @@ def _is_near(near: Near, write: Expressions) -> str:
 def _estimate_held(
     assignment: Assignment, stage: Stage, word: str, write: Expressions
 ) -> Iterator[str]:
-    """Yield the lines that set the status bit where a wind estimate is held.
-
-    It is held within the observer's limits and within the winds of the law's tables; and the
-    observer's own tables end, for example where the rotor stands.
-    """
+    """Yield the lines that set the bit of a wind estimate at a limit, or at the end of a table."""
     conditions = []
     formula = assignment.formula
     if any(sent.name == ESTIMATE for sent in stage.sends):
@@ -456,10 +454,3 @@ def _at_limit(
     yield f"if ({unlimited} < {limited} || {unlimited} > {limited}) {{"
     yield f"    status |= {word.upper()}_AT_LIMIT;"
     yield "}"
-
-
-def _next(states: Sequence[Kept], write: Expressions) -> Iterator[str]:
-    for state in states:
-        text = write.text(state.next)
-        yield from write.taken_before()
-        yield f"next->{write.names[state.name]} = {text};"

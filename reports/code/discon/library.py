@@ -7,8 +7,8 @@ chooses between the observer and a wind that the simulator gives.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from takagi.models.errors import ModelError
 from takagi.reports.code.c.source import CSource, c_source
@@ -24,29 +24,12 @@ READ = ("speed", "measured_speed", "pitch", "wind_guess", "wind_estimate")
 USUAL_DRIVE_TIME = "0.2"  # s
 
 
-@dataclass(frozen=True, slots=True)
-class _Variant:
+class _Variant(NamedTuple):
     """A law in C, and the word of ``wind_source`` in the input file that selects it."""
 
     source: str
     meaning: str
     law: CSource
-
-    def members(self) -> dict[str, Any]:
-        """Return the names that the templates use for this law."""
-        word, out = self.law.word, self.law.outputs
-        observed = out.get("wind_estimate")
-        wind_value = f"(double)out.{observed}" if observed else "wind"
-        return {
-            "source": self.source,
-            "meaning": self.meaning,
-            "word": word,
-            "long_bit": self.law.status_bits.get("SAMPLE_TIME_LONG"),
-            "inputs": list(self.law.inputs.items()),
-            "torque": out["torque_sent"],
-            "pitch": out["pitch_sent"],
-            "wind": wind_value,
-        }
 
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
@@ -60,11 +43,8 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     variants = tuple(_variants(program, settings))
     context = _context(program, variants, settings)
     files: dict[str, bytes | str] = {}
-    for variant in variants:
-        files[f"{variant.law.word}.h"], files[f"{variant.law.word}.c"] = (
-            variant.law.header,
-            variant.law.source,
-        )
+    for *_, law in variants:
+        files |= {f"{law.word}.h": law.header, f"{law.word}.c": law.source}
     files |= {name: filled("discon.templates", name, context) for name in TEMPLATES}
     use = {
         "Makefile": f"make: gives {context['library']}",
@@ -120,28 +100,23 @@ def _context(
     program: ControllerProgram, variants: tuple[_Variant, ...], settings: ExportSettings
 ) -> dict[str, Any]:
     document, word = program.document, variants[0].law.word
-    limits, law = document["limits"], document["law"]
+    law = document["law"]
     lead = law.get("pitch_lead", 0)
-    drive_time = str(lead) if lead > 0 else USUAL_DRIVE_TIME
     return {
         "title": comment(program.name),
         "word": word,
         "library": f"lib{word}_discon.so",
-        "variants": [variant.members() for variant in variants],
+        "variants": variants,
         "version": document["version"],
         "sha256": program.hashes.get("gains", "none"),
         "proof": as_list(proof_lines(program)),
         "has_lead": lead > 0,
-        "gear_ratio": _double(document.get("rotor", law)["gear_ratio"]),
-        "torque": [_double(end) for end in limits["torque"]],
-        "pitch": [_double(end) for end in limits["pitch"]],
-        "pitch_rate": limits["pitch_rate"],
-        "usual_step": _double(variants[0].law.sample_time),
+        "gear_ratio": document.get("rotor", law)["gear_ratio"],
+        "limits": document["limits"],
         "sample_time": repr(settings.sample_time or 0),
         "own_filter": _own_filter(program),
-        "drive_time": drive_time,
+        "drive_time": lead if lead > 0 else USUAL_DRIVE_TIME,
         "drive_time_from": "law.pitch_lead of the gain file" if lead > 0 else "a usual one",
-        "simulations": 16,
     }
 
 
@@ -156,8 +131,3 @@ def _own_filter(program: ControllerProgram) -> str:
         f"The law has one of {corner} rad/s{band_stop} of its own, so that this one would be a "
         "second."
     )
-
-
-def _double(number: Any) -> str:
-    """Return a number as a literal of type double."""
-    return repr(float(number))

@@ -38,12 +38,9 @@ class FmuModel:
 
     Attributes
     ----------
-    word : the model identifier.
     variables : all real variables; the status follows them.
     """
 
-    word: str
-    title: str
     program: ControllerProgram
     c: CSource
     variables: tuple[Variable, ...]
@@ -66,7 +63,7 @@ def fmu_model(program: ControllerProgram, c: CSource) -> FmuModel:
     keys = [key for key, role, *_ in rows if role not in ("time", "parameter")]
     names = identifiers(keys, RESERVED, language="an FMU") | {key: key for key in RESERVED}
     variables = tuple(Variable(row[0], names[row[0]], *row[1:]) for row in rows)
-    return FmuModel(c.word, program.name, program, c, variables)
+    return FmuModel(program, c, variables)
 
 
 def _meaning(signal: Signal, program: ControllerProgram) -> str:

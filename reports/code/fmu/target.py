@@ -103,7 +103,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     files: dict[str, bytes | str] = {}
     use: dict[str, str] = {}
     for version, ending in ((3, ""), (2, "_fmi2")):
-        name = f"{model.word}{ending}.fmu"
+        name = f"{model.c.word}{ending}.fmu"
         files[name], content_words = _fmu(model, version)
         use[name] = f"FMI {version}.0 co-simulation: the law, {content_words}"
     return Exported(files, use)
@@ -135,15 +135,11 @@ def _fmu(model: FmuModel, version: int) -> tuple[bytes, str]:
     page = {"escape": escape, **model.c.context}
     files["documentation/index.html"] = filled("fmu", "index.html", page)
     files |= {f"sources/{name}": text for name, text in sources.items()}
-    binaries_folder = _place(compiled_library, version)
+    binaries_folder = compiled_library.platform if version == 3 else compiled_library.folder
     if compiled_library.content is not None and binaries_folder is not None:
-        files[f"binaries/{binaries_folder}/{model.word}{compiled_library.suffix}"] = (
+        files[f"binaries/{binaries_folder}/{model.c.word}{compiled_library.suffix}"] = (
             compiled_library.content
         )
         return archive(files), f"with sources and a library for {binaries_folder}"
     why = compiled_library.why_not or f"FMI 2.0 has no word for {compiled_library.platform}"
     return archive(files), f"sources alone, which your tool has to compile: {why}"
-
-
-def _place(compiled_library: Library, version: int) -> str | None:
-    return compiled_library.platform if version == 3 else compiled_library.folder

@@ -69,17 +69,13 @@ def texts(program: ControllerProgram, word: str, time: Decimal) -> dict[str, str
         "as_list": as_list,
         "reported_range": reported_range,
     }
-    templates = {
-        f"{word}_step.m": "step.m",
-        f"{word}_start.m": "start.m",
-        "README.md": "README.md",
-    }
+    templates = {f"{word}_step.m": "step.m", f"{word}_start.m": "start.m", "README.md": "README.md"}
     return {name: filled("matlab", template, context) for name, template in templates.items()}
 
 
 def _definition(constant: Constant, name: str) -> Iterator[str]:
     value = constant.value
-    note = f"  % {_line(constant.unit)}; {constant.place}"
+    note = f"  % {_line(constant.unit)}; {constant.path}"
     if isinstance(value, Spline):
         for k, knots in enumerate(value.knots, start=1):
             yield f"{name}.knots{k} = {_matrix([knots])};{note}"

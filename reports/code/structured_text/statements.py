@@ -26,21 +26,9 @@ from takagi.reports.code.controller_program import (
     Spline,
 )
 
-FUNCTIONS = {
-    "abs": "ABS",
-    "sqrt": "SQRT",
-    "exp": "EXP",
-    "log": "LN",
-    "sin": "SIN",
-    "cos": "COS",
-    "tan": "TAN",
-    "asin": "ASIN",
-    "acos": "ACOS",
-    "atan": "ATAN",
-    "min": "MIN",
-    "max": "MAX",
-}
-"""Word of the gain file's language -> standard function."""
+# Word of the gain file's language -> standard function.
+_SAME_NAME = ("abs", "sqrt", "exp", "sin", "cos", "tan", "asin", "acos", "atan", "min", "max")
+FUNCTIONS = {"log": "LN", **{name: name.upper() for name in _SAME_NAME}}
 
 # Functions that the standard lacks, expressed by those that it has: {0} is the argument.
 WRITTEN_OUT = {

@@ -48,13 +48,13 @@ def captioned_weights_figure(loop: PlantLoop) -> Drawn:
         + (f" At rest: {', '.join(held)}." if held else "")
     )
     names = ", ".join(curve.premise.name for curve in curves)
-    found = captioned_figure(
+    captioned = captioned_figure(
         weights_figure(curves),
         "memberships",
         caption=caption,
         alternative=f"Weights of the premises {names} over the box",
     )
-    return Drawn((found,), {f"memberships-{c.premise.name}.csv": _curve_csv(c) for c in curves})
+    return Drawn((captioned,), {f"memberships-{c.premise.name}.csv": _curve_csv(c) for c in curves})
 
 
 def bode_drawings(loops: Sequence[PlantLocalLoop]) -> list[tuple[str, Figure]]:
@@ -62,17 +62,18 @@ def bode_drawings(loops: Sequence[PlantLocalLoop]) -> list[tuple[str, Figure]]:
     if not loops:
         return []
     omega = common_frequencies(loops)
-    found = []
-    for name in dict.fromkeys(one.input for one in loops):
-        mine = [one for one in loops if one.input == name]
-        rest = [one for one in mine if one.place == "rest"]
+    drawings = []
+    for name in dict.fromkeys(loop.input for loop in loops):
+        of_input = [loop for loop in loops if loop.input == name]
+        rest = [loop for loop in of_input if loop.place == "rest"]
         others = sorted(
-            (one for one in mine if one not in rest), key=lambda o: o.margins.disk.alpha
+            (loop for loop in of_input if loop not in rest),
+            key=lambda loop: loop.margins.disk.alpha,
         )
-        shown = [*rest, *others[: MOST_LINES - 1]]
-        lines = [bode_line(one.place, one.response, one.margins, omega) for one in shown]
-        found.append((name, bode_figure(omega, lines)))
-    return found
+        drawn = [*rest, *others[: MOST_LINES - 1]]
+        lines = [bode_line(loop.place, loop.response, loop.margins, omega) for loop in drawn]
+        drawings.append((name, bode_figure(omega, lines)))
+    return drawings
 
 
 def captioned_bode_figures(loops: Sequence[PlantLocalLoop]) -> tuple[CaptionedFigure, ...]:
@@ -97,14 +98,14 @@ def captioned_jumps_figure(loop: PlantLoop, runs: Sequence[PlantMotion]) -> Draw
     followed = " and ".join(one.follows for one in loop.plant.references)
     # V is a function of deviations from the old rest.
     shown = [replace(run, value=np.zeros(0)) for run in runs]
-    found = captioned_figure(
+    captioned = captioned_figure(
         responses_figure(loop, shown),
         "jumps",
         caption="The nonlinear plant under its law, at rest until the reference jumps as far as "
         "all ranges are proved to be kept, up and down. States as deviations from the old rest.",
         alternative=f"States and inputs over time after jumps of what {followed} follows",
     )
-    return Drawn((found,), {"jumps.csv": _motions_csv(loop, shown)})
+    return Drawn((captioned,), {"jumps.csv": _motions_csv(loop, shown)})
 
 
 def captioned_picture(loop: PlantLoop) -> Drawn:
@@ -116,13 +117,13 @@ def captioned_picture(loop: PlantLoop) -> Drawn:
     if loop.bounded and (len(loop.names) > 2 or loop.observed is not None):
         caption += ". Filled: section where all other states are at rest. Dashed: the whole set, "
         caption += f"projected{'; no motion from it leaves it' if loop.level_proved else ''}"
-    found = captioned_figure(
+    captioned = captioned_figure(
         phase_figure(loop, drawn, most=1),
         "phase",
         caption=f"{caption}.",
         alternative="Motions to rest in the plane of two states, with the set and the ranges",
     )
-    return Drawn((found,), {"phase.csv": _motions_csv(loop, drawn)})
+    return Drawn((captioned,), {"phase.csv": _motions_csv(loop, drawn)})
 
 
 def captioned_motion_figures(loop: PlantLoop, shown: Sequence[PlantMotion]) -> Drawn:
@@ -132,13 +133,13 @@ def captioned_motion_figures(loop: PlantLoop, shown: Sequence[PlantMotion]) -> D
         if shown and shown[0].value.size
         else "No set is proved: starts at a share of the ranges, one state at a time."
     )
-    found = captioned_figure(
+    captioned = captioned_figure(
         responses_figure(loop, shown),
         "responses",
         caption=f"The nonlinear plant under its law. {where} States as deviations from rest.",
         alternative="States, inputs and the quadratic function over time, from each start",
     )
-    return Drawn((found,), {"responses.csv": _motions_csv(loop, shown)})
+    return Drawn((captioned,), {"responses.csv": _motions_csv(loop, shown)})
 
 
 def _curve_csv(curve: PremiseCurve) -> str:

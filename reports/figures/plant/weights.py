@@ -70,7 +70,10 @@ def weights_figure(curves: tuple[PremiseCurve, ...]) -> Figure:
         for axes, curve in zip(panels, curves, strict=False):
             draw = _line if len(curve.variables) == 1 else _surface
             draw(axes, curve)
-            axes.set_title(f"{curve.premise.name} in {_range(curve.premise)}", fontsize=9.5)
+            premise = curve.premise
+            ends = f"[{float(premise.lower):.5g}, {float(premise.upper):.5g}]"
+            unit = behind(powers(premise.unit))
+            axes.set_title(f"{premise.name} in {ends}{unit}", fontsize=9.5)
         for axes in panels[len(curves) :]:
             axes.set_visible(False)
         lines = next((a for a, c in zip(panels, curves, strict=False) if len(c.axes) == 1), None)
@@ -82,22 +85,22 @@ def weights_figure(curves: tuple[PremiseCurve, ...]) -> Figure:
 def _curve(model: TSModel, premise: Premise, rest: dict[str, float]) -> PremiseCurve:
     assert premise.evaluate is not None
     box = {label: (float(a), float(b)) for label, (a, b) in model.box.items()}
-    known = {label: box[label] for label in box if name_of(label) in rest}
-    found = _dependent(premise, known, rest) or list(known)[:1]
-    shown = tuple(found[:2])
-    size = LINE if len(shown) == 1 else GRID
-    axes = tuple(np.linspace(*known[label], size) for label in shown)
+    ranges = {label: box[label] for label in box if name_of(label) in rest}
+    variables = _dependent(premise, ranges, rest) or list(ranges)[:1]
+    drawn = tuple(variables[:2])
+    size = LINE if len(drawn) == 1 else GRID
+    axes = tuple(np.linspace(*ranges[label], size) for label in drawn)
 
     def value(*point: float) -> float:
         assert premise.evaluate is not None
-        names = [name_of(label) for label in shown]
+        names = [name_of(label) for label in drawn]
         return premise.evaluate(**{**rest, **dict(zip(names, point, strict=True))})
 
-    if len(shown) == 1:
+    if len(drawn) == 1:
         values = np.array([value(float(x)) for x in axes[0]])
     else:
         values = np.array([[value(float(x), float(y)) for x in axes[0]] for y in axes[1]])
-    return PremiseCurve(premise, shown, axes, values, tuple(found[2:]))
+    return PremiseCurve(premise, drawn, axes, values, tuple(variables[2:]))
 
 
 def _dependent(
@@ -106,21 +109,16 @@ def _dependent(
     """Return the variables whose change alone moves the premise somewhere in the box."""
     assert premise.evaluate is not None
     chance = np.random.default_rng(SEED)
-    found = []
+    variables = []
     for label in box:
         name = name_of(label)
         for _ in range(TRIES):
             point = {**rest, **{name_of(k): chance.uniform(*ends) for k, ends in box.items()}}
             first = premise.evaluate(**point)
             if premise.evaluate(**{**point, name: chance.uniform(*box[label])}) != first:
-                found.append(label)
+                variables.append(label)
                 break
-    return found
-
-
-def _range(premise: Premise) -> str:
-    unit = behind(powers(premise.unit))
-    return f"[{float(premise.lower):.5g}, {float(premise.upper):.5g}]{unit}"
+    return variables
 
 
 def _line(axes: Axes, curve: PremiseCurve) -> None:
@@ -153,7 +151,7 @@ def hand_over_figure(
     blend: RunTimeBlending, motions: Sequence[PlantMotion], effort_rest: float
 ) -> Figure:
     """Return the effort and both actuators over time, a line for each motion."""
-    given, e = blend.blending, float(blend.blending.overlap)
+    blending, e = blend.blending, float(blend.blending.overlap)
     lines = list(zip(motions, COLOURS, STYLES, strict=False))
     with house_style():
         figure, panels = new_figure(3, 1, height=6.0, share_x=True)
@@ -164,8 +162,8 @@ def hand_over_figure(
                 axes.plot(
                     *decimate(motion.time, series), color=colour, linestyle=style, label=motion.name
                 )
-        panels[0].set_ylabel(f"effort\n[{given.effort.unit}]")
-        for axes, actuator in zip(panels[1:], given.actuators, strict=True):
+        panels[0].set_ylabel(f"effort\n[{blending.effort.unit}]")
+        for axes, actuator in zip(panels[1:], blending.actuators, strict=True):
             axes.set_ylabel(f"{actuator.name}\n[{actuator.variable.unit}]")
         finish_over_time(figure, panels, motions)
     return figure

@@ -43,7 +43,11 @@ def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
         "low": blending.low.name,
         "high": blending.high.name,
         "errors": [a.name for a in blending.actuators if a.error],
-        "table": _table(blending, simulated),
+        "table": Table(
+            "The two actuators",
+            COLUMNS,
+            tuple(_row(blending, a, k, simulated) for k, a in enumerate(blending.actuators)),
+        ),
         "motions": captioned_figure(
             hand_over_figure(blend, simulated, float(loop.state[-1])),
             "hand-over",
@@ -71,13 +75,11 @@ def _laws(blending: Blending) -> list[str]:
     for actuator in blending.actuators:
         sign = "+" if blending.sign(actuator) * actuator.direction > 0 else "-"
         effort = "U" if actuator is blending.high else "-U"
-        b = _latex(actuator.effectiveness)
+        name, b = actuator.name.replace("_", r"\_"), _latex(actuator.effectiveness)
         idle = actuator.variable.rest
         start = "" if idle == 0 else f"{decimal(float(idle))} {sign} "
         minus = "" if idle != 0 or sign == "+" else "-"
-        formulas.append(
-            rf"\mathrm{{{_name(actuator.name)}}} = {start}{minus}\frac{{\psi({effort})}}{{{b}}}"
-        )
+        formulas.append(rf"\mathrm{{{name}}} = {start}{minus}\frac{{\psi({effort})}}{{{b}}}")
     return formulas
 
 
@@ -85,15 +87,6 @@ def _latex(expression: Any) -> str:
     import sympy as sp
 
     return readable(str(sp.latex(expression)))
-
-
-def _name(name: str) -> str:
-    return name.replace("_", r"\_")
-
-
-def _table(blending: Blending, simulated: Sequence[PlantMotion]) -> Table:
-    rows = tuple(_row(blending, a, k, simulated) for k, a in enumerate(blending.actuators))
-    return Table("The two actuators", COLUMNS, rows)
 
 
 def _row(

@@ -106,9 +106,11 @@ def _numbers(
         rules = len(loop.model.rules)
         return ["one linear system" if rules == 1 else f"{rules} rules"]
     if kind in ("invariant-ellipsoid", "input-limits", "sampled-loop"):
-        return [*_limits(loop, claim), *_sampling(claim), *_starts(loop, claim)]
+        step = claim.get("sample_time")
+        sampling = [] if step is None else [f"every {float(_exact(step)):g} s"]
+        return [*_limits(loop, claim), *sampling, *_starts(loop, claim)]
     plain: dict[str, Callable[[Fraction], str]] = {
-        "decay_rate": lambda x: f"decay rate {_rate(loop, x)}",
+        "decay_rate": lambda x: f"decay rate at least {_rate(loop, x)}",
         "overshoot": lambda x: f"at most {at_most(x)} times the start",
         "settling_time": lambda x: f"to {100 * claim['settled_share']:g} % within {_time(loop, x)}",
         "relative": lambda x: f"all gains off by up to {at_least(100 * x)} %",
@@ -147,11 +149,6 @@ def _limits(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _sampling(claim: Mapping[str, Any]) -> list[str]:
-    step = claim.get("sample_time")
-    return [] if step is None else [f"every {float(_exact(step)):g} s"]
-
-
 def _jumps(design: PlantDesign, claim: Mapping[str, Any]) -> list[str]:
     from takagi.certificates.requests.tracking import jump_shares
     from takagi.models.tracking import signals_of
@@ -176,7 +173,7 @@ def _jumps(design: PlantDesign, claim: Mapping[str, Any]) -> list[str]:
 
 def _rate(loop: PlantLoop, value: Fraction) -> str:
     rate, unit = rate_in_file_units(loop.plant, float(value))
-    return f"at least {at_least(rate)} {unit}"
+    return f"{at_least(rate)} {unit}"
 
 
 def _time(loop: PlantLoop, value: Fraction) -> str:

@@ -5,14 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from takagi.reports.page.mathml import mathml
-from takagi.reports.page.text import (
-    Section,
-    Table,
-    decimal,
-    name_of,
-    per_unit,
-    unit_of,
-)
+from takagi.reports.page.text import Section, Table, decimal, name_of, per_unit, unit_of
 from takagi.reports.sections.plant.summary import gain_spans
 
 if TYPE_CHECKING:

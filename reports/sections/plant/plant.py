@@ -26,7 +26,8 @@ PARAMETERS = (("parameter", ""), ("value", ""), ("unit", ""), ("source", ""))
 def plant_section(design: PlantDesign) -> Section:
     """Return the section about the plant as its file gives it."""
     plant = design.plant
-    outputs = tuple((y.name, y.unit) for y in plant.outputs)
+    import sympy as sp
+
     return Section(
         "plant",
         "The plant",
@@ -36,8 +37,8 @@ def plant_section(design: PlantDesign) -> Section:
             "sample_time": plant.sample_time,
             "equations": [mathml(readable(line)) for line in equations_latex(plant)],
             "outputs": [
-                (name, unit, mathml(readable(latex), block=False))
-                for (name, unit), latex in zip(outputs, _outputs(plant), strict=True)
+                (y.name, y.unit, mathml(readable(str(sp.latex(y.expression))), block=False))
+                for y in plant.outputs
             ],
             "variables": Table("Variables and the box", VARIABLES, variable_rows(plant)),
             "parameters": Table("Parameters", PARAMETERS, parameter_rows(plant))
@@ -74,16 +75,13 @@ def variable_rows(plant: Plant) -> tuple[tuple[str, ...], ...]:
 
 def kinds(plant: Plant) -> list[tuple[str, Variable]]:
     """Return (kind, variable): state, input, disturbance, scheduling or uncertain parameter."""
-    outside = [(_kind_outside(v), v) for v in plant.disturbances]
+    outside = [
+        ("uncertain parameter" if v.unknown else "scheduling" if v.schedules else "disturbance", v)
+        for v in plant.disturbances
+    ]
     return [
         *(("state", v) for v in plant.states), *(("input", v) for v in plant.inputs), *outside
     ]  # fmt: skip
-
-
-def _kind_outside(variable: Variable) -> str:
-    if variable.unknown:
-        return "uncertain parameter"
-    return "scheduling" if variable.schedules else "disturbance"
 
 
 def parameter_rows(plant: Plant) -> tuple[tuple[str, ...], ...]:
@@ -99,12 +97,6 @@ def _variable(kind: str, variable: Variable) -> tuple[str, ...]:
         ends = (decimal(float(variable.range.lower)), decimal(float(variable.range.upper)))
     rest = decimal(float(variable.rest))
     return (variable.name, kind, variable.unit, *ends, rest, variable.description)
-
-
-def _outputs(plant: Plant) -> list[str]:
-    import sympy as sp
-
-    return [str(sp.latex(y.expression)) for y in plant.outputs]
 
 
 VERTEX = "Vertex "

@@ -4,22 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from takagi.certificates.design.turbine.result import ClaimSummary
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.regional_schedule import CouplingFilter, coupling_filter
 from takagi.reports.figures.cells import cells_figure
 from takagi.reports.figures.operation import membership_figure
 from takagi.reports.figures.style import captioned_figure
-from takagi.reports.page.text import (
-    Section,
-    Table,
-    at_least,
-    at_most,
-    significant,
-    with_decimals,
-)
+from takagi.reports.page.text import Section, Table, at_least, at_most, with_decimals
 from takagi.reports.sections.turbine.model import trim_curve
 
 if TYPE_CHECKING:
@@ -93,17 +84,11 @@ def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> T
     )
 
 
-GRID = (121, 101)
-
-
 def blending_section(design: TurbineDesign) -> Section:
     """Return the section about the blending of torque and pitch control."""
     coupling = filter_of(design)
     content = {
         "coupling": coupling,
-        "speed_overlap": significant(coupling.speed_ramp.width),
-        "torque_overlap": with_decimals(coupling.torque_overlap / 1e3, 2),
-        "corners": [(with_decimals(a, 3), with_decimals(b, 0)) for a, b in _corners(coupling)],
         "memberships": captioned_figure(
             memberships_drawing(design, coupling),
             "memberships",
@@ -130,28 +115,6 @@ def filter_of(design: TurbineDesign) -> CouplingFilter:
     )
 
 
-def _corners(coupling: CouplingFilter) -> list[tuple[float, float]]:
-    return [(float(matrix[0, 0]), float(matrix[1, 1])) for matrix in coupling.corners]
-
-
 def memberships_drawing(design: TurbineDesign, coupling: CouplingFilter) -> Figure:
     """Return the memberships of the filter's four corners, with the trim."""
-    ramp, turbine = coupling.speed_ramp, design.turbine
-    margin = max(0.15, 1.5 * ramp.width)
-    speed = np.linspace(ramp.start - margin, ramp.end + margin, GRID[0])
-    low = turbine.rated_torque - max(6 * coupling.torque_overlap, 0.2 * turbine.rated_torque)
-    torque = np.linspace(low, coupling.top_torque, GRID[1])
-    points = trim_curve(design, step=0.25)
-    inside = [p for p in points if speed[0] <= p.rotor_speed and low <= p.torque]
-    path = ([p.rotor_speed for p in inside], [p.torque for p in inside])
-    titles = [
-        f"$h^a_{m}$: $f_2$ = {f2:.3f}, $f_1$ = {f1:.0f}"
-        for m, (f2, f1) in enumerate(_corners(coupling), 1)
-    ]
-    return membership_figure(
-        speed,
-        torque,
-        coupling.memberships(speed[None, :], torque[:, None]),
-        titles=titles,
-        path=path if inside else None,
-    )
+    return membership_figure(coupling, design.turbine, trim_curve(design, step=0.25))

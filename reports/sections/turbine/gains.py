@@ -8,7 +8,7 @@ import numpy as np
 
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.overlap_claims import synthesis_words
-from takagi.reports.page.text import Section, significant
+from takagi.reports.page.text import Section
 from takagi.reports.sections.turbine.drawings import effort_figure, gains_figure
 from takagi.reports.sections.turbine.model import region_starts
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def gains_section(design: TurbineDesign) -> Section:
     """Return the section about the law and its gains."""
     law = design.effort_sharing_law
-    content: dict[str, Any] = {"law": design.law, "effort_sharing": law is not None}
+    content: dict[str, Any] = {"law": design.law, "figure": None}
     if law is not None:
         content |= _effort_sharing(design, law)
     else:
@@ -50,8 +50,4 @@ def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, A
         ),
         "synthesis": synthesis_words(design),
         "limited": "" if not winds.size else f"{winds.min():g} to {winds.max():g} m/s",
-        "overlap": significant(float(law.schedule.overlap)),
-        "wind_filter": significant(law.wind_filter),
-        "pitch_lead": significant(law.feedforward.pitch_lead),
-        "integral_limit": significant(law.integral_limit),
     }

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.turbine.data import tip_speed_ratio
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
 from takagi.reports.figures.operation import power_surface_figure, trim_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import CaptionedFigure, Section, Table, with_decimals
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.models.arrays import Floats
 
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
 GRID = (90, 90)
@@ -65,7 +60,7 @@ def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedF
     if design.effort_sharing_law is None:
         band = float(dict(design.full_load.box)["pitch deviation [rad]"][1])
     return captioned_figure(
-        power_surface(design, points, ratio=ratio, pitch=pitch, band=band),
+        power_surface_figure(turbine, points, ratio=ratio, pitch=pitch, band=band),
         "power-coefficient",
         caption="Power coefficient of the table's spline, with the trim from cut-in to cut-out"
         f"{' and the band in pitch on which the full-load model is exact' if band else ''}.",
@@ -76,7 +71,7 @@ def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedF
 
 def _curves(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
     return captioned_figure(
-        trim_drawing(design, points, region_starts(design)),
+        trim_figure(design, points, region_starts(design)),
         "trim",
         caption="Trim over wind; dotted lines: where regions begin. Dots: the trim pitch "
         "published with the reference turbine.",
@@ -105,41 +100,3 @@ def trim_curve(design: TurbineDesign, *, step: float = 0.1) -> tuple[TrimPoint, 
     winds = np.linspace(turbine.cut_in, turbine.cut_out, count)
     every = np.union1d(winds, list(region_starts(design).values()))
     return tuple(trim(turbine, float(v), speed_setpoint=setpoint) for v in every)
-
-
-def trim_drawing(
-    design: TurbineDesign, points: Sequence[TrimPoint], regions: Mapping[str, float]
-) -> Figure:
-    """Return the trim over wind, with the published pitch where the speed is not de-rated."""
-    turbine, published = design.turbine, design.turbine.frozen_wake
-    speed, torque = (np.array([getattr(p, k) for p in points]) for k in ("rotor_speed", "torque"))
-    nominal = design.settings.speed_setpoint is None
-    return trim_figure(
-        [p.wind for p in points],
-        rotor_speed=speed,
-        pitch=[p.pitch for p in points],
-        torque=torque,
-        power=turbine.generator_efficiency * turbine.gear_ratio * torque * speed,
-        regions=regions,
-        published_pitch=(published.wind, published.pitch) if nominal else None,
-    )
-
-
-def power_surface(
-    design: TurbineDesign,
-    points: Sequence[TrimPoint],
-    *,
-    ratio: Floats,
-    pitch: Floats,
-    band: float | None = None,
-) -> Figure:
-    """Return the power coefficient over a grid, with the trim; ``band`` as in the figure."""
-    turbine = design.turbine
-    along = [float(tip_speed_ratio(turbine, p.rotor_speed, p.wind)) for p in points]
-    return power_surface_figure(
-        ratio,
-        pitch,
-        turbine.power(ratio[None, :], pitch[:, None]),
-        trim=(along, [p.pitch for p in points]),
-        band=band,
-    )

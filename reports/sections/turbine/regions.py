@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from takagi.reports.page.text import (
-    Section,
-    Table,
-    decimal,
-    significant,
-    with_decimals,
-)
+from takagi.reports.page.text import Section, Table, significant
 from takagi.reports.sections.shared import premise_table
 
 if TYPE_CHECKING:
@@ -35,22 +29,11 @@ def regions_section(design: TurbineDesign) -> Section:
 
 
 def _region(region: RegionGains) -> dict[str, Any]:
-    model = region.model
-    box = [(name, float(low), float(high)) for name, (low, high) in model.box.items()]
     return {
-        "name": region.region,
-        "anchor": region.region.replace(" ", "-"),
-        "states": model.states,
-        "input": model.inputs[0],
-        "source": model.source,
-        "box": [(name, decimal(low), decimal(high)) for name, low, high in box],
-        "premises": premise_table(model, f"Premises, {region.region}", EVIDENCE),
-        "vertices": _vertices(model),
+        "result": region,
+        "premises": premise_table(region.model, f"Premises, {region.region}", EVIDENCE),
+        "vertices": _vertices(region.model),
         "gains": _gains(region),
-        "decay": "" if region.decay_rate is None else significant(region.decay_rate),
-        "bounds": [(n, significant(a), significant(b)) for n, (a, b) in region.bounds.items()],
-        "diagnosis": region.diagnosis,
-        "asked": region.requirement,
     }
 
 
@@ -94,22 +77,5 @@ def _gains(region: RegionGains) -> Table | None:
 
 def observer_section(design: TurbineDesign) -> Section:
     """Return the section about the wind observer."""
-    observer_design = design.observer
-    low, high = observer_design.observer.limits
-    return Section(
-        "observer",
-        "Wind observer",
-        {
-            "l1": f"{observer_design.gains[0]:g}",
-            "l2": f"{observer_design.gains[1]:g}",
-            "decay": significant(observer_design.decay_rate),
-            "limits": f"{with_decimals(low, 1)} to {with_decimals(high, 1)}",
-            "premises": premise_table(
-                observer_design.model, "Premises, estimation error", EVIDENCE
-            ),
-            "box": [
-                (name, decimal(float(a)), decimal(float(b)))
-                for name, (a, b) in observer_design.model.box.items()
-            ],
-        },
-    )
+    premises = premise_table(design.observer.model, "Premises, estimation error", EVIDENCE)
+    return Section("observer", "Wind observer", {"observer": design.observer, "premises": premises})

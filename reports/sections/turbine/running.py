@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.laws.protocol import SampledLaw
-from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.reports.figures.loops import (
     PANELS,
     MarginLine,
@@ -21,7 +18,7 @@ from takagi.reports.figures.loops import (
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import BrokenLoops, broken_loops
-from takagi.reports.margins.running_loop import linearised_loop
+from takagi.reports.margins.running_loop import RunningLoops
 from takagi.reports.margins.running_over_wind import RunningMargins
 from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
 from takagi.reports.margins.thresholds import modes_met
@@ -44,7 +41,6 @@ if TYPE_CHECKING:
 LOOPS = ("torque", "pitch")
 BODE_LINES = 6
 FREQUENCY = np.geomspace(1e-2, 30.0, 700)
-SAMPLE_TIME = 0.02
 
 
 def running_section(design: TurbineDesign) -> Section:
@@ -148,10 +144,9 @@ def _bode(design: TurbineDesign, loop: str, searched: SearchedMargins) -> Captio
 
 def running_response(design: TurbineDesign, wind: float) -> BrokenLoops:
     """Return the responses of the loop that runs at a wind [m/s], of the machine in its file."""
-    plant = replace(validation_plant(design.turbine), speed_filter=design.speed_filter)
-    observer, side = design.observer.observer, -1 if wind >= design.turbine.cut_out else 1
-    program = SampledLaw(design.law, SAMPLE_TIME)
-    return broken_loops(linearised_loop(plant, program, observer, wind, side=side))
+    observer, speed_filter = design.observer.observer, design.speed_filter
+    loops = RunningLoops.of(design.turbine, design.law, observer, speed_filter=speed_filter)
+    return broken_loops(loops.at(wind))
 
 
 def _unstable(rows: Sequence[RunningMargins]) -> list[str]:

@@ -39,6 +39,7 @@ LINEAR, SIMULATED = "linear loop that runs, not proved", "simulated"
 def summary_rows(design: TurbineDesign) -> list[SummaryRow]:
     """Return the rows on a design; claims that are not proved have none but ``not proved``."""
     law, of_set, measured = design.effort_sharing_law, _set_rows(design), measured_loop(design)
+    open_ = [claim.name for claim in design.checked.claims if claim.verdict is not Verdict.PROVED]
     return [
         *_overlaps(design),
         *of_set[:2],
@@ -51,7 +52,7 @@ def summary_rows(design: TurbineDesign) -> list[SummaryRow]:
         *_wind_rate(design),
         *_actuators(design),
         *([] if law is None else [_gains(law)]),
-        *_not_proved(design),
+        *([_row("not proved", open_, basis="claimed", shortfall="open")] if open_ else []),
         _not_covered(design),
     ]
 
@@ -191,7 +192,8 @@ def _observer(design: TurbineDesign) -> list[SummaryRow]:
     stated, claim = proved
     winds = [(float(low), float(high)) for low, high in stated["winds"]]
     ends = design.turbine.cut_in, design.turbine.cut_out
-    uncovered, slowest = gaps(ends, winds), slowest_mode(design)
+    slowest = slowest_mode(design)
+    uncovered = ", ".join(span_words(span, inward=False) for span in gaps(ends, winds))
     rate = float(stated["decay_rate"])
     covered = sum(high - low for low, high in winds)
     return [
@@ -207,7 +209,7 @@ def _observer(design: TurbineDesign) -> list[SummaryRow]:
                 Number("winds covered", covered, "m/s", min(covered / (ends[1] - ends[0]), 1.0)),
             ),
             claim,
-            shortfall=f"not {_spans(uncovered)} m/s" if uncovered else "",
+            shortfall=f"not {uncovered} m/s" if uncovered else "",
             beside=slowest and f"linear, slowest mode {slowest}",
         )
     ]
@@ -275,11 +277,8 @@ def _actuators(design: TurbineDesign) -> list[SummaryRow]:
 
 
 def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
-    """Return the claim for the law's own overlaps, or the first if there is none for them."""
-    claims = overlap_claims(design)
-    chosen = next(
-        (candidate for candidate in claims if candidate.chosen), claims[0] if claims else None
-    )
+    """Return the rows of the claim about Schulte's law."""
+    chosen = next(iter(overlap_claims(design)), None)
     if chosen is None or not chosen.proved:
         return []
     claim = next(result for result in design.checked.claims if result.name == chosen.name)
@@ -294,15 +293,7 @@ def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
         rates = f"decay rate >= {' to '.join(chosen.decay)} 1/s, by wind"
         time = _time_words(min(float(rate) for rate in chosen.decay))
         rows.append(_row("settling", (time, rates, *_constant(chosen)), ends, claim))
-    other_pairs = [
-        f"{candidate.label}: {wind_words(candidate)}"
-        for candidate in claims
-        if candidate is not chosen
-    ]
-    return [
-        *rows,
-        *([_row("other pairs", other_pairs, basis="of overlaps")] if other_pairs else []),
-    ]
+    return rows
 
 
 def _constant(claim: OverlapClaim) -> list[str]:
@@ -311,16 +302,8 @@ def _constant(claim: OverlapClaim) -> list[str]:
     return ["constant wind that the law knows", width, share if claim.speed_share else ""]
 
 
-def _not_proved(design: TurbineDesign) -> list[SummaryRow]:
-    names = [claim.name for claim in design.checked.claims if claim.verdict is not Verdict.PROVED]
-    return [_row("not proved", names, basis="claimed", shortfall="open")] if names else []
-
-
 def _overspeed(runs: Sequence[DesignRun], rated: DesignRun | None) -> list[SummaryRow]:
-    """Return the overspeed that is largest, in the gust at rated wind, and worst of all beside.
-
-    Beside the reference controller's; worse counts from 1 % of rated speed on.
-    """
+    """Return the largest overspeed, the gust's, and the worst beside the reference controller's."""
     if rated is None:
         return []
     by_size = sorted(runs, key=lambda run: -run.law.metrics.overspeed)
@@ -457,10 +440,6 @@ def _rate(rate: float) -> str:
 
 def _span(values: Sequence[float]) -> str:
     return f"{at_least(min(values))} to {at_least(max(values))}"
-
-
-def _spans(spans: Sequence[tuple[float, float]]) -> str:
-    return ", ".join(span_words(span, inward=False) for span in spans)
 
 
 def _ends(quantity: str, values: Sequence[float], unit: str) -> tuple[Number, Number]:

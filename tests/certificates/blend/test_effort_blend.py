@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,9 +20,14 @@ from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
+from takagi.models.arrays import Floats
+from takagi.models.blending.blending import RunTimeBlending, blending_of
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import PlantFile
+from takagi.models.plant_simulation.runs import COMPLETE, ExperimentRun, run
 from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.loops.plant_motion import Outside, experiment_of
 from tests.certificates.kinds.claims import resealed, verdicts
 from tests.models.blending.plants import ROOM, plant_of
 
@@ -394,3 +400,142 @@ def test_damaged_blends_are_refused_without_a_traceback() -> None:
         for odd in ODD:
             document = changed(partial(blend, **{f"low__{part}": odd}))
             verdicts(document)  # another word for a unit may still be proved
+
+
+GAINS = [[40.0, 20.0]]
+
+
+def certified(folder: Path, error: str) -> PlantDesign:
+    plant = plant_of(
+        folder,
+        a="a = { value = 0.5 } -> a = { value = 1 }",
+        b=", error = 0.1 -> ",
+        c="error = 0.2 -> error = " + error,
+        d=", rate = 20 -> ",
+    )
+    return certify_plant(plant, lambda m: np.array([GAINS] * len(m.A)), PlantSettings())
+
+
+def with_error(loop: PlantLoop, error: float, start: Floats, duration: float) -> ExperimentRun:
+    """Return a motion whose heating moves the plant 1 + error times as much as told."""
+    blending = blending_of(loop.plant)
+    assert blending is not None
+    rate = RunTimeBlending(blending, {"heating": error}).disturbed_rate((), told=False)
+    return run(replace(experiment_of(loop, Outside()), rate=rate), start, duration)
+
+
+def test_up_to_the_threshold_decay_is_proved(tmp_path: Path) -> None:
+    """45 % of 50 %: the motions with either error come to rest too."""
+    design = certified(tmp_path, "0.45")
+    loop = plant_loop(design)
+
+    assert design.verdict is Verdict.PROVED
+    for error in (-0.45, 0.0, 0.45):
+        motion = with_error(loop, error, np.array([-0.05, 0.3]), 40.0)
+        assert motion.ended == COMPLETE
+        assert abs(motion.state[-1]).max() < 1e-3
+
+
+def test_beyond_it_decay_is_refuted_and_a_motion_leaves(tmp_path: Path) -> None:
+    """55 %: at -55 %, heated alone, the loop has a root at +0.1; from far enough it drifts away.
+
+    Nearer to rest cooling, which does as it is told, still has its share.
+    """
+    design = certified(tmp_path, "0.55")
+    loop = plant_loop(design)
+
+    kinds = [claim["kind"] for claim in design.document["claims"]]
+    assert kinds == ["sector-embedding", "effort-blend", "no-common-decay"]
+    assert design.verdict is Verdict.DISPROVED
+    start = np.array([-0.9, 1.79])
+    motion = with_error(loop, -0.55, start, 60.0)
+    assert abs(motion.state[-1, 0]) > 1.0  # outside the box
+    sure = with_error(loop, 0.0, start, 60.0)
+    assert abs(sure.state[-1, 0]) < 1e-3
+
+
+def one_error_for_both(document: Data) -> None:
+    """Both actuators wrong alike, which is less than each by itself."""
+    blend(document, high__error="cooling_error")
+    rows = document["model"]["equations"]
+    rows[0] = rows[0].replace("heating_error", "cooling_error")
+
+
+def another_effort(document: Data) -> None:
+    """The effort leaks, which no law with an integrated effort does."""
+    document["model"]["equations"][1] = "effort_rate - effort"
+
+
+def coupled_mass(document: Data) -> None:
+    document["model"]["mass"] = [["1", "0.1"], ["0", "1"]]
+
+
+def mass_of_the_effort(document: Data) -> None:
+    document["model"]["mass"] = [["1", "0"], ["0", "2"]]
+
+
+def in_steps(document: Data) -> None:
+    document["model"]["sample_time"] = 0.1
+
+
+def idle_inside(top: float) -> Callable[[Data], None]:
+    """Heating that idles at 0 of [-1, top]: what lies below 0 is no room for it."""
+    return lambda document: blend(document, high__range=[-1, top])
+
+
+def error_off_rest(document: Data) -> None:
+    """An error whose rest is not "as told"."""
+    signal = next(s for s in document["model"]["disturbances"] if s["name"] == "heating_error")
+    signal |= {"rest": 0.1, "symbol": "delta_error"}
+
+
+def name_of_a_parameter(document: Data) -> None:
+    """An actuator under the name of a parameter, which the equation would then read as either."""
+    blend(document, low__input="a", equations=["0.5*x - 2*a + heating*(x + 2)"])
+
+
+FALSE: dict[str, Callable[[Data], None]] = {
+    "one error for both": one_error_for_both,
+    "an effort that leaks": another_effort,
+    "a mass between effort and state": coupled_mass,
+    "a mass of the effort": mass_of_the_effort,
+    "a sampled effort": in_steps,
+    "room on the wrong side of idling": idle_inside(2.9999),
+    "a name that is taken": name_of_a_parameter,
+    "an error that rests elsewhere": error_off_rest,
+}
+
+
+@pytest.mark.parametrize("name", FALSE)
+def test_a_blend_of_something_else_is_not_proved(name: str) -> None:
+    assert verdicts(changed(FALSE[name]))[-1] != "PROVED"
+
+
+def test_room_beside_idling_is_enough() -> None:
+    """The other side of the limit above."""
+    assert verdicts(changed(idle_inside(3)))[-1] == "PROVED"
+
+
+def test_a_file_whose_actuator_idles_elsewhere_is_told_apart(tmp_path: Path) -> None:
+    """The equations as written are the same; what the law commands is not."""
+    model = read_text(json.dumps(design().document["model"]), "model")
+    path = tmp_path / "room.toml"
+    old, new = "heating = { range = [0, 3] }", "heating = { range = [0, 3], rest = 0.1 }"
+    path.write_text(ROOM.replace(old, new), encoding="utf-8")
+
+    with pytest.raises(CertificateError, match="the rest of heating is 0.1 there"):
+        compare_plant(model, path)
+
+
+def test_a_file_with_an_error_that_the_certificate_leaves_out_is_told_apart(tmp_path: Path) -> None:
+    """Heating as told in the certificate, a fifth off in the file."""
+    exact = plant_of(tmp_path, error='"2 + x", error = 0.2 -> "2 + x"')
+    told = certify_plant(exact, lambda model: np.array([GAIN] * len(model.A)), PlantSettings())
+    model = read_text(json.dumps(told.document["model"]), "model")
+    path = tmp_path / "room.toml"
+    assert compare_plant(model, path) == ""
+
+    path.write_text(ROOM, encoding="utf-8")
+
+    with pytest.raises(CertificateError, match=r"blending\.high\.error is 0\.2 there"):
+        compare_plant(model, path)

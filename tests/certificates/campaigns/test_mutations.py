@@ -87,7 +87,7 @@ def test_the_judge_sees_a_plant_that_is_not_its_model() -> None:
             "gains": {"trim": {"state": [0], "input": [0]}},
         }
     )
-    reading: Any = import_module("plant_reading")
+    reading: Any = import_module("second_reading")
     changes: list[tuple[tuple[Any, ...], Any]] = [
         (("model", "embedding", "premises", 0, "upper"), damage.Number("3.999999")),
         (("model", "embedding", "premises", 0, "lower"), damage.Number("0.0001")),

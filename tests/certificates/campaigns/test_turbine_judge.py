@@ -260,13 +260,6 @@ def test_the_wake_adds_effectiveness_up_to_the_frozen_one(document: Data) -> Non
     assert np.allclose(own + slope, limit, rtol=1e-2, atol=1e-3)
 
 
-campaign: Any = import_module("mutations")
-damage: Any = import_module("damage")
-judge: Any = import_module("turbine_judge")
-Data = dict[str, Any]
-LOOP, WIND_RATE, ACTUATORS, RUNNING = range(4)
-
-
 @pytest.mark.parametrize(
     "shown",
     [

@@ -20,10 +20,12 @@ from takagi.certificates.requests import (
     FuzzyDecay,
     FuzzyL2Gain,
     GainRounding,
+    ObservedFeedback,
+    ObserverError,
     Poles,
     SampledLoop,
 )
-from takagi.certificates.requests.attempts import attempts_at_all
+from takagi.certificates.requests.attempts import attempted, attempts_at_all
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Request
 from takagi.lmi import EigenvalueRegion, observer, pdc
@@ -31,6 +33,7 @@ from takagi.models import Premise, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import resealed
 from tests.certificates.weights.cells import cubic
+from tests.plant_files import filed_plant
 
 Data = dict[str, Any]
 MEASURED = """
@@ -57,8 +60,8 @@ def plant_certificate(name: str) -> Data:
     return dict(certify(model, gains, claims="all").document)
 
 
-def sampled_certificate() -> Data:
-    """Return all that is claimed of a sampled loop with disturbance, box and output."""
+def sampled_loop() -> tuple[TSModel, Any]:
+    """Return a sampled model with disturbance, box and output, and gains of three digits."""
     model = TSModel(
         [[[1.0, 0.1], [0.1, 1.0]], [[1.0, 0.1], [0.3, 0.95]]],
         [[0.0], [0.1]],
@@ -68,8 +71,7 @@ def sampled_certificate() -> Data:
         box={"p [m]": (-1, 1), "v [m/s]": (-3, 3)},
         sample_time=0.1,
     )
-    gains = np.round(pdc(model, decay_rate=0.3).require()[0], 3)
-    return dict(certify(model, gains, claims="all").document)
+    return model, np.round(pdc(model, decay_rate=0.3).require()[0], 3)
 
 
 def observed_certificate() -> Data:
@@ -78,7 +80,8 @@ def observed_certificate() -> Data:
     gains = np.round(pdc(model, decay_rate=0.5).require()[0], 3)
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
     loop = ClaimedLoop.of(model, gains)
-    found, _ = attempts_at_all(loop, observer=L)
+    found, _ = attempts_at_all(loop)
+    found += [attempted(request, loop) for request in (ObserverError(L), ObservedFeedback(L))]
     whole = dict(certify(model, gains).document)
     whole["claims"] = [whole["claims"][0], *(attempt.claim for attempt in found)]
     return resealed(whole)
@@ -87,9 +90,7 @@ def observed_certificate() -> Data:
 def observed_loop_certificate() -> Data:
     """Return what is claimed of a pendulum and its observer, where the angle alone is measured."""
     with TemporaryDirectory() as folder:
-        file = Path(folder) / "pendulum.toml"
-        file.write_text(MEASURED, encoding="utf-8")
-        found = design_plant(load_plant(file))
+        found = design_plant(filed_plant(Path(folder), MEASURED))
     assert isinstance(found, PlantDesign)
     return dict(found.document)
 
@@ -113,7 +114,7 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
         "fuzzy gain",
         dict(certify(pushed, claims=[FuzzyL2Gain(rate_bounds=0.2)]).document),
     )
-    yield "sampled", sampled_certificate()
+    yield "sampled", dict(certify(*sampled_loop(), claims="all").document)
     yield (
         "held command",
         dict(certify(cubic(), [[[1.0]], [[1.5]]], claims=[SampledLoop(0.1)]).document),

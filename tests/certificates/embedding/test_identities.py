@@ -190,7 +190,8 @@ def test_what_is_shown_is_so_at_a_point(left: str, right: str) -> None:
     except Refused:
         return
     box = {"x": at_point(7 * 10**35), "y": at_point(-3 * 10**35)}
-    first, second = Evaluator(texts.graph, {}).values((a, b), box)
+    evaluator = Evaluator(texts.graph, {})
+    first, second = evaluator.value(a, box), evaluator.value(b, box)
     if first is None or second is None:
         return
     overlap = first[0] <= second[1] and second[0] <= first[1]

@@ -11,11 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify, check
+from takagi.certificates.requests import ObservedFeedback, ObserverError
 from takagi.certificates.requests.attempts import attempts_at_all
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
+from tests.certificates.cross.documents import sampled_loop
 from tests.certificates.kinds.claims import law_data, model_data, verdict_of
 
 Floats = Any
@@ -41,30 +43,19 @@ def test_everything_about_a_plant_is_proved_and_replayed(tmp_path: Any) -> None:
     assert check(saved).verdict is Verdict.PROVED
 
 
-def test_observer_is_claimed_with_the_rest() -> None:
+def test_an_observer_of_the_loop_is_proved_too() -> None:
     model, gains = duffing()
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
 
-    found, _ = attempts_at_all(ClaimedLoop.of(model, gains), observer=L)
+    found = certify(model, gains, claims=[ObserverError(L), ObservedFeedback(L)])
 
-    kinds = [attempt.claim["kind"] for attempt in found]
+    kinds = [claim["kind"] for claim in found.document["claims"]]
     assert kinds[-2:] == ["observer", "observed-feedback"]
-    assert all(attempt.proved for attempt in found)
+    assert found.verdict is Verdict.PROVED
 
 
 def test_sampled_loop() -> None:
-    model = TSModel(
-        [[[1.0, 0.1], [0.1, 1.0]], [[1.0, 0.1], [0.3, 0.95]]],
-        [[0.0], [0.1]],
-        C=[[1.0, 0.0]],
-        E=[[0.0], [0.02]],
-        states=["p [m]", "v [m/s]"],
-        box={"p [m]": (-1, 1), "v [m/s]": (-3, 3)},
-        sample_time=0.1,
-    )
-    gains = np.round(pdc(model, decay_rate=0.3).require()[0], 3)
-
-    certificate = certify(model, gains, claims="all")
+    certificate = certify(*sampled_loop(), claims="all")
 
     assert certificate.verdict is Verdict.PROVED
     assert len(certificate.document["claims"]) == 8

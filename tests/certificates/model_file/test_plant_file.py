@@ -11,10 +11,13 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
-from takagi.certificates.checker.files.model_content import OtherModel, model_content
+from takagi.certificates.checker.files.model_content import (
+    OtherModel,
+    _is_formula,
+    _is_unit,
+    model_content,
+)
 from takagi.certificates.design.given.kept_model import law_for
-from takagi.certificates.design.plant.design import design_plant
-from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import content_of, dumps
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.cli.main import main
@@ -22,9 +25,8 @@ from takagi.models import sector_model
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import PlantFile, load_plant
 from takagi.reports.baseline.changes import changes
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import plant_gain_file
 from tests.certificates.model_file.rewrites import Rewrite, replaced, reversed_sections
+from tests.plant_files import designed_in
 
 Capture = pytest.CaptureFixture[str]
 Document = dict[str, Any]
@@ -63,13 +65,9 @@ TABLE = "# speed, friction\n-2, 0.4\n-1, 0.2\n0, 0.1\n1, 0.2\n2, 0.5\n"
 def cart(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Document]:
     """A designed plant: its folder, with certificate and gain file, and the certificate."""
     folder = tmp_path_factory.mktemp("cart")
-    (folder / NAME).write_text(PLANT, encoding="utf-8")
     (folder / "rub.csv").write_text(TABLE, encoding="utf-8")
-    found = design_plant(load_plant(folder / NAME), files=PlantFile.of(folder / NAME).files)
-    assert isinstance(found, PlantDesign) and found.proved
-    (folder / "c.json").write_text(dumps(found.document), encoding="utf-8")
-    (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
-    return folder, read_text(dumps(found.document), "certificate")
+    design = designed_in(folder, PLANT, NAME)
+    return folder, read_text(dumps(design.document), "certificate")
 
 
 @pytest.fixture
@@ -357,3 +355,39 @@ def test_what_counts_as_content(tmp_path: Path) -> None:
         "s": {"t": True, "big": "0xab54a98ceb1f0ad2", "when": "2026-01-01"},
         **{"equations": {"source": "x"}, "coefficients": {}},
     }
+
+
+@pytest.mark.parametrize(
+    ("path", "unit"),
+    [
+        (("states", "x", "unit"), True),
+        (("outputs", "y", "unit"), True),
+        (("tables", "cp", "unit"), True),
+        (("tables", "cp", "arguments", 0, "unit"), True),
+        (("blending", "effort", "unit"), True),
+        (("blending", "low", "unit"), False),
+        (("tables", "cp", "arguments", 0, "name"), False),
+        (("equations", "x", "unit"), False),
+        (("unit",), False),
+    ],
+)
+def test_a_unit_stands_only_where_a_file_may_leave_it_out(
+    path: tuple[str | int, ...], unit: bool
+) -> None:
+    assert _is_unit(path) is unit
+
+
+@pytest.mark.parametrize(
+    ("path", "formula"),
+    [
+        (("equations", "x"), True),
+        # An output may be called so.
+        (("outputs", "unit", "expression"), True),
+        (("outputs", "y", "unit"), False),
+        (("blending", "low", "effectiveness"), True),
+        (("blending", "low", "input"), False),
+        (("states", "x", "range"), False),
+    ],
+)
+def test_a_formula_is_told_by_the_last_key(path: tuple[str, ...], formula: bool) -> None:
+    assert _is_formula(path) is formula

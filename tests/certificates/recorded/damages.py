@@ -52,7 +52,7 @@ def answer_to(document: dict[str, Any], place: Place, value: Any) -> Answer:
 
 def _checked(data: dict[str, Any]) -> Any:
     certificate._require_whole(data, "FILE")
-    return certificate._replayed(data, "FILE", [])
+    return certificate._replayed(data, "FILE", [], certificate.exact_decider)
 
 
 def _damaged(document: dict[str, Any], place: Place, value: Any) -> dict[str, Any]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.certificates.recorded.answers import answer_of, kinds, recorded
+from tests.certificates.recorded.damages import Damage, answer_to, damages, names
 
 TOGETHER = 16
 PARTS = [
@@ -30,3 +33,19 @@ def test_both_answers_are_recorded_of_every_kind() -> None:
         first = {answer[0][0] for answer, _ in recorded(kind)}
         assert "PROVED" in first or "DISPROVED" in first, kind
         assert first & {"UNDECIDED", "refused"}, kind
+
+
+DAMAGES_TOGETHER = 12
+kept = cache(damages)
+DAMAGED_PARTS = [
+    (name, first) for name in names() for first in range(0, len(kept(name)[1]), DAMAGES_TOGETHER)
+]
+
+
+@pytest.mark.parametrize(("name", "first"), DAMAGED_PARTS)
+def test_the_answer_to_a_damaged_one_is_the_same(name: str, first: int) -> None:
+    listed: list[Damage]
+    document: dict[str, Any]
+    document, listed = kept(name)
+    for place, value, answer in listed[first : first + DAMAGES_TOGETHER]:
+        assert answer_to(document, place, value) == answer, (place, value)

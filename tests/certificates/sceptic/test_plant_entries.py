@@ -26,6 +26,7 @@ from tests.certificates.embedding.plants import (
     said_of,
 )
 from tests.certificates.kinds.claims import as_read
+from tests.symbolic_plants import plant_of
 
 
 def with_quotient(equation: str, entry: str, q: str) -> dict[str, Any]:
@@ -277,7 +278,7 @@ def test_the_truck_and_trailer_in_states_of_its_own() -> None:
     """
     x1, x2, x3, u, z = sp.symbols("x1 x2 x3 u z", real=True)
     s = x2 - x1 * sp.Rational(2, 11)
-    model = sector_model(
+    plant = plant_of(
         [
             x1 * sp.Rational(15, 11) - sp.Rational(5, 7) * u,
             x2 - 2 * x1 / sp.Integer(11) * 2,
@@ -287,9 +288,8 @@ def test_the_truck_and_trailer_in_states_of_its_own() -> None:
         [u],
         box={x1: (-1, 1), x2: (-2, 2)},
         premises={z: sp.sin(s) / s},
-        choice="fewest-rules",
     )
-    data = plant_data(model)
+    data = plant_data(sector_model(plant))
     found = said_of(data)
     assert found.verdict is Verdict.PROVED, found.text
     assert "model of 2 rules exactly" in found.text

@@ -144,9 +144,7 @@ def one_integral(whole: Data) -> None:
     ],
 )
 def test_entries_that_name_nothing_of_the_model_are_refused(change: Callable[[Data], None]) -> None:
-    first, second = verdicts(changed(change))
-    assert first == "REFUSED"
-    assert second != "PROVED"
+    assert verdict(changed(change)) == "REFUSED"
 
 
 def row(k: int, equation: str, follow: str = "", **matrices: list[str]) -> Callable[[Data], None]:

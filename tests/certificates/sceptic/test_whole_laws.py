@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -79,10 +80,13 @@ def leaking(document: Data) -> None:
 def test_law_that_runs_otherwise_is_not_proved(
     change: Callable[[Data], None], kinds: tuple[str, ...]
 ) -> None:
-    whole, changed = arm_with(lambda _: None, *kinds), arm_with(change, *kinds)
+    assert unchanged(kinds) == {"PROVED"}
+    assert "PROVED" not in verdicts(arm_with(change, *kinds))
 
-    assert {*verdicts(whole)} == {"PROVED"}
-    assert "PROVED" not in verdicts(changed)
+
+@cache
+def unchanged(kinds: tuple[str, ...]) -> set[str]:
+    return {*verdicts(arm_with(lambda _: None, *kinds))}
 
 
 def follower() -> tuple[Data, Data]:

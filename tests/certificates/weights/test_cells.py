@@ -34,6 +34,7 @@ from tests.certificates.weights.cells import (
 )
 from tests.docs_pages import catalogue
 from tests.models.blending.plants import ROOM, plant_of
+from tests.symbolic_plants import plant_of as symbolic_plant
 
 table = catalogue("catalogue.weights")
 
@@ -124,15 +125,15 @@ def test_a_function_that_no_weight_moves_is_decay() -> None:
 def circular() -> tuple[TSModel, Floats]:
     """Return x' = x + (5 - u^2) u and gains for u = 0 and for |u| = 2."""
     z = sp.Symbol("z", real=True)
-    model = sector_model(
+    plant = symbolic_plant(
         [x + (5 - u**2) * u],
         [x],
         [u],
         box={x: (-10, 10), u: (-2, 2)},
-        matrices={"A": [[sp.Integer(1)]], "B": [[5 - z]]},
         premises={z: u**2},
         name="weak",
     )
+    model = sector_model(plant)
     weak_at_rest = float(model.B[0, 0, 0]) > 3
     gains = np.array([[[0.3]], [[1.2]]] if weak_at_rest else [[[1.2]], [[0.3]]])
     return model, gains

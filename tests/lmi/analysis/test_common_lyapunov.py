@@ -8,8 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi import common_lyapunov, exact_solution
+from takagi.lmi import (
+    EigenvalueRegion,
+    NormBounded,
+    common_lyapunov,
+    d_stability,
+    exact_solution,
+    robust_lyapunov,
+)
+from takagi.lmi.analysis.actuator_rates import pair_means, pairs_of
 from takagi.lmi.analysis.decay_rate import rates_of
+from takagi.models import TSModel
 from tests.lmi.known_models import feasp_triple, oscillators, planar_pair
 
 Floats = NDArray[np.float64]
@@ -145,3 +154,34 @@ def test_many_vertices_are_all_looked_at() -> None:
     no = common_lyapunov(two)
     assert no.status == "infeasible"
     assert "of 3002" in no.diagnosis
+
+
+@settings(derandomize=True, max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.integers(1, 4))
+def test_the_loop_is_a_blend_of_its_pairs(seed: int, r: int) -> None:
+    """X(h) - Y(h) K(h), and X(h), with weights h_i^2 and 2 h_i h_j that sum to one."""
+    rng = np.random.default_rng(seed)
+    X, Y = rng.standard_normal((r, 2, 3)), rng.standard_normal((r, 2, 2))
+    K = rng.standard_normal((r, 2, 3))
+    h = rng.dirichlet(np.ones(r))
+    i, j = np.triu_indices(r)
+    weight = np.where(i == j, 1, 2) * h[i] * h[j]
+    x, y, k = (np.tensordot(h, part, 1) for part in (X, Y, K))
+
+    np.testing.assert_allclose(np.tensordot(weight, pairs_of(X, Y, K), 1), x - y @ k, atol=1e-12)
+    np.testing.assert_allclose(np.tensordot(weight, pair_means(X), 1), x, atol=1e-12)
+
+
+def test_a_mean_that_fails_is_not_said_to_exclude_the_loop() -> None:
+    """G(h) = -1 + 3 h_1 h_2 <= -1/4, though (G_12 + G_21)/2 = 1/2: the no is about means."""
+    model = TSModel([[[-1.0]], [[5.0]]], [[[1.0]], [[2.0]]])
+    gains = [[[0.0]], [[3.0]]]
+    small = NormBounded(D=[[1e-3]], E=[[1.0]])
+
+    for answer in (
+        d_stability(model, EigenvalueRegion.half_plane(0.0), gains=gains),
+        robust_lyapunov(model, small, gains=gains),
+    ):
+        assert not answer.found
+        assert "a mean that fails excludes nothing" in answer.diagnosis
+    assert "mean" not in d_stability(model, EigenvalueRegion.half_plane(0.0)).diagnosis

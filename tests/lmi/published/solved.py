@@ -34,6 +34,7 @@ from tests.lmi.compleib import SYSTEMS
 from tests.lmi.known_models import masses_and_spring
 from tests.lmi.norms import third_order
 from tests.lmi.solver.control import control1
+from tests.symbolic_plants import plant_of
 
 GEVP: list[Any] = [[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]]
 B58 = [[[1.0], [0.0]], [[25.0], [0.0]]]
@@ -105,7 +106,9 @@ def least_larger_trace() -> float:
 def level_of_the_cubic() -> float:
     """x' = -x + x^3 on |x| <= 0.99: the largest level of x^2 that is shown to settle."""
     x = sp.Symbol("x")
-    answer = attraction_ellipsoid(sector_model([-x + x**3], [x], box={x: (-0.99, 0.99)}))
+    answer = attraction_ellipsoid(
+        sector_model(plant_of([-x + x**3], [x], box={x: (-0.99, 0.99)}), tolerance="1e-6")
+    )
     assert answer.P is not None
     return float(1 / answer.P[0, 0])
 

@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 
 from takagi.lmi import (
+    LMI,
     Answer,
     Condition,
+    Constant,
     EigenvalueRegion,
+    Term,
+    Unknown,
     common_lyapunov,
     common_lyapunov_condition,
     d_stability_condition,
@@ -29,7 +33,7 @@ from takagi.lmi import (
     rigorous_no,
 )
 from takagi.lmi.gains.requirements.limits import Limits, limits_of
-from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite
+from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite, over_one_denominator
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import three_rules
 
@@ -228,3 +232,62 @@ def test_an_unsettled_answer_may_still_be_a_no() -> None:
     answer = common_lyapunov(np.array([stable, singular]))
 
     assert rigorous_no(replace(answer, status="unknown")) is not None
+
+
+def scalar(factor: object, value: object) -> Condition:
+    """Return factor * g + value > 0 and g >= 0, which may be touched."""
+    g = Unknown("g", 1, 1)
+    return Condition(
+        name="a number",
+        unknowns=(g,),
+        lmis=(
+            LMI(
+                name="sum",
+                blocks=(1,),
+                terms=(Term(unknown=g, left=np.array([[[factor]]])),),
+                constants=(Constant(value=np.array([[[value]]])),),
+            ),
+            LMI(
+                name="sign",
+                blocks=(1,),
+                terms=(Term(unknown=g, left=np.ones((1, 1, 1))),),
+                strict=False,
+            ),
+        ),
+    )
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_what_is_no_number_is_refused(bad: float) -> None:
+    with pytest.raises(ModelError, match="finite"):
+        exact_no(scalar(-1.0, bad))
+    with pytest.raises(ModelError, match="finite"):
+        exact_no(scalar(bad, 0.0))
+
+
+@pytest.mark.parametrize("value", [2**53 + 1, -(2**62) - 1, 2**63 - 1])
+def test_integers_wider_than_a_mantissa_are_kept(value: int) -> None:
+    numerators, denominator = over_one_denominator(np.array([value, 1]))
+    assert Fraction(int(numerators[0]), denominator) == value
+
+
+def test_a_constant_of_wide_integers_is_not_rounded_to_a_contradiction() -> None:
+    """2^53 + 1 - 2^53 is 1 > 0, and 0 where it is rounded."""
+    whole = 2**53
+    plain = LMI(
+        name="difference",
+        blocks=(1,),
+        terms=(),
+        constants=(
+            Constant(value=np.array([[[whole + 1]]])),
+            Constant(value=np.array([[[-whole]]])),
+        ),
+    )
+    assert exact_no(Condition(name="one", unknowns=(), lmis=(plain,))) is None
+    zero = Constant(value=np.zeros((1, 1, 1)))
+    touched = LMI(name="zero", blocks=(1,), terms=(), constants=(zero,))
+    assert exact_no(Condition(name="zero", unknowns=(), lmis=(touched,))) is not None
+
+
+def test_nothing_is_contradicted_by_nothing() -> None:
+    assert exact_no(Condition(name="nothing", unknowns=(), lmis=())) is None

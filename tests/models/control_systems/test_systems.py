@@ -28,7 +28,7 @@ from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import trim
-from takagi.reports.loops.plant_motion import plant_rate
+from tests.plant_rates import plant_rate
 
 PAGE = Path(__file__).parents[3] / "docs" / "models.md"
 EXACT: Any = {"rtol": 1e-11, "atol": 1e-13}

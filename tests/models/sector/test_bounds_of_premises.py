@@ -179,17 +179,15 @@ def test_a_singularity_inside_a_root_can_be_given_but_not_proved() -> None:
     root = sp.sqrt(sp.sin(Q) / Q)
 
     def model(**options: Any) -> TSModel:
-        return sector_model(
-            [-root * Q + U],
-            [Q],
-            [U],
-            box={Q: ("-1.5", "1.5")},
+        plant = Plant(
+            equations=(P, -root * P + U),
+            states=(Variable(Q, "-", Interval.of("-1.5", "1.5"), Fraction(1)), Variable(P)),
+            inputs=(Variable(U),),
             premises={S: root},
-            matrices={"A": [[-S]], "B": [[sp.S.One]]},
-            **options,
         )
+        return sector_model(plant, **options)
 
-    with pytest.raises(ModelError, match="no finite bound near q .* a premise of its own"):
+    with pytest.raises(ModelError, match="no finite bound near .* a premise of its own"):
         model()
     assert model(bounds={S: ("0.8", "1.1")}).sampled == ("s",)
     with pytest.raises(ModelError, match="leave out sampled values"):

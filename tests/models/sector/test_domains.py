@@ -163,17 +163,6 @@ def test_one_rectangle_is_a_box() -> None:
     assert Interval(*model.box["delta_v [m/s]"]) == Interval.of(-2, 1)
 
 
-def test_expressions_take_a_domain_too() -> None:
-    """x' = x (x - v^2), v' = 0 by expressions: the only premise is x - v^2, within 1/10."""
-    rows, states = [X * (X - V**2), 0 * V], [X, V]
-    by_hand = {"A": [[W, 0], [0, 0]]}
-    model = sector_model(rows, states, domain=band(), premises={W: X - V**2}, matrices=by_hand)
-
-    assert model.premises[0].bounds == Interval.of("-0.1", "0.1")
-    with pytest.raises(ModelError, match="no box was given"):
-        sector_model(rows, states)
-
-
 def test_the_mass_matrix_need_not_be_regular_off_the_band() -> None:
     """det M = x - v^2 + 1/2 vanishes in the box, and is in [0.4, 0.6] on the band."""
     described = plant()

@@ -256,7 +256,6 @@ def with_mass(entry: sp.Expr) -> Plant:
         (lambda: sector_model(plant(Q * U**2)), "row 1: u enters nonlinearly .*q\\*u\\*\\*2"),
         (lambda: sector_model(plant(sp.sin(U) + Q)), "row 1: u enters nonlinearly"),
         (lambda: sector_model(plant(Q), choice="best"), "choice 'best' was given"),  # type: ignore[arg-type]
-        (lambda: sector_model(plant(Q), box={Q: (0, 1)}), "the plant carries these itself"),
         (
             lambda: sector_model(plant(Q**2), premises={sp.Symbol("a"): sp.cos(Q)}),
             "premise a was not found",

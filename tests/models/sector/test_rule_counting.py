@@ -98,14 +98,6 @@ def test_constant_premises_are_told_apart() -> None:
     assert len(count.premises) == len(count.constant) == 1
 
 
-def test_expressions_are_counted_too() -> None:
-    x = STATES[0]
-    count = rule_count([-x - x**3], [x], box={x: (-1, 1)}, tolerance="1e-6")
-
-    assert count.rules == 2
-    assert count.premises[0].bounds.width < 1.001
-
-
 PLANT = """
 format = 1
 kind = "plant"

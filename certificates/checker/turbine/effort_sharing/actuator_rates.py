@@ -35,14 +35,14 @@ from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
 from takagi.certificates.checker.kernel.claim_kind import Outcome
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
     never,
     nonnegative,
     positive,
 )
-from takagi.certificates.checker.kernel.reader import listed, member, number
+from takagi.certificates.checker.kernel.reader import listed, member, number, read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject

@@ -8,12 +8,13 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import (
     member,
     number,
     numbers,
     positive,
+    read_matrix,
     text,
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
