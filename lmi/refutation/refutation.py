@@ -1,7 +1,5 @@
 """A rigorous no: exact multipliers that rule out every solution.
 
-An exact proof that a condition has no solution: multipliers, checked with integers only.
-
 Let Z_k >= 0 be symmetric multipliers, one for each item, such that sum_k <sign F_k(x), Z_k> has the
 same value c for all unknowns x.  If some x satisfied the condition, then
 
@@ -12,8 +10,6 @@ LMIs with a weight are strict; those without a weight, the normalisations, hold 
 allowed.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of alternatives).
-
-A rigorous no: exact multipliers that rule out every solution of a condition.
 
 The multipliers of a solver are tried first. If these are singular, others are computed that are as
 far from singular as possible: among the multipliers with sum_k <sign F_k(x), Z_k> + zeta = 0 for

@@ -1,7 +1,5 @@
 """The LMIs of P(h), and their terms as polynomial coefficients.
 
-What a polynomial P(h) contributes to an LMI along the motion of h: terms, items and labels.
-
 LMIs by which a polynomial P(h) > 0 shows stability; every coefficient is an LMI.
 
     continuous   He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0
