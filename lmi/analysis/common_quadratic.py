@@ -1,7 +1,5 @@
 """One quadratic function for all vertices, and why there is none.
 
-Common quadratic Lyapunov function: one P for all vertices.
-
     continuous   A_i' P + P A_i + 2 alpha P < 0      x' = sum_i h_i A_i x,  V' <= -2 alpha V
     discrete     A_i' P A_i - rho^2 P < 0            x+ = sum_i h_i A_i x,  V+ <= rho^2 V
 

@@ -1,9 +1,5 @@
 """Double sums over rules as data, and the LMIs that their weighted sums are.
 
-A weighted sum of matrices Theta_ij, term by term; equal contributions are added up first.
-
-The sum of h_i h_j Theta_ij that a law with memberships leads to, as terms of an LMI.
-
 Theta_ij is a symmetric block matrix that is affine in the unknowns; i is the rule of the vertex, j
 that of the gain.  A relaxation (``relaxations``) only needs weighted sums of the Theta_ij, not
 their contents. Therefore every relaxation applies to every condition that is posed as a
