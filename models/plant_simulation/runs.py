@@ -21,6 +21,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import rational
+from takagi.models.plant.numeric import explicit_rows
 from takagi.models.plant_simulation.signals import Signals
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def right_side(
     told : for a blended plant, whether the last entries of u are the commands of its two
         actuators; if not, the commands follow from the state.
     """
-    from takagi.models.blending.blending import RunTimeBlending, blending_of, explicit_rows
+    from takagi.models.blending.blending import RunTimeBlending, blending_of
 
     blending = blending_of(plant)
     if blending is not None:

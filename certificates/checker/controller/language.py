@@ -8,10 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from fractions import Fraction
 from typing import Any
-
-from takagi.certificates.checker.kernel.reader import Number
 
 Item = dict[str, Any]
 WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?!\w*\s*\()", re.ASCII)
@@ -84,18 +81,3 @@ def program(
 def names_in(formulas: Iterable[str]) -> set[str]:
     """Return the names in formulas, without function names."""
     return {name for formula in formulas for name in WORD.findall(formula)}
-
-
-def exact(value: Any) -> Fraction:
-    """Return a number exactly; a text without names, such as ``"sqrt(2)"``, to 36 places.
-
-    Of a number with a ball the decimal is returned.
-    """
-    if isinstance(value, dict):
-        return exact(value["value"])
-    if isinstance(value, str) and not isinstance(value, Number):
-        # Imported here: few numbers are written as text.
-        from takagi.certificates.checker.plant.reading import constant_bracket
-
-        return sum(constant_bracket(value), Fraction(0)) / 2
-    return Fraction(value if isinstance(value, str) else repr(value))

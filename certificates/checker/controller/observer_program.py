@@ -21,10 +21,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from takagi.certificates.checker.controller.decimals import exact
 from takagi.certificates.checker.controller.language import (
     WORD,
     Item,
-    exact,
     keep,
     names_in,
     program,

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from takagi.certificates.checker.controller.language import exact
+from takagi.certificates.checker.controller.decimals import exact, short
 from takagi.certificates.checker.controller.plant_program import plant_program
-from takagi.certificates.checker.kernel.reader import short
 
 
 def plant_content(

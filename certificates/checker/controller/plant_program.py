@@ -13,9 +13,9 @@ import re
 from collections.abc import Collection
 from typing import Any
 
+from takagi.certificates.checker.controller.decimals import exact
 from takagi.certificates.checker.controller.language import (
     Item,
-    exact,
     keep,
     names_in,
     program,

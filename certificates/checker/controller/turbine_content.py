@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from takagi.certificates.checker.controller.language import exact
+from takagi.certificates.checker.controller.decimals import exact, short
 from takagi.certificates.checker.controller.texts import EQUATIONS, RAMP
 from takagi.certificates.checker.controller.turbine_programs import (
     observer_program,
@@ -13,7 +13,7 @@ from takagi.certificates.checker.controller.turbine_programs import (
     speed_filter_program,
     torsion_filter_program,
 )
-from takagi.certificates.checker.kernel.reader import Number, short
+from takagi.certificates.checker.kernel.reader import Number
 
 
 def turbine_content(model: Any, law: Any, controller: Mapping[str, Any]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.interval import ONE, point
-from takagi.certificates.checker.controller.language import exact
+from takagi.certificates.checker.controller.decimals import exact
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains, Refused
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.expression import read_expression

@@ -223,11 +223,6 @@ def _fraction(value: Any, where: str) -> Fraction:
     return Fraction(Decimal(value))
 
 
-def short(value: Fraction) -> Number:
-    """Return the shortest decimal of the nearest float, which a program computes with."""
-    return Number(repr(float(value)))
-
-
 def increasing(values: Sequence[Fraction], where: str) -> None:
     """Refuse a row that does not strictly increase."""
     if any(b <= a for a, b in pairwise(values)):

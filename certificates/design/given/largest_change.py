@@ -17,7 +17,7 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.claims.certification import certify
 from takagi.certificates.design.design import Tell
 from takagi.certificates.design.given.kept_model import law_for
-from takagi.certificates.design.plant.narrower_ranges import range_in_words
+from takagi.certificates.design.plant.tracking_design import range_in_words
 from takagi.certificates.requests.decay import Decay
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval

@@ -20,7 +20,7 @@ from takagi.certificates.checker.kernel.reader import (
     read_stack,
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.design.plant.narrower_ranges import with_ranges
+from takagi.certificates.design.plant.tracking_design import with_ranges
 from takagi.certificates.design.plant.tracking_gains import measured_rows
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.decimals import floats, stack_of

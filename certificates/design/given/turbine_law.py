@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +36,6 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import (
     EffortGains,
     EffortSharingLaw,
-    LoopBox,
     LoopUncertainty,
 )
 from takagi.models.laws.effort_sharing.schedule import (
@@ -135,15 +133,6 @@ def _part(rows: Mapping[str, list[float]], keys: Sequence[str]) -> dict[str, Any
     return {key: rows[key] for key in keys}
 
 
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """The settings that the certificate's configuration records."""
-
-    law: str
-    box: LoopBox
-    uncertainty: LoopUncertainty
-
-
 # The last decimal that the table is written with.
 WAKE_DECIMAL = 1e-6
 
@@ -198,7 +187,7 @@ def certify_law(
     candidate = widened(turbine, law, candidate, tell=tell)
     if tell is not None:
         tell("exact proof")
-    settings = _Asked(law.name, box, uncertainty)
+    settings = {"law": law.name, "box": box, "uncertainty": uncertainty}
     document = loop_document(
         turbine,
         law,

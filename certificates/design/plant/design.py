@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,12 +34,6 @@ from takagi.certificates.design.plant.many_rules import (
     gains_of_known_premises,
     shortened_gains,
 )
-from takagi.certificates.design.plant.narrower_ranges import (
-    moving_slopes,
-    narrowed,
-    range_in_words,
-    with_ranges,
-)
 from takagi.certificates.design.plant.plain_words import (
     advice_of,
     in_file_rates,
@@ -50,15 +43,13 @@ from takagi.certificates.design.plant.plain_words import (
 )
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
+from takagi.certificates.design.plant.tracking_design import claims_alone, design_tracking
 from takagi.certificates.design.plant.tracking_gains import (
-    TrackingGains,
     measured_rows,
     measures_all,
-    require_measured,
-    tracking_gains,
 )
 from takagi.models.arrays import Floats
-from takagi.models.equilibrium_line import own_states, rests_exactly
+from takagi.models.equilibrium_line import own_states
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
@@ -70,10 +61,6 @@ if TYPE_CHECKING:
 
 # Significant digits of the emitted gains; more where fewer cannot be proved.
 DIGITS = (4, 6, 9)
-# Shares of the ranges of states that are tried for a set in which outputs follow references, what
-# they have to gain in jumps, and the share of a reference's range that is jump enough.
-NARROWER = (Fraction(1, 2), Fraction(1, 4))
-LEAST_INCREASE, ENOUGH_JUMP = 1.5, 0.5
 # The search for a helpful relaxation needs some fifty designs.
 MOST_EXPLAINED = 32
 
@@ -105,10 +92,10 @@ def design_plant(
     ModelError : the plant has no Takagi-Sugeno model on its box, or the settings make no sense
         for it.
     """
-    work = _Work.of(plant, settings, files, tell)
+    work = PlantWork.of(plant, settings, files, tell)
     model, chosen, clock = work.model, work.settings, work.clock
     if plant.references:
-        return _design_tracking(work)
+        return design_tracking(work)
     if plant.measured is not None:
         from takagi.certificates.design.plant.observed_design import ObservedWork, design_observed
 
@@ -140,61 +127,6 @@ def design_plant(
         return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
 
 
-def _design_tracking(work: _Work) -> PlantDesign | NoDesign:
-    """Return gains with integral action, or why there are none and what would help."""
-    from takagi.certificates.design.plant.narrower_ranges import tracking_obstacle
-
-    plant, model, settings, clock = work.plant, work.model, work.settings, work.clock
-    observed = plant.measured is not None and not measures_all(plant)
-    require_sensible(plant, model, settings)
-    if observed:
-        require_measured(plant, model)
-    with clock("gains"), in_plant_words(plant):
-        gains = tracking_gains(plant, model, settings, observed=observed)
-        if claims_alone(plant):  # all claims say that states stay in their ranges
-            work, gains = _within_narrower_ranges(work, gains, observed=observed)
-    if gains.jump > 0:
-        return _rounded(work, gains.gains, gains.observer)
-    with clock("what would help"):
-        return NoDesign(tracking_obstacle(plant, settings, gains, observed=observed))
-
-
-def claims_alone(plant: Plant) -> bool:
-    """Return whether a plant's claims are those about its references alone."""
-    observed = plant.measured is not None and not measures_all(plant)
-    return bool(plant.references) and (observed or not rests_exactly(plant))
-
-
-def _within_narrower_ranges(
-    work: _Work, tracking: TrackingGains, *, observed: bool
-) -> tuple[_Work, TrackingGains]:
-    """Return gains and set within narrower ranges of states, where they allow larger jumps."""
-    plant, settings = work.plant, work.settings
-    states = [v for v in moving_slopes(plant) if v in plant.states]
-    best, jump = (work, tracking), tracking.jump
-    for share in NARROWER if states else ():
-        if jump >= ENOUGH_JUMP:
-            break
-        ranges = narrowed(plant, states, share)
-        narrow = with_ranges(plant, ranges)
-        try:
-            model = secant_model(narrow, rest=settings.rest)
-            narrower = tracking_gains(narrow, model, settings, observed=observed)
-        except ModelError:
-            # The rests leave no room in these ranges.
-            break
-        if narrower.jump > LEAST_INCREASE * jump:
-            narrowed_ranges = ", ".join(map(range_in_words, ranges.values()))
-            note = (
-                "states are proved to stay in narrower ranges, where slopes vary less: "
-                f"{narrowed_ranges}"
-            )
-            gains = replace(narrower.gains, notes=(note, *narrower.gains.notes))
-            narrower_work = replace(work, plant=narrow).with_model(model)
-            best, jump = (narrower_work, replace(narrower, gains=gains)), narrower.jump
-    return best
-
-
 def certify_plant(
     plant: Plant,
     gains: Callable[[TSModel], Floats] | ArrayLike,
@@ -220,7 +152,7 @@ def certify_plant(
             f"plant {plant.name!r} measures {', '.join(plant.measured)}: gains of all states are "
             "no law for it; give the gain file of its design"
         )
-    work = _Work.of(plant, settings, files, tell)
+    work = PlantWork.of(plant, settings, files, tell)
     K = gains(work.model) if callable(gains) else np.asarray(gains, dtype=np.float64)
     return work.certified(K, None, ("gains were given",))
 
@@ -249,7 +181,7 @@ def certify_filed(
         from takagi.certificates.design.given.plant_gains import in_ranges_of
 
         plant = in_ranges_of(path, plant)
-    work = _Work.of(plant, settings, files, tell)
+    work = PlantWork.of(plant, settings, files, tell)
     if plant.references and plant.measured is not None and not measures_all(plant):
         from takagi.certificates.design.given.plant_gains import read_reference_gains
 
@@ -261,7 +193,7 @@ def certify_filed(
     return work.with_model(law.model).certified(law.gains, None, law.notes, law=law.law)
 
 
-def _certify_observed(work_of_plant: _Work, path: Path) -> PlantDesign:
+def _certify_observed(work_of_plant: PlantWork, path: Path) -> PlantDesign:
     """Return the certificate for the gains K and L of a file, as they stand."""
     from takagi.certificates.design.given.kept_model import (
         is_of,
@@ -297,21 +229,6 @@ def _certify_observed(work_of_plant: _Work, path: Path) -> PlantDesign:
     return work.certified(K, L, None, (*notes, *moved_rest(law, work.model)))
 
 
-def _rounded(
-    work: _Work, gains: FoundGains, observer: ConstantObserver | None = None
-) -> PlantDesign:
-    """Return the design with gains of as few digits as can be proved."""
-    last: PlantDesign | None = None
-    for digits in DIGITS:
-        K = rounded_gains(np.asarray(gains.design.require()[0]), digits)
-        notes = (*gains.notes, f"gains to {digits} significant digits")
-        last = work.certified(K, gains.design, notes, observer=observer)
-        if not _may_be_the_digits(last):
-            break
-    assert last is not None  # there is always a number of digits
-    return last
-
-
 def plant_model(plant: Plant, settings: PlantSettings, clock: StepClock | None = None) -> TSModel:
     """Return the Takagi-Sugeno model that a design with these settings is made for.
 
@@ -342,7 +259,7 @@ def _may_be_the_digits(design: PlantDesign) -> bool:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Work:
+class PlantWork:
     """What is needed to certify gains of one model."""
 
     plant: Plant
@@ -359,13 +276,13 @@ class _Work:
         settings: PlantSettings | None,
         files: Sequence[Path],
         tell: Tell | None,
-    ) -> _Work:
+    ) -> PlantWork:
         chosen, clock = settings or PlantSettings(), StepClock(tell)
         model = plant_model(plant, chosen, clock)
         requirements = requirements_of(plant, model, chosen)
         return cls(plant, chosen, model, requirements, tuple(files), clock)
 
-    def with_model(self, model: TSModel) -> _Work:
+    def with_model(self, model: TSModel) -> PlantWork:
         requirements = requirements_of(self.plant, model, self.settings)
         return replace(self, model=model, requirements=requirements)
 
@@ -377,7 +294,19 @@ class _Work:
             gains = search(self.plant, self.model, self.settings, *options)
         if gains is None or not gains.design.found:
             return gains, None
-        return gains, _rounded(self, gains)
+        return gains, self.rounded(gains)
+
+    def rounded(self, gains: FoundGains, observer: ConstantObserver | None = None) -> PlantDesign:
+        """Return the design with gains of as few digits as can be proved."""
+        last: PlantDesign | None = None
+        for digits in DIGITS:
+            K = rounded_gains(np.asarray(gains.design.require()[0]), digits)
+            notes = (*gains.notes, f"gains to {digits} significant digits")
+            last = self.certified(K, gains.design, notes, observer=observer)
+            if not _may_be_the_digits(last):
+                break
+        assert last is not None  # there is always a number of digits
+        return last
 
     @property
     def members(self) -> tuple[Any, ...]:
@@ -437,7 +366,7 @@ class _Work:
         return PlantDesign(*values, notes, seconds, output_law=output_law)
 
 
-def _reason(gains: FoundGains, work: _Work) -> str:
+def _reason(gains: FoundGains, work: PlantWork) -> str:
     """Return why there are no gains, and what would help where that can be asked.
 
     First in the words of the plant's file; what the solver says of its inequalities comes last.

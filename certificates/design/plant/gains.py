@@ -133,11 +133,11 @@ def regional_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> Fou
     """
     if not any(unknown_premises(model)) or settings.relaxation is not None:
         return None
-    nominal_and_rules = errorless(model, settings)
-    if nominal_and_rules is None:
+    nominal = errorless(model, settings)
+    if nominal is None:
         return None
-    nominal, rules = nominal_and_rules
-    design = find_gains(nominal.plant, nominal.model, settings)
+    nominal_plant, nominal_model, rules = nominal
+    design = find_gains(nominal_plant, nominal_model, settings)
     if not design.design.found:
         return None
     note = "one gain for each region, sought without the actuators' errors"
@@ -355,16 +355,8 @@ def rounded_gains(gains: Floats, digits: int) -> Floats:
     return np.array(rounded)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Errorless:
-    """The plant with actuators without error, and its model."""
-
-    plant: Plant
-    model: TSModel
-
-
-def errorless(model: TSModel, settings: PlantSettings) -> tuple[Errorless, Indices] | None:
-    """Return the plant without errors, and for each rule of ``model`` the rule that it takes.
+def errorless(model: TSModel, settings: PlantSettings) -> tuple[Plant, TSModel, Indices] | None:
+    """Return the plant without errors, its model, and for each rule of ``model`` the rule it takes.
 
     None where the model without errors has no premise in the share, or one that is not found in
     ``model``.
@@ -391,7 +383,7 @@ def errorless(model: TSModel, settings: PlantSettings) -> tuple[Errorless, Indic
         return None
     numbers = {rule: k for k, rule in enumerate(errorless_model.rules)}
     rules = [numbers[tuple(rule[index] for index in indices)] for rule in model.rules]
-    return Errorless(nominal, errorless_model), np.array(rules, dtype=np.intp)
+    return nominal, errorless_model, np.array(rules, dtype=np.intp)
 
 
 def expanded(design: Design, rules: Indices) -> Design:

@@ -132,7 +132,7 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
 
 def constant_text(constant: Constant, name: str, word: str, write: Expressions) -> str:
     """Return the definition of a constant; its type is ``{word}_real``."""
-    note = f"/* {comment(constant.place)} [{comment(constant.unit)}] */"
+    note = f"/* {comment(constant.path)} [{comment(constant.unit)}] */"
     value = constant.value
     if isinstance(value, Decimal):
         return f"\n{note}\nstatic const {word}_real {name} = {literal(value, write.suffix)};\n"

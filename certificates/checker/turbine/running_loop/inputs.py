@@ -10,14 +10,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import (
-    Number,
-    member,
-    number,
-    numbers,
-    positive,
-    short,
-)
+from takagi.certificates.checker.controller.decimals import short
+from takagi.certificates.checker.kernel.reader import Number, member, number, numbers, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.rotor import nominal_inertia
 

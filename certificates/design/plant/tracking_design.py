@@ -1,4 +1,4 @@
-"""Narrower ranges of a plant that follows references: its slopes vary less within them.
+"""The design of a law that follows references, within narrower ranges of states where they help.
 
 A set that stays in narrower ranges of states stays in the wider ones of the file, so that the claim
 holds for the file's plant.  Slopes that vary less allow a larger set: a series motor, whose torque
@@ -13,17 +13,85 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from takagi.certificates.design.design import NoDesign
+from takagi.certificates.design.plant.plain_words import in_plant_words, require_sensible
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.design.plant.tracking_gains import TrackingGains, tracking_gains
-from takagi.models.equilibrium_line import own_states
+from takagi.certificates.design.plant.tracking_gains import (
+    TrackingGains,
+    measures_all,
+    require_measured,
+    tracking_gains,
+)
+from takagi.models.equilibrium_line import own_states, rests_exactly
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import file_unit
 from takagi.models.tracking import held_rests, signals_of
 
 if TYPE_CHECKING:
+    from takagi.certificates.design.plant.design import PlantWork
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant, Variable
+
+
+# Shares of the ranges of states that are tried for a set in which outputs follow references, what
+# they have to gain in jumps, and the share of a reference's range that is jump enough.
+NARROWER = (Fraction(1, 2), Fraction(1, 4))
+LEAST_INCREASE, ENOUGH_JUMP = 1.5, 0.5
+
+
+def design_tracking(work: PlantWork) -> PlantDesign | NoDesign:
+    """Return gains with integral action, or why there are none and what would help."""
+    plant, model, settings, clock = work.plant, work.model, work.settings, work.clock
+    observed = plant.measured is not None and not measures_all(plant)
+    require_sensible(plant, model, settings)
+    if observed:
+        require_measured(plant, model)
+    with clock("gains"), in_plant_words(plant):
+        gains = tracking_gains(plant, model, settings, observed=observed)
+        if claims_alone(plant):  # all claims say that states stay in their ranges
+            work, gains = _within_narrower_ranges(work, gains, observed=observed)
+    if gains.jump > 0:
+        return work.rounded(gains.gains, gains.observer)
+    with clock("what would help"):
+        return NoDesign(tracking_obstacle(plant, settings, gains, observed=observed))
+
+
+def claims_alone(plant: Plant) -> bool:
+    """Return whether a plant's claims are those about its references alone."""
+    observed = plant.measured is not None and not measures_all(plant)
+    return bool(plant.references) and (observed or not rests_exactly(plant))
+
+
+def _within_narrower_ranges(
+    work: PlantWork, tracking: TrackingGains, *, observed: bool
+) -> tuple[PlantWork, TrackingGains]:
+    """Return gains and set within narrower ranges of states, where they allow larger jumps."""
+    plant, settings = work.plant, work.settings
+    states = [v for v in moving_slopes(plant) if v in plant.states]
+    best, jump = (work, tracking), tracking.jump
+    for share in NARROWER if states else ():
+        if jump >= ENOUGH_JUMP:
+            break
+        ranges = narrowed(plant, states, share)
+        narrow = with_ranges(plant, ranges)
+        try:
+            model = secant_model(narrow, rest=settings.rest)
+            narrower = tracking_gains(narrow, model, settings, observed=observed)
+        except ModelError:
+            # The rests leave no room in these ranges.
+            break
+        if narrower.jump > LEAST_INCREASE * jump:
+            narrowed_ranges = ", ".join(map(range_in_words, ranges.values()))
+            note = (
+                "states are proved to stay in narrower ranges, where slopes vary less: "
+                f"{narrowed_ranges}"
+            )
+            gains = replace(narrower.gains, notes=(note, *narrower.gains.notes))
+            narrower_work = replace(work, plant=narrow).with_model(model)
+            best, jump = (narrower_work, replace(narrower, gains=gains)), narrower.jump
+    return best
 
 
 def moving_slopes(plant: Plant) -> list[Variable]:
