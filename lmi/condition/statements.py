@@ -351,7 +351,7 @@ def _lowered(piece: Piece, plus_transpose: bool = False) -> Term | Constant:
                 f"the parameter {piece.parameter.name} multiplies a known matrix alone; it can "
                 "multiply an unknown: introduce an unknown for the product, or give its value"
             )
-        identity = "" if before else _identity(piece.left)
+        identity = "" if before else ("1" if piece.shape == (1, 1) else "I")
         return Constant(
             value=piece.scaled_left(),
             at=piece.at,
@@ -387,10 +387,6 @@ def _signed(sign: str, text: str) -> str:
     if sign and text.startswith("-"):
         return text[1:].lstrip()
     return sign + text
-
-
-def _identity(factor: Array) -> str:
-    return "1" if factor.shape[1:] == (1, 1) else "I"
 
 
 def _joined(*texts: str) -> str:
