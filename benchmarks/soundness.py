@@ -32,8 +32,8 @@ from measure import PAGE, placed, summary, table  # noqa: E402
 from modes import Known, TooLong, as_read  # noqa: E402
 
 from takagi.certificates import CertificateError, Verdict, certify  # noqa: E402
-from takagi.certificates.checker.loop.model_loop import read_model_loop  # noqa: E402
 from takagi.certificates.checker.replay.claim_kinds import replay  # noqa: E402
+from takagi.certificates.checker.replay.loop_reading import read_model_loop  # noqa: E402
 from takagi.models import TSModel  # noqa: E402
 
 Counts = Counter[str]

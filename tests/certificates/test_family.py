@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.replay.loop_reading import read_model_loop
 
 Rows = list[list[Fraction]]
 ENTRY = st.integers(-9, 9).map(Fraction)

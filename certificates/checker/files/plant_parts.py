@@ -30,7 +30,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from takagi.certificates.checker.files.differences import in_words
 from takagi.certificates.checker.files.model_content import OtherModel
@@ -38,10 +38,19 @@ from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
-if TYPE_CHECKING:
-    from takagi.certificates.checker.files.plant_file import Comparison
-
 ADDED = ("_idle", "_effort_rest", "_rest")
+
+
+class Comparison(Protocol):
+    """The methods of the plant's comparison that the comparison of its blend uses."""
+
+    plant: PlantNodes
+
+    def figure(self, value: Any, unit: Any, where: str) -> Fraction: ...
+
+    def constant(self, written: Any, where: str) -> int: ...
+
+    def equal(self, written: Any, node: int, scope: Scope, where: str) -> None: ...
 
 
 def other_plant(path: Path, problem: str) -> OtherModel:

@@ -22,6 +22,7 @@ from fractions import Fraction
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
+from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_least
@@ -37,7 +38,7 @@ class Decay(LoopClaim):
     def obligations(self) -> Obligations:
         yield nonnegative(self.decay_rate, "the decay rate is negative")
         yield positive(self.P, NOT_DEFINITE)
-        blends = self.loop.blends_of(self.claim, self.where)
+        blends = blends_of(self.loop, self.claim, self.where)
         yield from falls_along(self.loop, self.P, self.decay_rate, ((b.label, b.A) for b in blends))
 
     def sentence(self) -> str:

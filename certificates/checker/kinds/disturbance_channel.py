@@ -26,6 +26,7 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import member, read_stack, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.averages import refuse_averages
+from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 Stack = tuple[Matrix, ...]
@@ -57,7 +58,7 @@ def disturbance_channels(
     CertificateError : an unknown disturbance, or a matrix that is missing or does not fit.
     """
     with_output, entering_stack, direct = channel_stacks(claim, loop, where)
-    blends = replace(with_output, extra_stacks=(entering_stack, *direct)).blends_of(claim, where)
+    blends = blends_of(replace(with_output, extra_stacks=(entering_stack, *direct)), claim, where)
     bounded(len(blends), with_output.order + entering_stack[0].shape[1])
     for blend in blends:
         B, *through = map(blend.of, blend.loop.extra_stacks)

@@ -52,6 +52,7 @@ from takagi.certificates.checker.kernel.reader import numbers as read_numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.disturbance_channel import entrance
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
+from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import disturbances_in_range, inside_box
 from takagi.certificates.checker.loop.polytopic_loop import Stack, bounded
 from takagi.certificates.checker.words import loop_words as words
@@ -104,7 +105,7 @@ class ExitProbability(LoopClaim):
         pushed_and_noisy = Matrix.blocks([[pushed, noisy]]) if noise.multipliers else noisy
         weights = [1 / (2 * self.exponent)] * noisy.shape[1]
         corner = Matrix.diagonal([*noise.multipliers, *weights])
-        blends = replace(loop, extra_stacks=(noise.E,)).blends_of(self.claim, self.where)
+        blends = blends_of(replace(loop, extra_stacks=(noise.E,)), self.claim, self.where)
         bounded(len(blends), loop.order + len(corner.rows))
         largest_trace = Fraction(0)
         for blend in blends:

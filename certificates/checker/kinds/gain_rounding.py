@@ -37,6 +37,7 @@ from takagi.certificates.checker.kinds.loop_claim import (
     number,
     numbers,
 )
+from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import bounded
 from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.figure import Figure, WindProfile
@@ -65,7 +66,7 @@ class GainRounding(LoopClaim):
         steps = tuple(_step(self.absolute, self.relative, K, tau) for K in loop.K)
         # Effect and step are convex in B and K: on a piece of the weights the means of their values
         # at the rules are upper bounds.
-        blends = replace(loop, extra_stacks=(effects, steps)).blends_of(self.claim, self.where)
+        blends = blends_of(replace(loop, extra_stacks=(effects, steps)), self.claim, self.where)
         bounded(len(blends), (2 if loop.is_discrete else 1) * loop.order)
         for blend in blends:
             effect, step = (blend.of(blend.loop.extra_stacks[side], side) for side in (0, 1))

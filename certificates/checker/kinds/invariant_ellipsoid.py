@@ -49,6 +49,7 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
     quadratic_change,
 )
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
+from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import disturbances_in_range, inside_box
 from takagi.certificates.checker.loop.polytopic_loop import Stack, bounded
 from takagi.certificates.checker.words import loop_words as words
@@ -137,7 +138,7 @@ class InvariantSet(LoopClaim):
         loop, P, w = self.loop, self.P, self.disturbance
         yield positive(P, NOT_DEFINITE)
         corners = 1 if not w.bounds or w.is_ball else 1 << (len(w.bounds) - 1)
-        blends = replace(loop, E=w.E or loop.E).blends_of(self.claim, self.where)
+        blends = blends_of(replace(loop, E=w.E or loop.E), self.claim, self.where)
         bounded(len(blends) * corners, loop.order + (w.E[0].shape[1] if w.is_ball else 1))
         idle = Matrix.zeros(loop.order, 1)
         for blend in blends:

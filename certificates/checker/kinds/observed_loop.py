@@ -47,6 +47,7 @@ from takagi.certificates.checker.kinds.decay import falls_along, falls_as
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.kinds.observer import hidden_premises, joint_loops
 from takagi.certificates.checker.loop.averages import refuse_averages
+from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import (
     bounded_inputs,
     disturbances_in_range,
@@ -137,7 +138,7 @@ def whole_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[s
         yield from joint_loops(claim, loop, where, law.L)
         return
     (L,), n = law.L, loop.order
-    blends = replace(loop, C=(), D=(), E=()).blends_of(claim, where)
+    blends = blends_of(replace(loop, C=(), D=(), E=()), claim, where)
     bounded(len(blends) * len(law.slopes), 2 * n)
     errors = [(L @ R, S - L @ R) for S, R in law.slopes]
     for blend in blends:

@@ -41,6 +41,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.decay import falls_along, falls_as
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.averages import refuse_averages
+from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, at, bounded
 from takagi.certificates.checker.words import loop_words as words
 
@@ -143,7 +144,7 @@ def secant_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[
 def error_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield the mean of A_i - L_j C_i over each group of pairs with equal weights."""
     L = _gains(claim, loop, where)
-    for blend in _of_error(loop, L).blends_of(claim, where):
+    for blend in blends_of(_of_error(loop, L), claim, where):
         yield blend.label, blend.A.T
 
 
@@ -165,9 +166,9 @@ def joint_loops(
         # One of the two loops is affine in h and would be tested rule by rule; both must have the
         # same groups of pairs to form one matrix.
         error, closed_loop = _pair_by_pair(error), _pair_by_pair(closed_loop)
-    blends = closed_loop.blends_of(claim, where)
+    blends = blends_of(closed_loop, claim, where)
     bounded(len(blends), 2 * loop.order)
-    for loop_blend, error_blend in zip(blends, error.blends_of(claim, where), strict=True):
+    for loop_blend, error_blend in zip(blends, blends_of(error, claim, where), strict=True):
         push = loop_blend.of(loop_blend.loop.A) - loop_blend.A
         yield loop_blend.label, Matrix.blocks([[loop_blend.A, push], [zero, error_blend.A.T]])
 

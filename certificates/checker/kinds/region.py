@@ -25,6 +25,7 @@ from takagi.certificates.checker.kernel.obligation import Obligations, positive
 from takagi.certificates.checker.kernel.reader import listed, read_matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix
+from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import bounded
 from takagi.certificates.checker.words.loop_words import about
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
@@ -43,7 +44,7 @@ class Region(LoopClaim):
     def obligations(self) -> Obligations:
         P, subregions = self.P, list(self.parts())
         yield positive(P, NOT_DEFINITE)
-        blends = self.loop.blends_of(self.claim, self.where)
+        blends = blends_of(self.loop, self.claim, self.where)
         bounded(len(blends), sum(len(L.rows) for L, _ in subregions) * self.loop.order)
         for blend in blends:
             PG = P @ blend.A

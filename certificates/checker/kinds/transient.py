@@ -38,6 +38,7 @@ from takagi.certificates.checker.kinds.loop_claim import (
     number,
     numbers,
 )
+from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
@@ -67,7 +68,7 @@ class Transient(LoopClaim):
         weight = self.lower * Matrix.diagonal([1 / s**2 for s in self.scales])
         yield nonnegative(P - weight, "P is not above p S^-2")
         yield nonnegative(self.overshoot**2 * weight - P, "P is not below kappa^2 p S^-2")
-        blends = loop.blends_of(self.claim, self.where)
+        blends = blends_of(loop, self.claim, self.where)
         yield from falls_along(loop, P, self.decay_rate, ((b.label, b.A) for b in blends))
         # e^(-alpha t_s) is rounded up, which makes the test stronger.
         settled = self.overshoot * exp_above(self.decay_rate * self.settling_time)

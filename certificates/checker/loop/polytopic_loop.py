@@ -22,7 +22,7 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.refusal import CertificateError
@@ -121,20 +121,6 @@ class PolytopicLoop:
     def blends(self) -> list[Blend]:
         """Return the groups of ``groups``; their matrices are made when they are asked for."""
         return [Blend(self, label, pairs) for label, pairs in self.groups()]
-
-    def blends_of(self, claim: Any, where: str) -> list[Blend]:
-        """Return the blends on every piece of the weights that the claim has.
-
-        Raises
-        ------
-        CertificateError : pieces that are not those of the loop's weights.
-        """
-        if "halvings" in claim:
-            # Imported here: few claims cut their weights into pieces.
-            from takagi.certificates.checker.loop.halvings import pieces
-
-            return [blend for piece in pieces(claim, self, where) for blend in piece.blends()]
-        return self.blends()
 
 
 @dataclass(frozen=True)

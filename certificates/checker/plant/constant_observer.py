@@ -21,12 +21,12 @@ from typing import Any
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import member, read_matrix, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.loop.observer_law import measured_outputs
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, at
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.reading import PlantNodes
 from takagi.certificates.checker.plant.references import Following
+from takagi.certificates.checker.replay.observer_reading import measured_outputs
 
 CONSTANT = "constant"
 

@@ -105,7 +105,7 @@ def _replayed(
     loop = None
     if any(kind in KINDS for kind in kinds):
         # Imported here: a turbine's loop does not need it, because it is not a sum over rules.
-        from takagi.certificates.checker.loop.model_loop import read_model_loop
+        from takagi.certificates.checker.replay.loop_reading import read_model_loop
 
         loop = read_model_loop(model, gains)
     if isinstance(gains, dict) and {"observer", "blending", "references"} & gains.keys():

@@ -95,7 +95,11 @@ def design_plant(
     work = PlantWork.of(plant, settings, files, tell)
     model, chosen, clock = work.model, work.settings, work.clock
     if plant.references:
-        return design_tracking(work)
+        tracking = design_tracking(plant, model, chosen, clock)
+        if isinstance(tracking, NoDesign):
+            return tracking
+        within, model, found = tracking
+        return replace(work, plant=within).with_model(model).rounded(found.gains, found.observer)
     if plant.measured is not None:
         from takagi.certificates.design.plant.observed_design import ObservedWork, design_observed
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.certificates.design.design import NoDesign
+from takagi.certificates.design.design import NoDesign, StepClock
 from takagi.certificates.design.plant.plain_words import in_plant_words, require_sensible
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.design.plant.tracking_gains import (
@@ -29,10 +29,9 @@ from takagi.models.plant.plant import file_unit
 from takagi.models.tracking import held_rests, signals_of
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantWork
-    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant, Variable
+    from takagi.models.ts.model import TSModel
 
 
 # Shares of the ranges of states that are tried for a set in which outputs follow references, what
@@ -41,19 +40,24 @@ NARROWER = (Fraction(1, 2), Fraction(1, 4))
 LEAST_INCREASE, ENOUGH_JUMP = 1.5, 0.5
 
 
-def design_tracking(work: PlantWork) -> PlantDesign | NoDesign:
-    """Return gains with integral action, or why there are none and what would help."""
-    plant, model, settings, clock = work.plant, work.model, work.settings, work.clock
+def design_tracking(
+    plant: Plant, model: TSModel, settings: PlantSettings, clock: StepClock
+) -> tuple[Plant, TSModel, TrackingGains] | NoDesign:
+    """Return gains with integral action and what they hold on; or why none and what would help.
+
+    What they hold on is the plant, with narrower ranges where they help, and its model.
+    """
     observed = plant.measured is not None and not measures_all(plant)
     require_sensible(plant, model, settings)
     if observed:
         require_measured(plant, model)
     with clock("gains"), in_plant_words(plant):
         gains = tracking_gains(plant, model, settings, observed=observed)
+        found = plant, model, gains
         if claims_alone(plant):  # all claims say that states stay in their ranges
-            work, gains = _within_narrower_ranges(work, gains, observed=observed)
-    if gains.jump > 0:
-        return work.rounded(gains.gains, gains.observer)
+            found = _within_narrower_ranges(*found, settings, observed=observed)
+    if found[-1].jump > 0:
+        return found
     with clock("what would help"):
         return NoDesign(tracking_obstacle(plant, settings, gains, observed=observed))
 
@@ -65,20 +69,24 @@ def claims_alone(plant: Plant) -> bool:
 
 
 def _within_narrower_ranges(
-    work: PlantWork, tracking: TrackingGains, *, observed: bool
-) -> tuple[PlantWork, TrackingGains]:
+    plant: Plant,
+    model: TSModel,
+    gains: TrackingGains,
+    settings: PlantSettings,
+    *,
+    observed: bool,
+) -> tuple[Plant, TSModel, TrackingGains]:
     """Return gains and set within narrower ranges of states, where they allow larger jumps."""
-    plant, settings = work.plant, work.settings
     states = [v for v in moving_slopes(plant) if v in plant.states]
-    best, jump = (work, tracking), tracking.jump
+    best, jump = (plant, model, gains), gains.jump
     for share in NARROWER if states else ():
         if jump >= ENOUGH_JUMP:
             break
         ranges = narrowed(plant, states, share)
         narrow = with_ranges(plant, ranges)
         try:
-            model = secant_model(narrow, rest=settings.rest)
-            narrower = tracking_gains(narrow, model, settings, observed=observed)
+            secants = secant_model(narrow, rest=settings.rest)
+            narrower = tracking_gains(narrow, secants, settings, observed=observed)
         except ModelError:
             # The rests leave no room in these ranges.
             break
@@ -88,9 +96,8 @@ def _within_narrower_ranges(
                 "states are proved to stay in narrower ranges, where slopes vary less: "
                 f"{narrowed_ranges}"
             )
-            gains = replace(narrower.gains, notes=(note, *narrower.gains.notes))
-            narrower_work = replace(work, plant=narrow).with_model(model)
-            best, jump = (narrower_work, replace(narrower, gains=gains)), narrower.jump
+            noted = replace(narrower.gains, notes=(note, *narrower.gains.notes))
+            best, jump = (narrow, secants, replace(narrower, gains=noted)), narrower.jump
     return best
 
 

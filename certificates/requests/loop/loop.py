@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.loop.averages import why_averages_fail
-from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.claim_kinds import replay
+from takagi.certificates.checker.replay.loop_reading import read_model_loop
 from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.document.plant_embedding import law_members
 from takagi.certificates.requests.loop.weight_pieces import Cuts, Point, loop_at, weights_at

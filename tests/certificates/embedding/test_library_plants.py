@@ -83,7 +83,7 @@ def test_a_law_with_other_weights_is_not_taken_for_one_with_the_models() -> None
     certificate = certify(model, pdc(model, decay_rate=0.5).gains)
     data = as_read(certificate.document["model"])
     law = as_read(certificate.document["gains"])
-    from takagi.certificates.checker.loop.model_loop import read_model_loop
+    from takagi.certificates.checker.replay.loop_reading import read_model_loop
 
     assert read_model_loop(data, law).shared_weights
     law["premises"][1]["expression"] = "cos(angle)"

@@ -116,7 +116,7 @@ def test_one_form_is_not_taken_for_the_other() -> None:
 
 def test_a_law_cannot_have_the_weights_of_secants() -> None:
     """Gains that differ from rule to rule are checked in all pairs."""
-    from takagi.certificates.checker.loop.model_loop import read_model_loop
+    from takagi.certificates.checker.replay.loop_reading import read_model_loop
 
     model = secant_model(load_plant("flexible_joint"))
     gains = np.array([[[1.0, 0.0, 0.0, 0.0]], [[2.0, 0.0, 0.0, 0.0]]])

@@ -9,8 +9,8 @@ import pytest
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError, check_document
-from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.replay.claim_kinds import replay
+from takagi.certificates.checker.replay.loop_reading import read_model_loop
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import plant_data
 from tests.certificates.embedding.plants import (

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.replay.claim_kinds import replay
+from takagi.certificates.checker.replay.loop_reading import read_model_loop
 from takagi.certificates.requests import ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.decimals import as_read
 from takagi.certificates.requests.loop.loop import ClaimedLoop

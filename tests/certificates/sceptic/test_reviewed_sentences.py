@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Claim, Verdict, certify
 from takagi.certificates.checker import check_document, read_text
-from takagi.certificates.checker.loop.model_loop import read_model_loop
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.checker.replay.claim_kinds import replay
+from takagi.certificates.checker.replay.loop_reading import read_model_loop
 from takagi.certificates.checker.words.rounded import exactly
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
