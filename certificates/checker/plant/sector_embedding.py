@@ -52,9 +52,9 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import Obligations
 from takagi.certificates.checker.kernel.reader import read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.loop.model_loop import closed_by
 from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLoop
 from takagi.certificates.checker.loop.product_weights import weights_of
+from takagi.certificates.checker.loop.stated_matrices import closed_by
 from takagi.certificates.checker.plant.balls import prove_balls, relations, residuals
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra

@@ -64,8 +64,8 @@ from takagi.certificates.checker.kernel.reader import (
 )
 from takagi.certificates.checker.kernel.reader import positive as positive_number
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.loop.model_loop import closed_by
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
+from takagi.certificates.checker.loop.stated_matrices import closed_by
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.plant_claim import Enclosure, PlantClaim
