@@ -90,11 +90,11 @@ def test_a_double_sum_is_theta_at_every_pair_of_rules() -> None:
     )
     loop = double_sum_of((theta << 0).named("loop", weight=3.0), rules=2)
     assert (loop.name, loop.weight, loop.by_gain) == ("loop", 3.0, True)
-    assert [part.member for part in loop.parts] == ["first", "gain", "first"]
-    assert [part.left.shape for part in loop.parts] == [(2, 2, 2), (2, 2, 1), (1, 2, 2)]
-    assert [part.latex[0] for part in loop.parts] == ["A_{i}", "-B_{i}", r"2\alpha"]
+    pieces = [piece for piece, _ in loop.parts]
+    assert [piece.lead for piece in pieces] == [(2, 1), (2, 2), (1,), (2, 2)]
+    assert [with_transpose for _, with_transpose in loop.parts] == [True, True, False, False]
     pairs = np.einsum("inm,jmk->ijnk", B, gains)
-    assert np.allclose(loop.fixed[0].value, pairs + pairs.swapaxes(-1, -2))
+    assert np.allclose(pieces[-1].left, pairs + pairs.swapaxes(-1, -2))
     with pytest.raises(ModelError, match="another comparison than <<"):
         double_sum_of(theta >> 0, rules=2)
     with pytest.raises(ModelError, match="give it to double_sum_of"):
