@@ -67,7 +67,7 @@ def verdict(rows: Sequence[Moved], gains: Iterable[GainSize]) -> str:
     A figure that got worse within the tolerance counts too, because the phrase is about the
     direction of the change; changes within rounding do not count.
     """
-    judged = [(row.change > 0, word_of(row)) for row in rows if abs(row.change) > ROUNDING]
+    judged = [(row.change > 0, word_of(row)) for row in rows if abs(float(row.change)) > ROUNDING]
     good = list(dict.fromkeys(word for better, word in judged if better))
     bad = list(dict.fromkeys(word for better, word in judged if not better))
     if good and bad:
