@@ -225,7 +225,7 @@ def picture(loop: TextbookLoop, K: Floats, settled: float, unit: str) -> Figure:
         phase.set_xlabel(labels[0])
         phase.set_ylabel(labels[1])
         laws = (("takagi", None), ("LQR", linear(loop, K)))
-        for (name, law), colour, style in zip(laws, COLOURS, STYLES, strict=False):
+        for (name, law), colour, dash in zip(laws, COLOURS, STYLES, strict=False):
             motion = loop.run(starts[0], law, samples=6001)
             shown = motion.time <= span
             times = motion.time[shown] * factor
@@ -234,7 +234,7 @@ def picture(loop: TextbookLoop, K: Floats, settled: float, unit: str) -> Figure:
                 (command, motion.input[0] / scale[n]),
             ):
                 line = decimate(times, series[shown], points=POINTS)
-                axes.plot(*line, color=colour, linestyle=style, label=name)
+                axes.plot(*line, color=colour, linestyle=dash, label=name)
         for end in loop.ranges[n] / scale[n]:
             command.axhline(end, color=GREY, linewidth=0.8)
         for axes, label in ((state, labels[0]), (command, labels[n])):

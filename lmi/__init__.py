@@ -137,8 +137,6 @@ if TYPE_CHECKING:
     from takagi.lmi.sums.corner_rules import ProductRules as ProductRules
     from takagi.lmi.sums.corner_rules import product_rules as product_rules
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
-    from takagi.lmi.sums.double_sum import KnownBlock as KnownBlock
-    from takagi.lmi.sums.double_sum import SumPart as SumPart
     from takagi.lmi.sums.double_sum import double_sum_of as double_sum_of
     from takagi.lmi.sums.membership_shape import neighbouring_rules as neighbouring_rules
     from takagi.lmi.sums.membership_shape import product_bounds as product_bounds

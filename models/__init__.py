@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from takagi.models.control_systems import law_system as law_system
     from takagi.models.control_systems import nonlinear_system as nonlinear_system
     from takagi.models.control_systems import statespace as statespace
-    from takagi.models.derivation_step import Step as Step
+    from takagi.models.equations.derivation_step import Step as Step
     from takagi.models.equations.solved_rest import solve_rest as solve_rest
     from takagi.models.errors import ModelError as ModelError
     from takagi.models.files.library import built_in_models as built_in_models

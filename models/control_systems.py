@@ -11,7 +11,7 @@ turbine has its drive, tower and torsion besides; a law is connected with either
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Command, Law, Measurement, ProgramState, SampledLaw
+from takagi.models.plant.numeric import explicit_rows, numeric
 from takagi.models.plant.plant import Output, Plant
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, plant_rate
 from takagi.models.ts.model import TSModel
@@ -172,19 +173,15 @@ def nonlinear_system(plant: Plant | Turbine | SimulatedTurbine) -> control.Nonli
             f"{plant.name}: its two actuators stand behind a blend; give the plant as it was "
             "written, plant.blending.plant"
         )
-    n = len(plant.states)
-    rate = _numeric(plant, plant.equations)
-    mass = None if plant.mass is None else _numeric(plant, list(plant.mass))
-    read = _numeric(plant, [quantity.expression for quantity in _own_outputs(plant)])
+    symbols = [variable.symbol for variable in plant.variables]
+    rate = explicit_rows(plant, symbols, plant.rationals)
+    read = numeric((y.expression for y in _own_outputs(plant)), symbols, plant.rationals)
 
     def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
-        f = rate(x, u)
-        if mass is None:
-            return f
-        return np.asarray(np.linalg.solve(mass(x, u).reshape(n, n), f), dtype=np.float64)
+        return rate(*map(float, x), *map(float, u))
 
     def output(t: float, x: Floats, u: Floats, params: Any) -> Floats:
-        return np.concatenate([x, read(x, u)])
+        return np.concatenate([x, read(*map(float, x), *map(float, u))])
 
     return control.nlsys(
         update,
@@ -218,20 +215,6 @@ def _plant_outputs(plant: Plant) -> list[str]:
     ]
 
 
-def _numeric(plant: Plant, rows: Sequence[Any]) -> Callable[[Floats, Floats], Floats]:
-    """Return (x, (u, w)) -> the values of expressions, parameters put in."""
-    import sympy as sp
-
-    expressions = [sp.sympify(row).subs(plant.rationals) for row in rows]
-    symbols = [variable.symbol for variable in plant.variables]
-    compute = sp.lambdify(symbols, expressions, modules=["scipy", "numpy"])
-
-    def value(x: Floats, u: Floats) -> Floats:
-        return np.array(compute(*map(float, x), *map(float, u)), dtype=np.float64)
-
-    return value
-
-
 def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:
     import sympy as sp
 
@@ -239,13 +222,12 @@ def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, 
     _require_names(at, rest_values)
     point = np.array([(rest_values | dict(at))[quantity.name] for quantity in plant.variables])
     n = len(plant.states)
-    x, u = point[:n], point[n:]
     symbols = [variable.symbol for variable in plant.variables]
     f = sp.Matrix(list(plant.equations))
     outputs = sp.Matrix([quantity.expression for quantity in _own_outputs(plant)])
 
     def there(matrix: sp.Matrix) -> Floats:
-        return _numeric(plant, list(matrix))(x, u).reshape(matrix.shape)
+        return numeric(matrix, symbols, plant.rationals)(*map(float, point)).reshape(matrix.shape)
 
     J = there(f.jacobian(symbols))
     if plant.mass is not None:
@@ -258,7 +240,7 @@ def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, 
     if not (np.all(np.isfinite(J)) and np.all(np.isfinite(read))):
         raise ModelError(f"{plant.name} has no linearisation at {rest_values | dict(at)}")
     C = np.vstack([np.eye(n), read[:, :n]])
-    D = np.vstack([np.zeros((n, len(u))), read[:, n:]])
+    D = np.vstack([np.zeros((n, len(point) - n)), read[:, n:]])
     return J[:, :n], J[:, n:], C, D
 
 

@@ -22,6 +22,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import rational
+from takagi.models.plant.numeric import numeric
 from takagi.models.plant.plant import Plant
 from takagi.models.tracking import held_rests, signals_of
 
@@ -148,23 +149,16 @@ def _right_sides(
     plant: Plant, observer: ConstantObserver | None
 ) -> Callable[[Floats, Floats, Floats, Floats], Floats]:
     """Return (X - X*, s, u - u*, deviations of signals) -> X' and s'."""
-    import sympy as sp
-
     signals = signals_of(plant)
     values = plant.rationals
     values |= {v.symbol: rational(v.rest) for v in plant.disturbances if v.range is None}
     listed = (*plant.states, *plant.inputs, *signals)
-    symbols = [v.symbol for v in listed]
-    right_sides = sp.lambdify(
-        symbols, [sp.sympify(row).subs(values) for row in plant.equations], ["scipy", "numpy"]
-    )
+    right_sides = numeric(plant.equations, [v.symbol for v in listed], values)
     at_rest = np.array([float(v.rest) for v in listed])
     outputs = _outputs(plant, observer)
 
     def rates(X: Floats, s: Floats, u: Floats, r: Floats) -> Floats:
-        state_rates = np.array(
-            right_sides(*(at_rest + np.concatenate([X, u, r]))), dtype=np.float64
-        )
+        state_rates = right_sides(*(at_rest + np.concatenate([X, u, r])))
         if observer is None:
             return state_rates
         gap = outputs(X) - observer.C @ s
@@ -175,17 +169,14 @@ def _right_sides(
 
 def _outputs(plant: Plant, observer: ConstantObserver | None) -> Callable[[Floats], Floats]:
     """Return X - X* -> y - y* of what the observer measures."""
-    import sympy as sp
-
     if observer is None:
         return lambda X: X[:0]
-    values = plant.rationals
     output_expressions = {y.name: y.expression for y in plant.outputs}
-    rows = [sp.sympify(output_expressions[name]).subs(values) for name in observer.measured]
-    function = sp.lambdify([v.symbol for v in plant.states], rows, ["scipy", "numpy"])
+    rows = [output_expressions[name] for name in observer.measured]
+    function = numeric(rows, [v.symbol for v in plant.states], plant.rationals)
     at_rest = np.array([float(v.rest) for v in plant.states])
-    resting = np.array(function(*at_rest), dtype=np.float64)
-    return lambda X: np.array(function(*(at_rest + X)), dtype=np.float64) - resting
+    resting = function(*at_rest)
+    return lambda X: function(*(at_rest + X)) - resting
 
 
 def _features(point: Floats, *, curved: bool) -> Floats:

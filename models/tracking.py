@@ -22,6 +22,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import rational
+from takagi.models.plant.numeric import numeric
 from takagi.models.plant.plant import Plant, Reference, Variable
 
 if TYPE_CHECKING:
@@ -174,12 +175,11 @@ class _Search:
         self.references = names
         fixed = plant.rationals
         fixed |= {v.symbol: rational(v.rest) for v in plant.disturbances if v not in self.signals}
-        rows = sp.Matrix([sp.sympify(row).subs(fixed) for row in plant.equations])
         unknowns = [v.symbol for v in self.wanted]
         symbols = [*unknowns, *(v.symbol for v in self.signals)]
-        self._rows = sp.lambdify(symbols, list(rows), modules=["scipy", "numpy"])
-        slopes = rows.jacobian(unknowns).tolist()
-        self._slopes = sp.lambdify(symbols, slopes, modules=["scipy", "numpy"])
+        rows = sp.Matrix([sp.sympify(row).subs(fixed) for row in plant.equations])
+        self._rows = numeric(rows, symbols, {})
+        self._slopes = numeric(rows.jacobian(unknowns), symbols, {})
         self.start = np.array([float(v.rest) for v in self.wanted])
         self.scale = np.array([_size(v) for v in self.wanted])
 
@@ -202,8 +202,8 @@ class _Search:
         value = start.copy()
         for _ in range(ITERATIONS):
             with np.errstate(all="ignore"):
-                rows = np.array(self._rows(*value, *point), dtype=np.float64)
-                slopes = np.array(self._slopes(*value, *point), dtype=np.float64) * self.scale
+                rows = self._rows(*value, *point)
+                slopes = self._slopes(*value, *point).reshape(len(rows), -1) * self.scale
             if not (np.all(np.isfinite(rows)) and np.all(np.isfinite(slopes))):
                 return None
             step = np.linalg.lstsq(slopes, rows, rcond=None)[0]

@@ -140,11 +140,7 @@ def _write_through(path: Path, content: bytes) -> None:
 
 
 def _flush_folder(folder: Path) -> None:
-    """Write the entries of a folder to disk.
-
-    A new or renamed file survives a power failure only after its folder is flushed too.  Windows
-    cannot open folders and needs no flush.
-    """
+    """Write a folder's entries to disk: a renamed file may else not survive a power failure."""
     if os.name != "posix":
         return
     handle = os.open(folder, os.O_RDONLY)

@@ -14,12 +14,13 @@ import pytest
 from takagi.certificates import Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 from takagi.certificates.design.plant.design import certify_plant
-from takagi.models import ModelError, Plant, load_model
+from takagi.models import ModelError
 from takagi.models.blending.blending import blending_of
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.entries import ActuatorEntry, EffortEntry
 from tests.docs_pages import DOCS, ROOT, blocks, catalogue, fenced, printed, text_of
 from tests.lmi.fixed_order.plants import PRINTED, best_of_hifoo, hifoo, names, plant
+from tests.plant_files import filed_plant
 
 CODE = [
     pytest.param("claims.md", "", 4, marks=pytest.mark.slow),
@@ -168,17 +169,9 @@ def test_the_readme_has_all_winds_of_the_file(column: str) -> None:
 BLENDING = text_of("blending.md")
 
 
-def vessel(folder: Path, text: str) -> Plant:
-    path = folder / "vessel.toml"
-    path.write_text(text, encoding="utf-8")
-    plant = load_model(path)
-    assert isinstance(plant, Plant)
-    return plant
-
-
 def test_the_vessel_is_proved_under_one_gain(tmp_path: Path) -> None:
     """The gains that `takagi design` gives it, to four digits: everything, both valves 20 % off."""
-    plant = vessel(tmp_path, fenced(BLENDING, "toml")[0])
+    plant = filed_plant(tmp_path, fenced(BLENDING, "toml")[0], "vessel.toml")
     gains = [[1.059, 0.2606, 4.218]]
 
     found = certify_plant(plant, lambda m: np.array([gains] * len(m.A)), PlantSettings())
@@ -192,7 +185,7 @@ def test_the_opening_that_is_worked_out_on_the_page(tmp_path: Path) -> None:
     """-0.8 bar/s at 3 bar: the vent is open by 0.8; the supply idles."""
     from takagi.models.blending.blending import RunTimeBlending
 
-    plant = vessel(tmp_path, fenced(BLENDING, "toml")[0])
+    plant = filed_plant(tmp_path, fenced(BLENDING, "toml")[0], "vessel.toml")
     blending = blending_of(plant)
     assert blending is not None
     commands = RunTimeBlending(blending).commands(np.array([3e5, 0.0, -0.8e5]))
@@ -202,7 +195,11 @@ def test_the_opening_that_is_worked_out_on_the_page(tmp_path: Path) -> None:
 
 def test_the_message_is_the_one_that_is_shown(tmp_path: Path) -> None:
     with pytest.raises(ModelError) as refused:
-        vessel(tmp_path, fenced(BLENDING, "toml")[0].replace("range = [3, 5]", "range = [3, 9]"))
+        filed_plant(
+            tmp_path,
+            fenced(BLENDING, "toml")[0].replace("range = [3, 5]", "range = [3, 9]"),
+            "vessel.toml",
+        )
     shown = re.search(r"```text\n(vessel.toml.*?)\n```", BLENDING, re.DOTALL)
 
     assert shown is not None

@@ -103,12 +103,7 @@ class TurbineMaker:
         return self._answered(work, tell)
 
     def _answered(self, work: Callable[[Tell], Value], tell: Tell) -> Value | NoDesign:
-        """Return the result of ``work``, or the reason why there is none.
-
-        Misuse was refused before, when options and model were read: a ``ModelError`` of the work
-        is a condition that cannot be met.  It is told with its step, and with the options that
-        could be relaxed.
-        """
+        """Return the result of ``work``, or its step and reason: misuse was refused before."""
         step = ""
 
         def noted(text: str, done: float | None = None) -> None:

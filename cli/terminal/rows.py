@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import asdict
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -57,10 +58,7 @@ def row_as_data(row: SummaryRow) -> dict[str, Any]:
         "less_than_stated": row.partial,
         "claim": row.claim or None,
         "assumes": list(row.assumes),
-        "numbers": [
-            {"quantity": n.quantity, "value": n.value, "unit": n.unit, "share": n.share}
-            for n in row.numbers
-        ],
+        "numbers": [asdict(number) for number in row.numbers],
     }
 
 

@@ -258,10 +258,7 @@ def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
 
 
 def _take_summary(options: argparse.Namespace) -> str:
-    """Take the summary of a folder's design, made anew from its claims; return why there is none.
-
-    It needs all that takagi needs; a certificate alone needs none of it, and has no summary.
-    """
+    """Take the summary of a folder's design, by all of takagi; return why it has none."""
     from takagi.certificates.checker import CertificateError
     from takagi.models.errors import ModelError
     from takagi.reports.design_folder import read_design, summary_of
@@ -283,10 +280,7 @@ def _kinds(certificate: Path) -> list[str]:
 
 
 def _plant_file(options: argparse.Namespace) -> Path | None:
-    """Return the model file that was given, or that a folder was designed from; None for neither.
-
-    A built-in model is no file of the user's.
-    """
+    """Return the user's model file, given or designed from; None for a built-in model."""
     file: Path | None = options.plant_file or options.model
     return file if file is not None and file.suffix and file.is_file() else None
 

@@ -84,10 +84,7 @@ run = partial(run_command, "compare", compare)
 
 
 def _summary_of(path: Path) -> Sequence[SummaryRow]:
-    """Return the rows of a design's folder; none of a certificate alone.
-
-    A folder whose design cannot be read, such as an older one, is compared by its certificate.
-    """
+    """Return the rows of a design's folder; none of a certificate, or where it cannot be read."""
     if not path.is_dir():
         return ()
     from takagi.certificates.checker.kernel.refusal import CertificateError

@@ -15,7 +15,7 @@ from catalogue.github import github
 from catalogue.pendulum_bounds import bounds_table, table
 from takagi.certificates.claims.certification import Certificate, certify
 from takagi.models import TSModel, load_model, sector_model
-from takagi.models.derivation_step import Step
+from takagi.models.equations.derivation_step import Step
 from takagi.models.plant.plant import Plant
 from takagi.reports.figures.plant.weights import premise_curves, weights_figure
 from takagi.reports.figures.style import figure_to_svg

@@ -9,7 +9,7 @@ import numpy as np
 from catalogue.entry import GENERAL, Case, Entry, Sizes, plant
 from takagi.lmi import Condition
 from takagi.lmi.gains.attraction.condition import attraction_condition
-from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
+from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
 
 Q = "n*(n+1)/2"
 PAIRS = "r*(r+1)/2"
@@ -24,16 +24,15 @@ def _task(sizes: Sizes, *, saturation: str | None, limit: bool) -> AttractionReq
         model.A,
         model.B,
         None if limit else np.ones((1, sizes.m, sizes.n)),
-        GivenRegion(
-            state_box=np.ones(sizes.n),
-            input_limit=np.ones(sizes.m) if limit else None,
-            saturation=saturation,
-            overdrive=10.0,
-            decay_rates=(0.0, 0.0),
-            relaxation="wang-tanaka-griffin",
-            measure="trace",
-            sample_time=None,
-        ),
+        state_box=np.ones(sizes.n),
+        input_limit=np.ones(sizes.m) if limit else None,
+        saturation=saturation,
+        overdrive=10.0,
+        decay_rate=0.0,
+        saturated_decay_rate=0.0,
+        relaxation="wang-tanaka-griffin",
+        measure="trace",
+        sample_time=None,
     )
 
 

@@ -1,7 +1,5 @@
 """One quadratic function for all vertices, and why there is none.
 
-Common quadratic Lyapunov function: one P for all vertices.
-
     continuous   A_i' P + P A_i + 2 alpha P < 0      x' = sum_i h_i A_i x,  V' <= -2 alpha V
     discrete     A_i' P A_i - rho^2 P < 0            x+ = sum_i h_i A_i x,  V+ <= rho^2 V
 
@@ -240,10 +238,12 @@ def _no_by_one_vertex(
     )
 
 
-def impossibility_condition(
-    A: Floats, *, decay_rate: float = 0.0, sample_time: float | None = None
-) -> Condition:
-    """Pose the alternative to a common quadratic function; Z_i <= I fixes the scale.
+def impossibility_multipliers(
+    A: ArrayLike, *, decay_rate: float = 0.0, sample_time: float | None = None
+) -> Floats | None:
+    """Return (N, n, n) multipliers Z_i of the module in floating point; None if none were found.
+
+    Z_i <= I fixes the scale.
 
     Parameters
     ----------
@@ -251,28 +251,21 @@ def impossibility_condition(
     decay_rate : alpha [1/s].
     sample_time : T in s of x+ = A x; None for x' = A x.
     """
-    count, n = A.shape[:2]
+    vertices = vertex_stack(A)
+    count, n = vertices.shape[:2]
     Z = Unknown("Z", n, n, symmetric=True, count=count)
     if sample_time is None:
-        change = He(added(matrix(A + decay_rate * np.eye(n), r"(A_{i} + \alpha I)") @ Z))
+        shifted = matrix(vertices + decay_rate * np.eye(n), r"(A_{i} + \alpha I)")
+        change = He(added(shifted @ Z))
     else:
-        A_i, contraction = matrix(A, "A_{i}"), np.exp(-2.0 * decay_rate * sample_time)
+        A_i, contraction = matrix(vertices, "A_{i}"), np.exp(-2.0 * decay_rate * sample_time)
         change = added(A_i @ Z @ A_i.T - matrix([[contraction]], r"\rho^2") * Z)
-    return pose(
+    condition = pose(
         (Z >= 0).named("multiplier"),
         (Z <= np.eye(n)).named("scale of the multiplier"),
         (change >> 0).named("alternative"),
         name="no common quadratic function",
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3",
-    )
-
-
-def impossibility_multipliers(
-    A: ArrayLike, *, decay_rate: float = 0.0, sample_time: float | None = None
-) -> Floats | None:
-    """Return (N, n, n) multipliers Z_i in floating point, or None when none were found."""
-    condition = impossibility_condition(
-        vertex_stack(A), decay_rate=decay_rate, sample_time=sample_time
     )
     outcome = decide(condition)
     return outcome.values["Z"] if outcome.status == "candidate" else None

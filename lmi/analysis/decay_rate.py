@@ -17,7 +17,7 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition.evaluate import margin, rate_of_parameter
 from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
@@ -349,19 +349,12 @@ class _Search:
         )
         tries.extend(extreme.outcome.tries)
         better = R.T @ extreme.best["P"][0] @ R
-        return np.asarray((better + better.T) / (2 * np.linalg.norm(better))), self._rate(
-            extreme.bound
-        )
-
-    def _rate(self, value: float) -> float:
-        """Return the rate of a parameter's value."""
-        if self.step is None:
-            return value
-        return float(-np.log(value) / (2 * self.step)) if value > 0 else np.inf
+        better = np.asarray((better + better.T) / (2 * np.linalg.norm(better)))
+        return better, rate_of_parameter(extreme.bound, self.step)
 
     def _difference(self, value: float) -> float:
         """Return the absolute tolerance of the parameter."""
-        rate_tolerance = self.hair(self._rate(value))
+        rate_tolerance = self.hair(rate_of_parameter(value, self.step))
         return (
             rate_tolerance
             if self.step is None

@@ -48,7 +48,7 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power, state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, binding_items
-from takagi.lmi.expressions.expression import block, matrix
+from takagi.lmi.expressions.expression import matrix, symmetric_block
 from takagi.lmi.solver.time_limit import limited
 
 
@@ -156,40 +156,34 @@ def _condition(
 ) -> Condition:
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    taus = tuple(_tau(channel, k) for k, channel in enumerate(channels, start=1))
-    by_vertex = [
-        tau.members(np.arange(tau.count), rf"\tau_{{{k}{'i' if tau.count > 1 else ''}}}")
-        for k, tau in enumerate(taus, start=1)
-    ]
     A_i, rate = matrix(A, "A_{i}"), decay_parameter(alpha, step)
     weight = vertex_weight(A) if step is None else 1.0
     # The channels' rows are measured so that their multipliers weigh as much as the rest.
     unit = float(nearest_power(np.array(np.sqrt(weight))))
-    enters = 0 if step is None else 1
-    size = enters + 1 + 2 * len(channels)
-    theta: list[list[object]] = [[0] * size for _ in range(size)]
-    if step is None:
-        theta[0][0] = change_of(P, A_i, rate, step)
-    else:
-        theta[0][0], theta[0][1] = -rate * P, None
-        theta[1][0], theta[1][1] = P @ A_i, -P
-    for k, (channel, tau_i) in enumerate(zip(channels, by_vertex, strict=True), start=1):
-        driven = enters + 2 * k - 1
-        seen = driven + 1
+    cells = {(0, 0): change_of(P, A_i, rate, None)}
+    if step is not None:
+        cells = {(0, 0): -rate * P, (1, 0): P @ A_i, (1, 1): -P}
+    enters, sizes = 0 if step is None else 1, [n] if step is None else [n, n]
+    taus, scales = [], []
+    for k, channel in enumerate(channels, start=1):
+        # One multiplier a vertex where the block may be read by vertex.
+        count = len(channel.D) if channel.enters_alike or channel.driven_alike else 1
+        tau = Unknown(f"tau{k}", 1, 1, count=count, latex=rf"\tau_{{{k}}}")
+        tau_i = tau.members(np.arange(count), rf"\tau_{{{k}{'i' if count > 1 else ''}}}")
         D, E = matrix(channel.D, f"D_{{{k}i}}"), matrix(channel.E, f"E_{{{k}i}}")
-        theta[enters][driven], theta[driven][enters] = unit * (P @ D), None
-        theta[0][seen], theta[seen][0] = unit * (tau_i * E.T), None
-        theta[driven][driven] = -(unit**2) * tau_i * np.eye(D.shape[1])
-        theta[seen][seen] = -(unit**2) * tau_i * np.eye(E.shape[0])
+        driven, seen = len(sizes), len(sizes) + 1
+        sizes += [D.shape[1], E.shape[0]]
+        cells[enters, driven], cells[0, seen] = unit * (P @ D), unit * (tau_i * E.T)
+        cells[driven, driven] = -(unit**2) * tau_i * np.eye(D.shape[1])
+        cells[seen, seen] = -(unit**2) * tau_i * np.eye(E.shape[0])
+        taus.append(tau)
+        # No loss, as P and the multipliers may be divided by any number.
+        scales.append((tau_i <= 100 * np.eye(1)).named(f"scale of {tau.name}"))
     return pose(
         positive_definite(P),
         scale_bound(P),
-        # No loss, as P and the multipliers may be divided by any number.
-        *(
-            (tau_i <= 100 * np.eye(1)).named(f"scale of {tau.name}")
-            for tau, tau_i in zip(taus, by_vertex, strict=True)
-        ),
-        (block(theta) << 0).named(
+        *scales,
+        (symmetric_block(tuple(sizes), cells) << 0).named(
             "uncertain vertex",
             rf"i = 1, \dots, {len(A)}",
             weight=weight,
@@ -199,13 +193,6 @@ def _condition(
         name="common quadratic Lyapunov function, norm-bounded uncertainty",
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1",
     )
-
-
-def _tau(channel: UncertaintyBlock, k: int) -> Unknown:
-    """Return the multiplier of a block: one a vertex where the block may be read by vertex."""
-    by_vertex = channel.enters_alike or channel.driven_alike
-    count = len(channel.D) if by_vertex else 1
-    return Unknown(f"tau{k}", 1, 1, count=count, latex=rf"\tau_{{{k}}}")
 
 
 def _diagnosis(condition: Condition, outcome: Outcome) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -18,7 +16,7 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, binding_items
-from takagi.lmi.expressions.expression import Inequality, block, matrix
+from takagi.lmi.expressions.expression import Expression, He, Inequality, matrix, symmetric_block
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -119,22 +117,23 @@ def region_weight(part: RegionPart, A: Array) -> float:
     return float(L + 2.0 * M * largest) or 1.0
 
 
-def coefficient_latex(number: float | Fraction) -> str:
-    """Return a factor as it is written before a symbol: empty for 1, a sign for -1."""
-    return {1.0: "", -1.0: "-"}.get(float(number), f"{float(number):.4g}\\,")
+def region_block(coefficients: tuple[Array, Array], X: Unknown, G: Expression) -> Expression:
+    """Return L (x) X + M (x) G + M' (x) G' of the coefficients L and M."""
+    L, M = coefficients
+    cells: dict[tuple[int, int], Expression] = {}
+    for a, b in np.ndindex(L.shape):
+        # A block of G below the diagonal stands for its transpose above it.
+        summands = [L[a, b] * X] * bool(a <= b and L[a, b])
+        summands += [He(M[a, a] * G) if a == b else M[a, b] * G] * bool(M[a, b])
+        if summands:
+            cells[a, b] = sum(summands[1:], summands[0])
+    return symmetric_block((X.rows,) * len(L), cells)
 
 
 def _part(A: Array, P: Unknown, part: RegionPart, label: str) -> Inequality:
     """Pose the inequality of one part at every vertex."""
-    L, M = part.matrices
-    A_i, indices = matrix(A, "A_{i}"), range(len(L))
-
-    def entry(a: int, b: int) -> object:
-        summands = ((L[a, b], P), (M[a, b], P @ A_i), (M[b, a], A_i.T @ P))
-        return sum((number * summand for number, summand in summands if number), start=0)
-
-    rows = [[entry(a, b) if a <= b else None for b in indices] for a in indices]
-    return (block(rows) << 0).named(
+    decrease = region_block(part.matrices, P, P @ matrix(A, "A_{i}")) << 0
+    return decrease.named(
         label,
         rf"i = 1, \dots, {len(A)}",
         weight=region_weight(part, A),

@@ -165,7 +165,8 @@ def lmi_of(statement: Inequality, name: str = "inequality") -> LMI:
         expression = expression.flat()
     if len(expression.lead) > 1:
         raise ModelError(f"{name}: it has two rules i, j; give it to double_sum_of")
-    _check_symmetric(expression, name)
+    if not _mirrored(expression):
+        _check_symmetric(expression, name)
     summands = [_lowered(*summand) for summand in symmetric_summands(expression)]
     return LMI(
         name=name,
@@ -285,6 +286,37 @@ def _he(word: tuple[Letter, ...]) -> Letter:
     return Letter(rf"\mathrm{{He}}({' '.join(letter.text for letter in word)})", symmetric=True)
 
 
+def _mirrored(expression: Expression) -> bool:
+    """Return whether the matrix is symmetric piece by piece, which needs no numbers."""
+    size = len(expression.rows)
+    corners = [(i, j) for j in range(size) for i in range(j)]
+    for i, j in corners:
+        lower = list(pieces_at(expression, (j, i)))
+        for piece in pieces_at(expression, (i, j)):
+            twin = _twin(piece, lower)
+            if twin is None:
+                return False
+            lower.remove(twin)
+        if lower:
+            return False
+    for at in (None, *((k, k) for k in range(size))):
+        remaining = list(pieces_at(expression, at))
+        while remaining:
+            piece = remaining.pop(0)
+            twin = _twin(piece, remaining)
+            if twin is not None:
+                remaining.remove(twin)
+            elif not _is_symmetric(piece):
+                return False
+    return True
+
+
+def _is_symmetric(piece: Piece) -> bool:
+    if piece.unknown is None:
+        return bool(np.all(piece.left == turned(piece.left)))
+    return _is_multiple(piece) or _alike(piece, piece.T)
+
+
 def _twin(piece: Piece, candidates: list[Piece]) -> Piece | None:
     """Return the piece among the others that is this one's transpose, number by number."""
     turned = piece.T
@@ -319,7 +351,7 @@ def _lowered(piece: Piece, plus_transpose: bool = False) -> Term | Constant:
                 f"the parameter {piece.parameter.name} multiplies a known matrix alone; it can "
                 "multiply an unknown: introduce an unknown for the product, or give its value"
             )
-        identity = "" if before else _identity(piece.left)
+        identity = "" if before else ("1" if piece.shape == (1, 1) else "I")
         return Constant(
             value=piece.scaled_left(),
             at=piece.at,
@@ -355,10 +387,6 @@ def _signed(sign: str, text: str) -> str:
     if sign and text.startswith("-"):
         return text[1:].lstrip()
     return sign + text
-
-
-def _identity(factor: Array) -> str:
-    return "1" if factor.shape[1:] == (1, 1) else "I"
 
 
 def _joined(*texts: str) -> str:

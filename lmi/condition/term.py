@@ -469,29 +469,3 @@ def identity_like(array: Array, size: int) -> Array:
     eye = np.full((1, size, size), Fraction(0), dtype=object)
     eye[:, range(size), range(size)] = Fraction(1)
     return eye
-
-
-def positive(P: Unknown) -> LMI:
-    """Pose P > 0."""
-    eye = np.eye(P.rows)[None]
-    term = Term(unknown=P, left=eye, right=eye)
-    return LMI(name=f"{P.name} positive definite", blocks=(P.rows,), terms=(term,))
-
-
-def bounded(P: Unknown, largest: float = 1.0, *, latex: str = "") -> LMI:
-    """Pose P <= largest I, which fixes the scale of a condition that is homogeneous in P.
-
-    Parameters
-    ----------
-    latex : the constant; empty for -I, or -I times the number.
-    """
-    eye = np.eye(P.rows)[None]
-    symbol = latex or ("-I" if largest == 1 else f"-{largest:g} I")
-    return LMI(
-        name=f"scale of {P.name}",
-        blocks=(P.rows,),
-        terms=(Term(unknown=P, left=eye, right=eye),),
-        constants=(Constant(value=-largest * eye, latex=symbol),),
-        sign=-1,
-        strict=False,
-    )

@@ -48,7 +48,13 @@ def _swept(M: Array, time: float) -> tuple[Array, bool]:
             column = float(np.linalg.norm(M[:, k] / s)) * s[k]
             row = float(np.linalg.norm(M[k] * s)) / s[k]
             if row or column:
-                s[k] *= np.sqrt(row / column) if row and column else _alone(row, column, time)
+                s[k] *= (
+                    np.sqrt(row / column)
+                    if row and column
+                    else row / time
+                    if row
+                    else time / column
+                )
                 # With a chain of entries that are nearly zero the scales would grow without limit.
                 s[k] = min(max(s[k], 1.0 / FARTHEST), FARTHEST)
         # Scales are rounded to powers of two later, so they need no more digits than this.
@@ -83,10 +89,6 @@ def _by_groups(M: Array, time: float) -> Array:
     coupled = np.array(rows).reshape(-1, count)
     between = np.linalg.lstsq(coupled, np.array(log_ratios), rcond=None)[0]
     return np.asarray(s * np.exp(between)[group])
-
-
-def _alone(row: float, column: float, time: float) -> float:
-    return row / time if row else time / column
 
 
 def balanced_inputs(B: Array, size: float) -> Array:

@@ -257,7 +257,8 @@ def assemble(condition: Condition) -> Assembled:
         cones.append(Cone(lmi.size, lmi.count, rows))
         rows += lmi.count * triangle(lmi.size)
     constant, margin_column = np.zeros(rows), np.zeros(rows)
-    groups: dict[str | None, list[Triplets]] = {None: [_none()]}
+    nothing = np.zeros(0, dtype=np.intp)
+    groups: dict[str | None, list[Triplets]] = {None: [Triplets(nothing, nothing, np.zeros(0))]}
     for lmi, cone in zip(condition.lmis, cones, strict=True):
         constant[cone.rows] = pack(lmi.sign * _constant(lmi)).ravel()
         margin_column[cone.rows] = np.tile(pack(lmi.weight * np.eye(lmi.size)), lmi.count)
@@ -314,27 +315,14 @@ def _triangle_of(size: int) -> tuple[Indices, Indices, NDArray[np.bool_]]:
     return indices
 
 
-def _none() -> Triplets:
-    nothing = np.zeros(0, dtype=np.intp)
-    return Triplets(nothing, nothing, np.zeros(0))
-
-
 def _objective(condition: Condition, variables: int, offsets: Mapping[str, int]) -> Floats:
     total = np.zeros(variables)
     for unknown in condition.unknowns:
         if unknown.name in condition.objective:
-            start = offsets[unknown.name]
-            total[start : start + unknown.length] = _cost(
-                condition.objective[unknown.name], unknown.entry_index(), unknown.entries
-            )
+            members = np.arange(unknown.count)[:, None, None] * unknown.entries
+            position = offsets[unknown.name] + members + unknown.entry_index()
+            np.add.at(total, position, condition.objective[unknown.name].astype(np.float64))
     return total
-
-
-def _cost(cost: Array, index: Indices, entries: int) -> Floats:
-    flat = np.zeros((len(cost), entries))
-    members = np.arange(len(cost))[:, None, None]
-    np.add.at(flat, (members, index[None]), np.asarray(cost, dtype=np.float64))
-    return flat.ravel()
 
 
 def _constant(lmi: LMI) -> Floats:

@@ -66,7 +66,8 @@ def _only_one(free: Parametrised) -> Outcome:
 def lifted_outcome(free: Parametrised, outcome: Outcome) -> Outcome:
     """Return an outcome of the parametrised condition as one of the original."""
     condition = free.original
-    values = free.lifted(outcome.values) if _whole(free, outcome.values) else {}
+    complete = all(unknown.name in outcome.values for unknown in free.condition.unknowns)
+    values = free.lifted(outcome.values) if complete else {}
     checked_margin = margin(condition, values) if values else outcome.margin
     status = outcome.status
     if status == "candidate" and not holds(condition, checked_margin):
@@ -82,10 +83,6 @@ def lifted_outcome(free: Parametrised, outcome: Outcome) -> Outcome:
         lower_bound=outcome.lower_bound + offset,
         feasible=free.lifted(outcome.feasible) if outcome.feasible else {},
     )
-
-
-def _whole(free: Parametrised, values: Mapping[str, object]) -> bool:
-    return all(unknown.name in values for unknown in free.condition.unknowns)
 
 
 def refuse_kept(

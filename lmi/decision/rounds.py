@@ -319,7 +319,8 @@ def decide_by_vertices(
         if worst >= ENOUGH * outcome.margin:
             smallest_margin = min(worst, outcome.margin)
             return condition, replace(outcome, margin=smallest_margin, tries=tuple(tries))
-        chosen = _more(chosen, margins)
+        order = np.argsort(margins)
+        chosen = np.concatenate([chosen, order[~np.isin(order, chosen)][:ADDED]])
     return condition, replace(outcome, status="unknown", margin=worst, tries=tuple(tries))
 
 
@@ -355,12 +356,6 @@ def _vertex_margins(
         vertex = condition.lmis[-1]
         chunks.append(smallest_eigenvalues(condition, vertex, {"P": P}) / vertex.weight)
     return np.concatenate(chunks)
-
-
-def _more(chosen: Indices, margins: Floats) -> Indices:
-    order = np.argsort(margins)
-    fresh = order[~np.isin(order, chosen)][:ADDED]
-    return np.concatenate([chosen, fresh])
 
 
 def _labelled(condition: Condition, chosen: Indices, total: int) -> Condition:

@@ -29,6 +29,7 @@ import numpy as np
 from takagi.lmi.expressions.piece import (
     Letter,
     Piece,
+    common_lead,
     data_stack,
     entrywise,
     exact_array,
@@ -147,7 +148,10 @@ class Expression(Operators):
     pieces: tuple[Piece, ...]
 
     def __post_init__(self) -> None:
-        lengths = sorted({piece.lead for piece in self.pieces if set(piece.lead) != {1}})
+        leads = {piece.lead for piece in self.pieces}
+        if len(leads) < 2:
+            return
+        lengths = sorted(lead for lead in leads if set(lead) != {1})
         if len(lengths) < 2:
             return
         if any(len(lead) == 1 for lead in lengths) or len(set(sum(lengths, ()))) > 2:
@@ -173,7 +177,7 @@ class Expression(Operators):
     @property
     def lead(self) -> tuple[int, ...]:
         """Return (N,), or (r, r) for a Theta_ij."""
-        return np.broadcast_shapes((1,), *(piece.lead for piece in self.pieces))
+        return common_lead({(1,), *(piece.lead for piece in self.pieces)})
 
     @property
     def known(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -189,8 +190,8 @@ class Piece:
         if self.items is not None:
             return (self.item_count,)
         shapes = [array.shape[:-2] for array in (self.left, self.right) if array is not None]
-        members = () if self.members is None else self.members.shape
-        return np.broadcast_shapes(*shapes, members)
+        shapes += [] if self.members is None else [self.members.shape]
+        return common_lead(set(shapes))
 
     @property
     def T(self) -> Piece:
@@ -265,6 +266,15 @@ class Piece:
         return np.broadcast_to(block, (count, *block.shape[1:]))
 
 
+def common_lead(leads: set[tuple[int, ...]]) -> tuple[int, ...]:
+    """Return (N,), or (r, r), of parts that have as many items, or 1."""
+    if len(leads) == 1:
+        return next(iter(leads))
+    if all(len(lead) == 1 for lead in leads):
+        return (max(lead[0] for lead in leads),)
+    return np.broadcast_shapes(*leads)
+
+
 def single_parameter(first: Piece, second: Piece) -> NamedNumber | None:
     """Return the named number of a product.
 
@@ -297,7 +307,12 @@ def product(first: Data, second: Data) -> Data:
 
 def _is_identity(array: Data) -> bool:
     p, q = array.shape[-2:]
-    return p == q and array.size == p * q and np.array_equal(array.reshape(p, q), np.eye(p))
+    return p == q and array.size == p * q and np.array_equal(array.reshape(p, q), _eye(p))
+
+
+@lru_cache(maxsize=64)
+def _eye(size: int) -> Data:
+    return np.eye(size)
 
 
 def exact_array(array: Data) -> Data:

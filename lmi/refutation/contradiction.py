@@ -110,7 +110,7 @@ def _alive(program: ConeProgram, z: Floats, share: float) -> NDArray[np.bool_]:
     A = sp.csr_array(program.A[:, :-1])
     A.eliminate_zeros()
     entries = A.tocoo()
-    row, variable = entries.row, entries.col
+    row, variable = entries.row.astype(np.intp), entries.col.astype(np.intp)
     sign = np.sign(entries.data)
     groups = list(_diagonals(program))
     diagonal = np.zeros(len(program.b), dtype=bool)

@@ -1,7 +1,5 @@
 """A condition as one integer matrix, and exact tests of definiteness.
 
-Read a condition as one integer matrix: what multipliers must satisfy to rule it out.
-
 For symmetric Z_k, one an item, and z their entries on and above the diagonal,
 
     D sum_k <sign F_k(x), Z_k> = constant . z + sum_v x_v (row_v . z)     for all unknowns x,

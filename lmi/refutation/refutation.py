@@ -1,7 +1,5 @@
 """A rigorous no: exact multipliers that rule out every solution.
 
-An exact proof that a condition has no solution: multipliers, checked with integers only.
-
 Let Z_k >= 0 be symmetric multipliers, one for each item, such that sum_k <sign F_k(x), Z_k> has the
 same value c for all unknowns x.  If some x satisfied the condition, then
 
@@ -12,8 +10,6 @@ LMIs with a weight are strict; those without a weight, the normalisations, hold 
 allowed.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of alternatives).
-
-A rigorous no: exact multipliers that rule out every solution of a condition.
 
 The multipliers of a solver are tried first. If these are singular, others are computed that are as
 far from singular as possible: among the multipliers with sum_k <sign F_k(x), Z_k> + zeta = 0 for
@@ -45,7 +41,7 @@ from takagi.lmi.condition.statements import StatedCondition, condition_of, lmi_o
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown, triangle
 from takagi.lmi.cone.cone_program import Assembled, Cone, ConeProgram, assemble, unpack
-from takagi.lmi.expressions.expression import Expression, added, matrix
+from takagi.lmi.expressions.expression import Expression, added, expression_of, matrix
 from takagi.lmi.refutation.exact_algebra import (
     Adjoint,
     adjoint,
@@ -399,7 +395,7 @@ def _below(condition: Condition, value: float | Fraction) -> Condition:
         )
     by_name = {unknown.name: unknown for unknown in condition.unknowns}
     costs = (_cost(by_name[name], cost) for name, cost in condition.objective.items())
-    below = sum(costs, start=-np.array([[value]])) << 0  # type: ignore[call-overload]
+    below = sum(costs, start=expression_of(np.array([[-value]]))) << 0
     limit = lmi_of(below.named("objective", weight=abs(float(value)) or 1.0))
     return replace(
         condition,

@@ -41,15 +41,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from takagi.lmi.condition.unknown import triangle
-from takagi.lmi.cone.cone_program import Cone, ConeProgram, Raw
+from takagi.lmi.cone.cone_program import ConeProgram, Raw, pack
 from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
-from takagi.models.arrays import Floats, Indices
+from takagi.models.arrays import Indices
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,8 +201,6 @@ def sdpa_iteration(counts: Incidence) -> float:
     )
 
 
-Entries: TypeAlias = tuple[Indices, Indices, Floats]
-
 # The starting points: multiples of the identity, which must be larger than the solution. If one is
 # too small, sdpa stops at once without a step; then it is called again with a larger one.
 BEGINNINGS = (10.0, 1e4)
@@ -223,12 +221,14 @@ def with_sdpa(program: ConeProgram) -> Raw:
     expansion, sizes = _whole(program)
     # The one entry point that takes SeDuMi's form as it is; the documented one converts first.
     solve = import_module("sdpap.sdpacall.sdpacall").solve_sdpa
-    cone = import_module("sdpap.symcone").SymCone(l=program.linear + sizes.count(1), s=_wide(sizes))
+    wide = tuple(size for size in sizes if size > 1)
+    cone = import_module("sdpap.symcone").SymCone(l=program.linear + sizes.count(1), s=wide)
     A = sp.csc_matrix((expansion @ program.A).T)
     b, c = sp.csc_matrix(-program.q[:, None]), sp.csc_matrix((expansion @ program.b)[:, None])
+    param = import_module("sdpap.param").param
     largest = max(SMALLEST_BEGINNING, float(np.abs(program.b).max(initial=0.0)))
     for times in BEGINNINGS:
-        options = _options(times * largest) | _iterations(program)
+        options = param({"print": "no", "lambdaStar": times * largest}) | _iterations(program)
         with _quiet():
             x, y, _, info = solve(A, b, c, cone, options)
         if "maxIteration" in options and info["iteration"] >= options["maxIteration"]:
@@ -245,12 +245,6 @@ def with_sdpa(program: ConeProgram) -> Raw:
     )
 
 
-def _options(beginning: float) -> dict[str, Any]:
-    param = import_module("sdpap.param").param
-    options: dict[str, Any] = param({"print": "no", "lambdaStar": beginning})
-    return options
-
-
 def _iterations(program: ConeProgram) -> dict[str, Any]:
     """Return how many iterations fit the time limit, by a model: sdpa has no time limit."""
     seconds_left = remaining()
@@ -260,43 +254,18 @@ def _iterations(program: ConeProgram) -> dict[str, Any]:
     return {"maxIteration": fit} if fit < MOST_ITERATIONS else {}
 
 
-def _wide(sizes: list[int]) -> tuple[int, ...]:
-    return tuple(size for size in sizes if size > 1)
-
-
 def _whole(program: ConeProgram) -> tuple[sp.csr_array, list[int]]:
-    """Return S with S (packed rows) = linear rows, then whole matrices; and the cones' sizes.
+    """Return S with S (packed rows) = linear rows, cones of size 1, whole matrices; cones' sizes.
 
-    Entries off the diagonal are divided by sqrt(2) and appear twice, so that S' maps whole
-    multipliers back to packed ones.
+    S' maps whole multipliers back to packed ones.
     """
+    blocks: list[Any] = [sp.eye_array(program.linear)]
+    blocks += [sp.kron(sp.eye_array(cone.items), _unpacking(cone.size)) for cone in program.cones]
+    wide = [np.zeros(program.linear, dtype=bool)]
+    wide += [np.full(cone.items * cone.size**2, cone.size > 1) for cone in program.cones]
+    order = np.argsort(np.concatenate(wide), kind="stable")
     sizes = [size for cone in program.cones for size in [cone.size] * cone.items]
-    linear = np.arange(program.linear)
-    blocks: list[Entries] = [(linear, linear, np.ones(program.linear))]
-    alone, wide = program.linear, program.linear + sizes.count(1)
-    for cone in program.cones:
-        position = alone if cone.size == 1 else wide
-        blocks.append(_squares(cone, program, position))
-        alone += cone.items if cone.size == 1 else 0
-        wide += cone.items * cone.size**2 if cone.size > 1 else 0
-    row, source, value = (np.concatenate(values) for values in zip(*blocks, strict=True))
-    return sp.csr_array((value, (row, source)), shape=(wide, len(program.b))), sizes
-
-
-def _squares(cone: Cone, program: ConeProgram, position: int) -> Entries:
-    """Return row, source and value of the entries of a group of cones."""
-    n = cone.size
-    high, low = np.tril_indices(n)
-    off = high != low
-    entry = np.concatenate([low + n * high, (high + n * low)[off]])
-    packed = np.concatenate([np.arange(triangle(n)), np.flatnonzero(off)])
-    scale = np.where(np.concatenate([off, off[off]]), np.sqrt(0.5), 1.0)
-    item = np.arange(cone.items)[:, None]
-    return (
-        (position + item * n * n + entry).ravel(),
-        (program.linear + cone.start + item * triangle(n) + packed).ravel(),
-        np.tile(scale, cone.items),
-    )
+    return sp.csr_array(sp.block_diag(blocks, format="csr")[order]), sizes
 
 
 @contextmanager
@@ -379,13 +348,15 @@ def with_cvxpy(program: ConeProgram, name: str) -> Raw:
     if seconds_left is not None and remaining() == 0.0:
         stopped()
     duals = [np.atleast_1d(c.dual_value) for c in constraints if c.dual_value is not None]
-    z = np.concatenate([_packed_dual(dual) for dual in duals]) if duals else np.zeros(0)
+    packed = [dual if dual.ndim == 1 else pack((dual + dual.T) / 2) for dual in duals]
+    z = np.concatenate(packed) if duals else np.zeros(0)
     values = np.zeros(0) if y.value is None else np.asarray(y.value)
     iterations = int(getattr(problem.solver_stats, "num_iters", None) or 0)
     return Raw(name, problem.status, values, z, iterations, time.perf_counter() - started)
 
 
 def _unpacking(size: int) -> sp.csr_array:
+    """Return S with S (packed triangle) = whole matrix; entries off the diagonal over sqrt(2)."""
     column, row = np.tril_indices(size)
     packed = np.arange(triangle(size))
     scale = np.where(row == column, 1.0, np.sqrt(0.5))
@@ -394,11 +365,3 @@ def _unpacking(size: int) -> sp.csr_array:
     source = np.concatenate([packed, packed[off]])
     values = np.concatenate([scale, scale[off]])
     return sp.csr_array((values, (position, source)), shape=(size * size, triangle(size)))
-
-
-def _packed_dual(dual: Floats) -> Floats:
-    if dual.ndim == 1:
-        return dual
-    column, row = np.tril_indices(dual.shape[0])
-    scale = np.where(row == column, 1.0, np.sqrt(2.0))
-    return np.asarray((dual + dual.T)[row, column] / 2 * scale)

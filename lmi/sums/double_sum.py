@@ -1,9 +1,5 @@
 """Double sums over rules as data, and the LMIs that their weighted sums are.
 
-A weighted sum of matrices Theta_ij, term by term; equal contributions are added up first.
-
-The sum of h_i h_j Theta_ij that a law with memberships leads to, as terms of an LMI.
-
 Theta_ij is a symmetric block matrix that is affine in the unknowns; i is the rule of the vertex, j
 that of the gain.  A relaxation (``relaxations``) only needs weighted sums of the Theta_ij, not
 their contents. Therefore every relaxation applies to every condition that is posed as a
@@ -14,16 +10,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.statements import printed_factors, symmetric_summands, whole_terms
-from takagi.lmi.condition.term import LMI, Array, Constant, Labels, Position, Term
+from takagi.lmi.condition.term import LMI, Array, Constant, Labels, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import Expression, Inequality
 from takagi.lmi.expressions.piece import Piece
@@ -32,65 +28,8 @@ from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
 Weights: TypeAlias = Floats
-# Which member of its unknown a part takes: the first, that of the vertex, that of the gain; or a
-# table (r, r) of members.
-Member: TypeAlias = Literal["first", "vertex", "gain"] | Indices
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class SumPart:
-    """L_ij X R_ij (+ transpose), one of the summands of Theta_ij.
-
-    Attributes
-    ----------
-    left : (1, p, X.rows) for the same in all, (r, p, X.rows) by the vertex's rule i, or
-        (r, r, p, X.rows) by both rules.
-    right : the same, (., X.cols, q); None for a scalar X, then left is (., p, q).
-    member : which member of X.
-    at, plus_transpose, parameter : as in ``Term``.
-    latex : before and behind the unknown, with ``{i}`` and ``{j}`` for the two rules, e.g.
-        ``("-B_{i}", "")``.
-    symbol : the unknown, e.g. ``"M_{j}"``; its own when empty.
-    """
-
-    unknown: Unknown
-    left: Array
-    right: Array | None = None
-    member: Member = "first"
-    at: Position | None = (0, 0)
-    plus_transpose: bool = False
-    parameter: str | None = None
-    latex: tuple[str, str] = ("", "")
-    symbol: str = ""
-
-    @property
-    def same(self) -> bool:
-        """Return whether it is one and the same in every Theta_ij."""
-        single = self.right is None or len(self.right) == 1
-        return (
-            isinstance(self.member, str)
-            and self.member == "first"
-            and (len(self.left) == 1 and single)
-        )
-
-    @property
-    def by_gain(self) -> bool:
-        """Return whether it changes with the gain's rule j."""
-        arrays = [array for array in (self.left, self.right) if array is not None]
-        if isinstance(self.member, str):
-            return self.member == "gain" or any(map(changes_with_gain, arrays))
-        return changes_with_gain(self.member[..., None, None]) or any(
-            map(changes_with_gain, arrays)
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class KnownBlock:
-    """A known block of Theta_ij: (1, p, q), (r, p, q) by the vertex's rule, or (r, r, p, q)."""
-
-    value: Array
-    at: Position | None = (0, 0)
-    latex: str = ""
+# One of the matrices that make up Theta_ij, and whether its transpose is added.
+Part: TypeAlias = tuple[Piece, bool]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,79 +59,64 @@ class Summand:
         return np.asarray(np.bincount(self.item, self.weight, count), dtype=np.float64)
 
 
-def changes_with_gain(array: Array) -> bool:
-    """Return whether an array (1, ., .), (r, ., .) or (r, r, ., .) changes with its second rule."""
-    return array.ndim == 4 and not bool((array == array[:, :1]).all())
+def is_same(piece: Piece) -> bool:
+    """Return whether it is one and the same in every Theta_ij."""
+    return piece.members is None and set(piece.lead) == {1}
 
 
-def term_of(part: SumPart, summand: Summand, scale: float) -> Term:
+def changes_with_gain(piece: Piece) -> bool:
+    """Return whether it changes with the gain's rule j."""
+    arrays = [array for array in (piece.left, piece.right) if array is not None]
+    if piece.members is not None:
+        arrays.append(piece.members[..., None, None])
+    return any(array.ndim == 4 and bool((array != array[:, :1]).any()) for array in arrays)
+
+
+def term_of(part: Part, summand: Summand, scale: float) -> Term:
     """Return scale times the summand's sum of one part.
 
     If one side of the unknown is the same for all rules, contributions to one item with one member
     are added up beforehand, because the solver's data grow with the number of contributions.
     """
-    left, right = part.left, part.right
-    weight = scale * summand.weight
-    members = _members(part, summand)
-    items = summand.item
+    piece, _ = part
+    assert piece.unknown is not None  # a known matrix is a constant
+    left, right = _stack(piece.scaled_left()), None if piece.right is None else _stack(piece.right)
+    weight, items, members = scale * summand.weight, summand.item, _members(piece, summand)
     if items is None:
         left = _scaled(weight, _picked(left, summand))
         right = None if right is None else _picked(right, summand)
-    elif right is None or len(right) == 1:
-        items, members, key = _keys(items, members, part.unknown.count)
+    elif right is None or right.ndim == 3:
+        items, members, key = _keys(items, members, piece.unknown.count)
         left = _gathered(left, summand, weight, key, len(items))
-    elif len(left) == 1:
-        items, members, key = _keys(items, members, part.unknown.count)
+    elif left.ndim == 3:
+        items, members, key = _keys(items, members, piece.unknown.count)
         right = _gathered(right, summand, weight, key, len(items))
     else:
         left, right = _scaled(weight, _picked(left, summand)), _picked(right, summand)
-    return Term(
-        unknown=part.unknown,
-        left=left,
-        right=right,
-        at=part.at,
-        plus_transpose=part.plus_transpose,
-        items=items,
-        members=members,
-        parameter=part.parameter,
-        latex=(_indexed(part.latex[0], summand.names), _indexed(part.latex[1], summand.names)),
-        symbol=_indexed(part.symbol, summand.names),
-        factor=_indexed(summand.factor, summand.names),
-    )
+    term = _printed(part, left, right, summand.names, summand.factor)
+    return replace(term, items=items, members=members)
 
 
-def same_term(part: SumPart, total: Weights, scale: float, printed: float) -> Term:
+def same_term(part: Part, total: Weights, scale: float, printed: float) -> Term:
     """Return a part that is the same in all Theta, times scale and the sum of the weights."""
-    alike = bool(np.all(total == total[0]))
-    return Term(
-        unknown=part.unknown,
-        left=_scaled(scale * (total[:1] if alike else total), part.left),
-        right=part.right,
-        at=part.at,
-        plus_transpose=part.plus_transpose,
-        parameter=part.parameter,
-        latex=part.latex,
-        symbol=part.symbol,
-        factor=_number(total[0] / printed),
-    )
+    piece, _ = part
+    left = _scaled(scale * _once(total), _stack(piece.scaled_left()))
+    right = None if piece.right is None else _stack(piece.right)
+    return _printed(part, left, right, ("i", "j"), _number(total[0] / printed))
 
 
-def constant_of(
-    fixed_block: KnownBlock,
-    summands: Sequence[Summand],
-    total: Weights,
-    scale: float,
-    printed: float,
+def constants_of(
+    piece: Piece, summands: Sequence[Summand], total: Weights, scale: float, printed: float
 ) -> Iterator[Constant]:
     """Yield the sums of a known block: one if it is the same for all rules, else one a summand."""
-    value, count = fixed_block.value, len(total)
-    if value.ndim == 3 and len(value) == 1:
-        alike = bool(np.all(total == total[0]))
-        scaled_block = _scaled(scale * (total[:1] if alike else total), value)
+    sign, factor, before, _ = printed_factors(piece)
+    latex = sign + " ".join(text for text in (factor, before or "I") if text)
+    value = _stack(piece.scaled_left())
+    if value.ndim == 3:
         yield Constant(
-            value=scaled_block,
-            at=fixed_block.at,
-            latex=fixed_block.latex,
+            value=_scaled(scale * _once(total), value),
+            at=piece.at,
+            latex=latex,
             factor=_number(total[0] / printed),
         )
         return
@@ -201,19 +125,53 @@ def constant_of(
         if summand.item is None:
             scaled_block = _scaled(weight, _picked(value, summand))
         else:
-            scaled_block = _gathered(value, summand, weight, summand.item, count)
+            scaled_block = _gathered(value, summand, weight, summand.item, len(total))
         yield Constant(
             value=scaled_block,
-            at=fixed_block.at,
-            latex=_indexed(fixed_block.latex, summand.names),
+            at=piece.at,
+            latex=_indexed(latex, summand.names),
             factor=_indexed(summand.factor, summand.names),
         )
 
 
-def _members(part: SumPart, summand: Summand) -> Indices | None:
-    if not isinstance(part.member, str):
-        return np.asarray(part.member[summand.i, summand.j])
-    return {"first": None, "vertex": summand.i, "gain": summand.j}[part.member]
+def _printed(
+    part: Part, left: Array, right: Array | None, names: tuple[str, str], weight: str
+) -> Term:
+    """Return the part as a term, with the names of its two rules."""
+    piece, plus_transpose = part
+    sign, factor, before, behind = printed_factors(piece)
+    glue = "" if before.startswith("\\") else " "
+    latex = sign + glue.join(text for text in (factor, before) if text)
+    assert isinstance(piece.unknown, Unknown)  # no other class is one
+    return Term(
+        unknown=piece.unknown,
+        left=left,
+        right=right,
+        at=piece.at,
+        plus_transpose=plus_transpose,
+        parameter=None if piece.parameter is None else piece.parameter.name,
+        latex=(_indexed(latex, names), _indexed(behind, names)),
+        symbol=_indexed(piece.symbol, names),
+        factor=_indexed(weight, names),
+    )
+
+
+def _once(total: Weights) -> Weights:
+    """Return the sums of the weights, a single one where all are alike."""
+    return total[:1] if bool(np.all(total == total[0])) else total
+
+
+def _stack(array: Array) -> Array:
+    """Return (1, p, q) where it is the same for all rules, else (r or 1, r or 1, p, q)."""
+    single = set(array.shape[:-2]) == {1}
+    return array.reshape(1, *array.shape[-2:]) if single else array
+
+
+def _members(piece: Piece, summand: Summand) -> Indices | None:
+    if piece.members is None:
+        return None
+    table = np.atleast_2d(piece.members)
+    return np.asarray(table[summand.i % table.shape[0], summand.j % table.shape[1]])
 
 
 def _keys(
@@ -229,18 +187,17 @@ def _keys(
 
 def _picked(array: Array, summand: Summand) -> Array:
     """Return (T, p, q), or (1, p, q) where it does not depend on the rules."""
-    if array.ndim == 4:
-        return np.asarray(array[summand.i, summand.j])
-    return array if len(array) == 1 else np.asarray(array[summand.i])
+    if array.ndim == 3:
+        return array
+    # A rule that the array does not change with has one entry.
+    return np.asarray(array[summand.i % array.shape[0], summand.j % array.shape[1]])
 
 
 def _gathered(array: Array, summand: Summand, weight: Weights, key: Indices, count: int) -> Array:
     """Return (count, p, q): sum of weight_t array_t over the contributions t of one key."""
-    if array.ndim == 4:
-        flat, source = array.reshape(-1, *array.shape[2:]), summand.i * array.shape[1] + summand.j
-    else:
-        flat = array
-        source = summand.i if len(array) > 1 else np.zeros_like(summand.i)
+    rows, columns = (1, 1) if array.ndim == 3 else array.shape[:2]
+    flat = array.reshape(-1, *array.shape[-2:])
+    source = summand.i % rows * columns + summand.j % columns
     if array.dtype == object:
         total = np.full((count, *flat.shape[1:]), Fraction(0), dtype=object)
         np.add.at(total, key, _scaled(weight, flat[source]))
@@ -285,7 +242,7 @@ class DoubleSum:
     ----------
     rules : r, the number of rules.
     blocks : sizes of Theta's diagonal blocks.
-    parts, fixed : Theta_ij is the sum of these parts with unknowns and of these known blocks.
+    parts : Theta_ij is the sum of these matrices, and of the transposes of those that say so.
     weight : the margin that Theta must have when the other LMIs have margin 1.
     name : prefix of the LMIs' names, where a condition has more than one double sum.
     corners : (r, premises) which corner of each premise rule i takes, or ``ProductRules``; None
@@ -296,8 +253,7 @@ class DoubleSum:
 
     rules: int
     blocks: tuple[int, ...]
-    parts: tuple[SumPart, ...]
-    fixed: tuple[KnownBlock, ...] = ()
+    parts: tuple[Part, ...]
     weight: float = 1.0
     name: str = ""
     corners: Corners | None = None
@@ -305,13 +261,15 @@ class DoubleSum:
     active_rules: int | None = None
 
     def __post_init__(self) -> None:
-        for part in self.parts:
-            for side, array in (("left", part.left), ("right", part.right)):
-                if array is not None:
-                    self._check_length(f"part {part.unknown.name}, {side}", array)
-            self._check_member(part)
-        for known in self.fixed:
-            self._check_length("a fixed block", known.value)
+        for piece, _ in self.parts:
+            if any(length not in (1, self.rules) for length in piece.lead) or (
+                len(piece.lead) == 1 and set(piece.lead) != {1}
+            ):
+                owner = "a known matrix" if piece.unknown is None else piece.unknown.name
+                raise ModelError(
+                    f"the part with {owner} is for {' x '.join(map(str, piece.lead))} rules, but "
+                    f'there are {self.rules}; one for each is needed, with over="i" or over="j"'
+                )
         if self.corners is not None and product_rules(self.corners).rules != self.rules:
             raise ModelError(
                 f"corners: {product_rules(self.corners).rules} rules, but there are {self.rules}; "
@@ -327,9 +285,7 @@ class DoubleSum:
     @property
     def by_gain(self) -> bool:
         """Return whether Theta_ij may change with j."""
-        return any(part.by_gain for part in self.parts) or any(
-            changes_with_gain(known.value) for known in self.fixed
-        )
+        return any(changes_with_gain(piece) for piece, _ in self.parts)
 
     @property
     def most_active(self) -> int:
@@ -372,13 +328,17 @@ class DoubleSum:
         """
         # A part that is the same for all (i, j) enters once, times the sum of the weights.
         total = sum((summand.totals(count) for summand in summands), np.zeros(count))
-        varying = [part for part in self.parts if not part.same]
+        of_unknowns = [part for part in self.parts if part[0].unknown is not None]
+        varying = [part for part in of_unknowns if not is_same(part[0])]
         terms = [term_of(part, summand, scale) for summand in summands for part in varying]
-        terms += [same_term(part, total, scale, printed) for part in self.parts if part.same]
+        terms += [
+            same_term(part, total, scale, printed) for part in of_unknowns if is_same(part[0])
+        ]
         constants = [
             constant
-            for known in self.fixed
-            for constant in constant_of(known, summands, total, scale, printed)
+            for piece, _ in self.parts
+            if piece.unknown is None
+            for constant in constants_of(piece, summands, total, scale, printed)
         ]
         prefix = f"{self.name}, " if self.name else ""
         return LMI(
@@ -392,27 +352,6 @@ class DoubleSum:
             labels=Labels(count, lambda item: f"{prefix}{label(item)}"),
             index=index,
         )
-
-    def _check_length(self, owner: str, array: Array) -> None:
-        r = self.rules
-        if array.shape[:-2] not in ((1,), (r,), (r, r)):
-            raise ModelError(
-                f"{owner} has shape {array.shape}; (1, ., .), ({r}, ., .) or ({r}, {r}, ., .) is "
-                "needed"
-            )
-
-    def _check_member(self, part: SumPart) -> None:
-        r, count = self.rules, part.unknown.count
-        if not isinstance(part.member, str):
-            fits = part.member.shape == (r, r) and 0 <= part.member.min()
-            fits = fits and int(part.member.max()) < count
-        else:
-            fits = part.member == "first" or count == r
-        if not fits:
-            raise ModelError(
-                f"part {part.unknown.name} has {count} members for {r} rules; one for each rule, "
-                f"or a table ({r}, {r}) of members is needed"
-            )
 
     def _check_active(self) -> None:
         active, active_rules = self.active, self.active_rules
@@ -460,60 +399,16 @@ def double_sum_of(
         raise ModelError("double_sum_of of another comparison than <<; write Theta << 0")
     if theta.rows != theta.columns:
         raise ModelError(f"Theta has blocks of {theta.rows} rows and {theta.columns} columns")
-    summands = list(symmetric_summands(theta))
     return DoubleSum(
         rules=rules,
         blocks=theta.rows,
-        parts=tuple(_part(*summand, rules) for summand in summands if summand[0].unknown),
-        fixed=tuple(_fixed(piece, rules) for piece, _ in summands if not piece.unknown),
+        parts=tuple(symmetric_summands(theta)),
         weight=statement.weight,
         name=statement.name,
         corners=corners,
         active=active,
         active_rules=active_rules,
     )
-
-
-def _part(piece: Piece, plus_transpose: bool, rules: int) -> SumPart:
-    sign, factor, before, behind = printed_factors(piece)
-    assert isinstance(piece.unknown, Unknown)  # no other class is one
-    member: Member = "first"
-    if piece.members is not None:
-        members, every = piece.members, np.arange(rules)
-        if np.array_equal(members, every[:, None]):
-            member = "vertex"
-        elif np.array_equal(members, every[None]):
-            member = "gain"
-        else:
-            member = np.broadcast_to(members, (rules, rules))
-    glue = "" if before.startswith("\\") else " "
-    return SumPart(
-        unknown=piece.unknown,
-        left=_by_rules(piece.scaled_left(), rules),
-        right=None if piece.right is None else _by_rules(piece.right, rules),
-        member=member,
-        at=piece.at,
-        plus_transpose=plus_transpose,
-        parameter=None if piece.parameter is None else piece.parameter.name,
-        latex=(sign + glue.join(text for text in (factor, before) if text), behind),
-        symbol=piece.symbol,
-    )
-
-
-def _fixed(piece: Piece, rules: int) -> KnownBlock:
-    sign, factor, before, _ = printed_factors(piece)
-    latex = sign + " ".join(text for text in (factor, before or "I") if text)
-    return KnownBlock(value=_by_rules(piece.scaled_left(), rules), at=piece.at, latex=latex)
-
-
-def _by_rules(array: Array, rules: int) -> Array:
-    """Return (1, p, q), (r, p, q) by the vertex's rule, or (r, r, p, q)."""
-    lead, matrix_shape = array.shape[:-2], array.shape[-2:]
-    if set(lead) == {1}:
-        return array.reshape(1, *matrix_shape)
-    if lead == (rules, 1):
-        return array[:, 0]
-    return np.broadcast_to(array, (rules, rules, *matrix_shape))
 
 
 def selections(rules: int, states: int) -> Array:

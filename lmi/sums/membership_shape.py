@@ -38,13 +38,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.condition.statements import lmi_of
+from takagi.lmi.condition.statements import lmi_of, symmetric_summands
 from takagi.lmi.condition.term import LMI, Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import Expression, added, matrix
 from takagi.lmi.polynomials import Basis
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, SumPart, double_sum_of
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, double_sum_of
 from takagi.lmi.sums.product_premises import count_of, multisets
 from takagi.lmi.sums.slack_matrices import SLACK_SHARE, slack_unknown
 from takagi.models.arrays import Floats, Indices
@@ -176,20 +176,18 @@ def with_shape(loop: DoubleSum, forms: ArrayLike) -> Shaped:
         raise ModelError("forms are not symmetric; give (C + C') / 2")
     n = loop.size
     N = slack_unknown(loop, "N", n, count=len(C))
-    eye = np.eye(n)
-    parts = tuple(
-        SumPart(
-            unknown=N,
-            left=C[k][:, :, None, None] * eye,
-            right=eye[None],
-            member=np.full((r, r), k),
-            at=None,
-            latex=(rf"c_{{{k + 1},{{i}}{{j}}}}", ""),
-            symbol=f"N_{{{k + 1}}}",
-        )
+    added_forms = [
+        matrix(C[k][:, :, None, None], rf"c_{{{k + 1},{{i}}{{j}}}}", over="ij") * N.member(k)
         for k in range(len(C))
-    )
-    return replace(loop, parts=(*loop.parts, *parts)), (N,), (_positive(loop, N),)
+    ]
+    return with_matrices(loop, *added_forms), (N,), (_positive(loop, N),)
+
+
+def with_matrices(loop: DoubleSum, *matrices: Expression) -> DoubleSum:
+    """Return the double sum of Theta_ij and of symmetric matrices of its size."""
+    parts = (part for added_matrix in matrices for part in symmetric_summands(added_matrix))
+    whole = ((replace(piece, at=None), plus_transpose) for piece, plus_transpose in parts)
+    return replace(loop, parts=(*loop.parts, *whole))
 
 
 def product_bounds(source: HasPremises | Corners) -> Array:
@@ -279,32 +277,23 @@ def _checked(bounds: ArrayLike, rules: int) -> Floats:
 
 def _with_multipliers(loop: DoubleSum, b: Floats, i: Indices, j: Indices) -> Shaped:
     r, n = loop.rules, loop.size
-    eye = np.eye(n)
     N = slack_unknown(loop, "N", n, count=len(i))
     Sigma = replace(slack_unknown(loop, "Sigma", n), latex=r"\Sigma")
     pair_index = np.zeros((r, r), dtype=np.intp)
     is_bounded = np.zeros((r, r))
     pair_index[i, j] = pair_index[j, i] = np.arange(len(i))
     is_bounded[i, j] = is_bounded[j, i] = 1.0
-    parts = (
-        SumPart(unknown=Sigma, left=eye[None], right=eye[None], at=None),
-        SumPart(
-            unknown=N,
-            left=-is_bounded[:, :, None, None] * eye,
-            right=eye[None],
-            member=pair_index,
-            at=None,
-            latex=("-", ""),
-            symbol="N_{{i}{j}}",
-        ),
-    )
+    bounded = matrix(is_bounded[:, :, None, None], "1", over="ij")
+    less = -(bounded * N.members(pair_index, "N_{{i}{j}}"))
+    # There is no N of a pair without a bound, so that the formula needs no factor 0 or 1.
+    less = replace(less, pieces=tuple(replace(piece, before=()) for piece in less.pieces))
     # (i, j) and (j, i).
     shares = matrix((np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None], "b_{ij}")
     N_ij = N.members(np.arange(len(i)), "N_{ij}")
     spare = Sigma - added(shares * N_ij, latex=r"\sum_{i,j}")
     name = f"{loop.name}, bounds of memberships" if loop.name else "bounds of memberships"
     bound = lmi_of((spare >> 0).named(name, weight=SLACK_SHARE * loop.weight))
-    changed = replace(loop, parts=(*loop.parts, *parts))
+    changed = with_matrices(loop, Sigma.as_expression(), less)
     return changed, (N, Sigma), (bound, _positive(loop, N))
 
 

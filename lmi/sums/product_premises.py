@@ -1,7 +1,5 @@
 """Relaxations by products of memberships or of premise weights.
 
-A double sum as a polynomial in the weights of its premises, and its coefficients.
-
 Where rules are combinations of corners, h_i = prod_k w_(k, c_ik), the double sum is a polynomial in
 the weights w_k of each premise, homogeneous in each: of degree D_k where premise k is a factor D_k
 times, 2 where it is a factor of each membership once.  Times prod_k (w_k1 + w_k2 + ...)^d, which is

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.statements import lmi_of
-from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.condition.unknown import Unknown, triangle
+from takagi.lmi.expressions.piece import Piece
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand
 from takagi.lmi.sums.product_premises import (
     count_of,
     known_rules,
@@ -173,19 +174,19 @@ def check_size(name: str, loop: DoubleSum) -> None:
 
 def _unknown(loop: DoubleSum, size: RelaxationSize) -> float:
     """Return about how many numbers of the double sum's unknowns appear in an item."""
-    return sum(
-        unknown.entries * min(unknown.count, members)
-        for unknown, members in {
-            part.unknown: _members(part, size.rules) for part in loop.parts
-        }.items()
-    )
+    members = {
+        piece.unknown: _members(piece, size.rules)
+        for piece, _ in loop.parts
+        if isinstance(piece.unknown, Unknown)
+    }
+    return sum(unknown.entries * min(unknown.count, m) for unknown, m in members.items())
 
 
-def _members(part: SumPart, rules: float) -> float:
+def _members(piece: Piece, rules: float) -> float:
     """Return about how many members of its unknown a part has in an item of this many rules."""
-    if isinstance(part.member, str):
-        return 1.0 if part.member == "first" else rules
-    return rules**2
+    if piece.members is None:
+        return 1.0
+    return rules if piece.members.ndim == 2 and 1 in piece.members.shape else rules**2
 
 
 def _applicable(loop: DoubleSum) -> tuple[str, ...]:

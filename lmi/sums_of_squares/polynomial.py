@@ -1,7 +1,5 @@
 """Polynomials of the state with exact coefficients, and where V' of one may be 0.
 
-Where V' may be 0: directions that do not decay to first order, and LaSalle's theorem.
-
 The state is written as x = T z, so that the directions along which the quadratic part of V' is 0
 are axes of z.  Along the axis z_i let V' begin with the power L_i:
 

@@ -27,9 +27,18 @@ from itertools import product
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, bounded
+from takagi.lmi.condition.statements import pose, scale_bound
+from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
+from takagi.lmi.expressions.expression import (
+    Expression,
+    He,
+    Inequality,
+    Parameter,
+    block,
+    matrix,
+)
 from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state_lmis
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -44,7 +53,6 @@ LARGEST_Q = 1e3
 # Margin of a bound for a margin 1 of decay: a small margin is enough for the bounds, so that decay
 # gets most of it.
 LIMIT_WEIGHT = 1e-3
-ONE = np.ones((1, 1, 1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,50 +109,32 @@ def regional_gain_condition(
     Q = Unknown("Q", n, n, symmetric=True)
     M = Unknown("M", 1, n, count=rules)
     mu = Unknown("mu", 1, 1, symmetric=True, latex=r"\mu")
-    scale = bounded(Q, LARGEST_Q, latex=r"-\kappa I")
-    lmis = [scale, _decay(Q, M, A, B), *initial_lmis(Q, corners), *state_lmis(Q, box)]
+    alpha = Parameter("alpha", decay_rate, r"\alpha")
+    decay = He(matrix(A, "A_{i}") @ Q - matrix(B, "B") @ _each(M)) + 2 * alpha * Q << 0
+    statements: list[LMI | Inequality] = [
+        scale_bound(Q, LARGEST_Q, latex=r"\kappa I"),
+        decay.named("decay of rule", rf"i = 1, \dots, {rules}"),
+        *initial_lmis(Q, corners),
+        *state_lmis(Q, box),
+    ]
     for bound in bounds:
         _check_bound(bound, n)
         if bound.minimised or np.any(bound.offset):
-            lmis += _demand_lmis(Q, M, mu, bound)
+            statements += _demand(Q, M, mu, bound)
         else:
-            lmis += input_lmis(Q, M, np.array([bound.limit]))
+            statements += input_lmis(Q, M, np.array([bound.limit]))
     minimised = any(bound.minimised for bound in bounds)
-    return Condition(
-        name="regional gains with decay rate and actuator bounds",
+    return pose(
+        *statements,
+        minimise=mu if minimised else None,
         unknowns=(Q, M, mu) if minimised else (Q, M),
-        lmis=tuple(lmis),
-        objective={"mu": np.ones((1, 1, 1))} if minimised else {},
-        parameters={"alpha": decay_rate},
+        name="regional gains with decay rate and actuator bounds",
         source="Tanaka and Wang (2001), sections 3.3-3.4",
     )
 
 
-def _decay(Q: Unknown, M: Unknown, A: Floats, B: Floats) -> LMI:
-    rules, n = A.shape[:2]
-    eye = np.eye(n)[None]
-    rule_numbers = np.arange(rules)
-    return LMI(
-        name="decay of rule",
-        blocks=(n,),
-        terms=(
-            Term(unknown=Q, left=A, right=eye, plus_transpose=True, latex=("A_{i}", "")),
-            Term(
-                unknown=M,
-                left=-B[None],
-                right=eye,
-                plus_transpose=True,
-                items=rule_numbers,
-                members=rule_numbers,
-                latex=("-B", ""),
-                symbol="M_{i}",
-            ),
-            Term(unknown=Q, left=2 * eye, right=eye, parameter="alpha", latex=(r"2\alpha", "")),
-        ),
-        sign=-1,
-        count=rules,
-        index=rf"i = 1, \dots, {rules}",
-    )
+def _each(M: Unknown) -> Expression:
+    return M.members(np.arange(M.count), "M_{i}")
 
 
 def _check_bound(bound: ActuatorBound, n: int) -> None:
@@ -155,36 +145,20 @@ def _check_bound(bound: ActuatorBound, n: int) -> None:
         )
 
 
-def _demand_lmis(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> tuple[LMI, ...]:
+def _demand(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> list[Inequality]:
     """Pose [[mu, M_i + c Q], [(.)', Q]] >= 0 and mu <= limit^2, or the limit itself for mu."""
-    n, rule_numbers = Q.rows, np.arange(M.count)
-    eye, row = np.eye(n)[None], bound.offset[None, None, :]
-    terms = (
-        Term(unknown=Q, left=eye, right=eye, at=(1, 1)),
-        Term(unknown=M, left=ONE, right=eye, at=(0, 1), members=rule_numbers, symbol="M_{i}"),
-        Term(unknown=Q, left=row, right=eye, at=(0, 1), latex=("c", "")),
-    )
-    limit = Constant(value=bound.limit**2 * ONE, latex=r"\bar r^2")
-    demand = LMI(
-        name=bound.name,
-        blocks=(1, n),
-        terms=(*terms, Term(unknown=mu, left=ONE, right=ONE)) if bound.minimised else terms,
-        constants=() if bound.minimised else (limit,),
-        count=M.count,
+    limit = matrix([[bound.limit**2]], r"\bar r^2")
+    demanded = _each(M) + matrix(bound.offset[None], "c") @ Q
+    demand = block([[mu if bound.minimised else limit, demanded], [None, Q]]) >> 0
+    named = demand.named(
+        bound.name,
+        rf"i = 1, \dots, {M.count}",
         weight=LIMIT_WEIGHT,
-        labels=tuple(f"{bound.name}, rule {i + 1}" for i in rule_numbers),
-        index=rf"i = 1, \dots, {M.count}",
+        labels=tuple(f"{bound.name}, rule {i + 1}" for i in range(M.count)),
     )
     if not bound.minimised:
-        return (demand,)
-    largest = LMI(
-        name=f"limit: {bound.name}",
-        blocks=(1,),
-        terms=(Term(unknown=mu, left=-ONE, right=ONE, latex=("-", "")),),
-        constants=(limit,),
-        weight=LIMIT_WEIGHT,
-    )
-    return demand, largest
+        return [named]
+    return [named, (limit - mu >> 0).named(f"limit: {bound.name}", weight=LIMIT_WEIGHT)]
 
 
 WIND_SAMPLES = 43

@@ -1,14 +1,10 @@
 """Lyapunov functions that change with constant parameters, or with memberships.
 
-LMIs for memberships that move within bounds on their rates; nothing here solves them.
-
 dP/dt is posed at every corner of the velocities: of the premises, dw_k/dt = +-rho_k, or of the
 memberships, |dh_i/dt| <= phi_i with sum_i dh_i/dt = 0.
 
 Source: Tanaka, Hori and Wang (2003), IEEE Trans. Fuzzy Systems 11(4), for bounds on dh/dt; Geromel
 and Colaneri (2006), Systems and Control Letters 55, for the corners.
-
-Stability for memberships that move, by a Lyapunov function that depends on them.
 """
 
 from __future__ import annotations

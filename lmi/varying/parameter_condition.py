@@ -1,7 +1,5 @@
 """The LMIs of P(h), and their terms as polynomial coefficients.
 
-What a polynomial P(h) contributes to an LMI along the motion of h: terms, items and labels.
-
 LMIs by which a polynomial P(h) > 0 shows stability; every coefficient is an LMI.
 
     continuous   He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0
@@ -335,7 +333,10 @@ def direct_lmi(sought: SoughtPolynomial, rate: Parameter) -> Inequality:
     at = sought.coefficients(sought.product(A))
     motion = Motion(sought, at)
     if sought.discrete:
-        rows = [[rate * motion.P, motion.into_next(A, "A(h)")], [None, motion.P_next]]
+        rows: list[list[object]] = [
+            [rate * motion.P, motion.into_next(A, "A(h)")],
+            [None, motion.P_next],
+        ]
         decrease = block(rows) >> 0
     else:
         decrease = He(motion.into(A, "A(h)")) + motion.P_dot + 2 * rate * motion.P << 0
@@ -370,7 +371,7 @@ def dilated_lmi(sought: SoughtPolynomial, rate: Parameter) -> Inequality:
     F, G = Unknown("F", n, n), Unknown("G", n, n)
     F_A, G_A = (at.product(slack, same, A, latex="A(h)") for slack in (F, G))
     if sought.discrete:
-        rows = [[rate * motion.P, None], [G_A, He(G) - motion.P_next]]
+        rows: list[list[object]] = [[rate * motion.P, None], [G_A, He(G) - motion.P_next]]
         return at.named(block(rows) >> 0, "decrease", weight=sought.weight)
     # A power of two: no digit is touched.
     size = 2.0 ** round(np.log2(sought.weight / 2))

@@ -304,6 +304,7 @@ def _bounded_real(sought: SoughtPolynomial, gamma: Unknown, task: _Path) -> Ineq
     C = at.known(sought.motion.known(task.output), r"C(h)^\top")
     D = at.known(task.known(path.D.transpose(0, 2, 1), sought), r"D(h)^\top")
     signals, outputs = gamma * np.eye(D.shape[0]), gamma * np.eye(D.shape[1])
+    rows: list[list[object]]
     if sought.discrete:
         rows = [
             [motion.P, 0, C, motion.into_next(A, "A(h)")],

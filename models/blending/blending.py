@@ -16,6 +16,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, rational
+from takagi.models.plant.numeric import explicit_rows
 from takagi.models.ramps import effort_ramp, ramp, ramp_slope, share_range
 
 if TYPE_CHECKING:
@@ -364,22 +365,3 @@ class RunTimeBlending:
     def at_rest(self) -> Floats:
         """The commands (low, high) at the equilibrium."""
         return np.array([float(self.blending.at_rest(a)) for a in self.blending.actuators])
-
-
-def explicit_rows(
-    plant: Plant, symbols: Sequence[sp.Symbol], values: Mapping[sp.Symbol, sp.Expr]
-) -> Callable[..., Floats]:
-    """Return f of the plant's equations, or M^-1 f, as a function of the symbols in floats."""
-    import sympy as sp
-
-    rows = [sp.sympify(row).subs(values) for row in plant.equations]
-    right_sides = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
-    if plant.mass is None:
-        return lambda *point: np.array(right_sides(*point), dtype=np.float64)
-    mass = sp.lambdify(symbols, plant.mass.subs(values).tolist(), modules=["scipy", "numpy"])
-
-    def solved(*point: float) -> Floats:
-        f = np.array(right_sides(*point), dtype=np.float64)
-        return np.asarray(np.linalg.solve(np.array(mass(*point), float), f), dtype=np.float64)
-
-    return solved

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.derivation_step import Step
+from takagi.models.equations.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from takagi.models.derivation_step import Step
+from takagi.models.equations.derivation_step import Step
 from takagi.models.equations.equations import Equations, explicit, units_of
 from takagi.models.equations.equilibrium import (
     Ball,

@@ -1,6 +1,4 @@
-"""Expressions as text, by a grammar that executes nothing.
-
-Expressions as text -> sympy, by a grammar of our own: nothing in the text is ever executed.
+"""Expressions as text -> sympy, by a grammar of our own: nothing in the text is ever executed.
 
     sum     = product {("+" | "-") product}
     product = signed {("*" | "/") signed}

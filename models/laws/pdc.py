@@ -194,6 +194,7 @@ class OutputFeedback:
     L: Floats
     rows: tuple[int, ...]
     at_estimate: bool
+    integrals: ClassVar[tuple[int, ...]] = ()
 
     def __post_init__(self) -> None:
         p = self.model.C.shape[1]
@@ -217,6 +218,11 @@ class OutputFeedback:
     def sample_time(self) -> float | None:
         """T in s of a law in discrete time; None for continuous time."""
         return self.model.sample_time
+
+    @property
+    def states(self) -> tuple[int, ...]:
+        """Places of the states that are estimated: all."""
+        return tuple(range(len(self.model.states)))
 
     @cached_property
     def _seen(self) -> dict[int, tuple[int, float]]:
@@ -246,11 +252,20 @@ class OutputFeedback:
         """
         s, y = (np.asarray(v, dtype=np.float64) for v in (estimate, measured))
         u = np.asarray(sent, dtype=np.float64) - self.feedback.input_rest
-        h = self.memberships(s, y)
+        A, B, C, D, L = self._mixed(self.memberships(s, y))
+        return np.asarray(A @ s + B @ u + L @ (y - C @ s - D @ u), dtype=np.float64)
+
+    def linear(self, h: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return F, L, K of s' = F s + L (y - y*), u - u* = -K s with the weights h (r,)."""
+        A, B, C, D, L = self._mixed(h)
+        K = np.tensordot(h, self.feedback.gains, axes=1)
+        return A - B @ K - L @ (C - D @ K), L, K
+
+    def _mixed(self, h: Floats) -> list[Floats]:
+        """Return A, B, C, D and L with the weights h."""
         model, rows = self.model, list(self.rows)
         stacks = (model.A, model.B, model.C[:, rows], model.D[:, rows], self.L)
-        A, B, C, D, L = (np.tensordot(h, stack, axes=1) for stack in stacks)
-        return np.asarray(A @ s + B @ u + L @ (y - C @ s - D @ u), dtype=np.float64)
+        return [np.tensordot(h, stack, axes=1) for stack in stacks]
 
 
 def seen_directly(model: TSModel, rows: Sequence[int]) -> dict[int, tuple[int, float]]:
@@ -324,17 +339,15 @@ class ReferenceFeedback:
         rates[list(self.states)] = observer.A @ s + observer.B @ u + observer.L @ gap
         return rates
 
-    def linear(self, H: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return F, G, K of z' = F z + G (y - y*), u - u* = -K z, z = (xi, s) as the states.
-
-        Parameters
-        ----------
-        H : (q, p), the slopes of what follows by y.
-        """
+    def linear(self, h: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return F, G, K of z' = F z + G (y - y*), u - u* = -K z, z = (xi, s) as the states."""
         observer, K, n = self.observer, self.feedback.gains[0], len(self.model.states)
-        F, G = np.zeros((n, n)), np.zeros((n, len(self.rows)))
         states = list(self.states)
+        A, C = (np.tensordot(h, stack, axes=1) for stack in (self.model.A, self.model.C))
+        # What the integrals follow, by y.
+        slopes = A[self.integrals][:, states] @ np.linalg.pinv(C[list(self.rows)][:, states])
+        F, G = np.zeros((n, n)), np.zeros((n, len(self.rows)))
         F[states] = -observer.B @ K
         F[np.ix_(states, states)] += observer.A - observer.L @ observer.C
-        G[states], G[self.integrals] = observer.L, H
+        G[states], G[self.integrals] = observer.L, slopes
         return F, G, K

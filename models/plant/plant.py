@@ -1,9 +1,4 @@
-"""A plant: its variables, parameters and outputs, and times in the units of its file.
-
-Figures in SI -> the units that the plant's file is written in, for words alone.
-
-Nothing that is proved passes through here: certificates and gain files are in SI.
-"""
+"""A plant: its variables, parameters and outputs; and times in the units of its file, for words."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""One simulation of a plant: what is simulated, and how.
-
-Simulation of an experiment: LSODA integrates from one jump of a signal to the next.
+"""One simulation of a plant: LSODA integrates from one jump of a signal to the next.
 
 Within a segment everything is continuous, so the integrator's error control is valid.  Where a
 command reaches an end of its range, the right-hand side has a kink; the integrator finds this time
@@ -21,6 +19,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import rational
+from takagi.models.plant.numeric import explicit_rows
 from takagi.models.plant_simulation.signals import Signals
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ def right_side(
     told : for a blended plant, whether the last entries of u are the commands of its two
         actuators; if not, the commands follow from the state.
     """
-    from takagi.models.blending.blending import RunTimeBlending, blending_of, explicit_rows
+    from takagi.models.blending.blending import RunTimeBlending, blending_of
 
     blending = blending_of(plant)
     if blending is not None:

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from takagi.models.arrays import Floats
-from takagi.models.derivation_step import Step
+from takagi.models.equations.derivation_step import Step
 from takagi.models.equations.equations import Equations, Factored
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number

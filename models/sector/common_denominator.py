@@ -14,7 +14,13 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from takagi.models.sector.factored_form import EntryIndex, FactoredForm, LinearSpan, Polynomial
+from takagi.models.sector.factored_form import (
+    EntryIndex,
+    FactoredForm,
+    LinearSpan,
+    Polynomial,
+    scaled_to_first,
+)
 from takagi.models.sector.terms import Sum, terms_of
 
 INPUTS = ("B", "E")
@@ -108,8 +114,7 @@ class _Premises:
         """Add the sum's varying part as a premise, unless it is affine in the present ones."""
         varying = {atom: c for atom, c in value.items() if not atom.is_Rational}
         if varying and self.span.combination(varying) is None:
-            first = next(iter(varying.values()))
-            scaled = {atom: c / first for atom, c in varying.items()}
+            scaled = scaled_to_first(varying)
             premise = self._known(sp.Add(*(c * atom for atom, c in scaled.items())))
             self.span.add((premise,), scaled)
             self.moving.append(premise)

@@ -158,11 +158,11 @@ def _basis(varying: Mapping[EntryIndex, Sum], known_span: LinearSpan) -> list[Su
     entries: list[Sum] = []
     for value in sorted(varying.values(), key=len):
         if value and span.add(("new", len(entries)), value):
-            entries.append(_scaled(value))
+            entries.append(scaled_to_first(value))
     return entries
 
 
-def _scaled(value: Sum) -> Sum:
+def scaled_to_first(value: Sum) -> Sum:
     """Return the sum over its content, so that a single atom stands without coefficient."""
     first = next(iter(value.values()))
     return {atom: c / first for atom, c in value.items()}

@@ -1,15 +1,8 @@
-"""Interpolating cubic splines of one variable and bicubic ones of two.
+"""Interpolating cubic splines of one variable and bicubic ones of two, with rigorous ranges.
 
-Interpolating cubic spline of one argument, with exact values and rigorous ranges.
-
-The spline is *defined* by the shortest decimals of its knots and coefficients; floats evaluate it
-to rounding, and ``bounds`` encloses it in exact arithmetic.
-
-Interpolating bicubic spline of a table, with exact derivatives and rigorous ranges.
-
-The spline is *defined* by the decimals of its knots and coefficients (12 decimals).  The table it
-was made from is reproduced to about 1e-12; floats evaluate it to rounding, and ``bounds`` encloses
-it in exact arithmetic.
+A spline is *defined* by the decimals of its knots and coefficients: the shortest ones of a curve,
+12 decimals of a surface, which reproduce its table to about 1e-12.  Floats evaluate it to rounding,
+and ``bounds`` encloses it in exact arithmetic.
 """
 
 from __future__ import annotations

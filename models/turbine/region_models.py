@@ -32,7 +32,7 @@ from __future__ import annotations
 
 import math
 
-from takagi.models.derivation_step import Step
+from takagi.models.equations.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.ts.model import TSModel

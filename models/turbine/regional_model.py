@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.derivation_step import Step
-from takagi.models.ranges.expression_range import Range
+from takagi.models.equations.derivation_step import Step
+from takagi.models.intervals.box_search import Range
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise, round_outward
 from takagi.models.turbine.data import Turbine, rotor_torque, rotor_torque_gradient

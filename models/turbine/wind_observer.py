@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.derivation_step import Step
+from takagi.models.equations.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.splines.scalar_surface import scalar_surface

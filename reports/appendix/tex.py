@@ -193,16 +193,11 @@ def _environment() -> Environment:
         matrix=lambda rows: matrix(rows, exactly=True),
         places=with_decimals,
         rounded=matrix,
-        row=_row,
+        row=lambda cells: Tex(" & ".join(map(escape, cells)) + r" \\"),
         scientific=scientific,
         tex=lambda text: Tex(str(text).strip()),
     )
     return environment
-
-
-def _row(cells: Iterable[object]) -> Tex:
-    """Return one row of a table."""
-    return Tex(" & ".join(escape(cell) for cell in cells) + r" \\")
 
 
 def _source(name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from fractions import Fraction
 from typing import Any
 
@@ -213,12 +214,10 @@ def as_data(compared: CertificateComparison) -> dict[str, Any]:
             for row in compared.moved
         ],
         "gains": [{"gain": gain.name, "old": gain.old, "new": gain.new} for gain in compared.gains],
-        "summary": [{"name": c.name, "old": c.old, "new": c.new} for c in compared.summary],
+        "summary": [asdict(change) for change in compared.summary],
         "lost": [{"claim": name, "reason": why} for name, why in compared.lost.items()],
         "added": list(compared.added),
-        "changed": [
-            {"part": c.part, "place": c.place, "old": c.old, "new": c.new} for c in compared.changed
-        ],
+        "changed": [asdict(change) for change in compared.changed],
     }
 
 

@@ -86,24 +86,10 @@ def parsed(text: str, tables: Collection[str] = ()) -> Formula:
     ModelError : the text has a part that the language does not have.
     """
     try:
-        tree = ast.parse(text.replace("^", "**").strip(), mode="eval").body
-        if tables:
-            tree = _Tables(tables).visit(tree)
-        return _formula(tree, text)
+        source = text.replace("^", "**").strip()
+        return _formula(ast.parse(source, mode="eval").body, source, text, tables)
     except (SyntaxError, RecursionError, MemoryError) as error:
         raise ModelError(f"formula {text!r} cannot be read; see `language` in the file") from error
-
-
-class _Tables(ast.NodeTransformer):
-    def __init__(self, tables: Collection[str]) -> None:
-        self.tables = tables
-
-    def visit_Call(self, node: ast.Call) -> ast.Call:
-        self.generic_visit(node)
-        if isinstance(node.func, ast.Name) and node.func.id in self.tables:
-            spline = ast.Name("spline", ast.Load())
-            return ast.Call(spline, [*node.args, ast.Name(node.func.id, ast.Load())], node.keywords)
-        return node
 
 
 def walked(formula: Formula) -> Iterator[Formula]:
@@ -129,23 +115,27 @@ def calls_of(formula: Formula) -> Iterator[Call]:
     yield from (node for node in walked(formula) if isinstance(node, Call))
 
 
-def _formula(tree: ast.expr, text: str) -> Formula:
+def _formula(tree: ast.expr, source: str, text: str, tables: Collection[str]) -> Formula:
+    def formula(part: ast.expr) -> Formula:
+        return _formula(part, source, text, tables)
+
     match tree:
         case ast.Constant(value=int() | float()):
             # The decimals as they are written, not those of the nearest float.
-            written = ast.get_source_segment(text.replace("^", "**").strip(), tree)
-            return Number(Decimal(str(written).replace("_", "")))
+            return Number(Decimal(str(ast.get_source_segment(source, tree)).replace("_", "")))
         case ast.Name(id=name):
             return Name(name)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return Operation("-", None, _formula(operand, text))
+            return Operation("-", None, formula(operand))
         case ast.UnaryOp(op=ast.UAdd(), operand=operand):
-            return _formula(operand, text)
+            return formula(operand)
         case ast.BinOp(left=left, op=operator, right=right) if type(operator) in OPERATORS:
-            sign = OPERATORS[type(operator)]
-            return Operation(sign, _formula(left, text), _formula(right, text))
+            return Operation(OPERATORS[type(operator)], formula(left), formula(right))
         case ast.Call(func=ast.Name(id=function), args=arguments, keywords=[]):
-            return _call(function, tuple(_formula(argument, text) for argument in arguments), text)
+            parts = tuple(map(formula, arguments))
+            if function in tables:
+                return _call("spline", (*parts, Name(function)), text)
+            return _call(function, parts, text)
     raise ModelError(
         f"formula {text!r}: {ast.unparse(tree)!r} is not in the language of gain files"
     )
@@ -184,11 +174,11 @@ class Spline:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A number, row, matrix or spline of the file; ``place`` is its path in the file."""
+    """A number, row, matrix or spline of the file; ``path`` is where in the file."""
 
     name: str
     unit: str
-    place: str
+    path: str
     value: Value
 
 

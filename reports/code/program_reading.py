@@ -53,11 +53,11 @@ def require_order(program: ControllerProgram) -> None:
     ------
     ModelError : names the entries of the file, and both limits.
     """
-    file_places = {constant.name: constant.place for constant in program.constants}
+    file_places = {constant.name: constant.path for constant in program.constants}
     numbers = {constant.name: floats(constant.value) for constant in program.constants}
     for constant in program.constants:
-        if constant.place in RATES and numbers[constant.name] < 0:
-            raise ModelError(f"{constant.place} is {numbers[constant.name]:g}; 0 or more is needed")
+        if constant.path in RATES and numbers[constant.name] < 0:
+            raise ModelError(f"{constant.path} is {numbers[constant.name]:g}; 0 or more is needed")
     calls = [call for formula in program.formulas() for call in calls_of(formula)]
     for low, high in (call.arguments[1:] for call in calls if call.function == "limit"):
         names = [*names_of(low), *names_of(high)]
@@ -92,7 +92,7 @@ def require_nodes(program: ControllerProgram, precision: str) -> None:
             if high <= low:
                 cure = "; give --precision double for this law" if precision == "float" else ""
                 raise ModelError(
-                    f"{rows[name].place}: nodes {k} and {k + 1} do not increase as numbers of type "
+                    f"{rows[name].path}: nodes {k} and {k + 1} do not increase as numbers of type "
                     f"{precision}, so that the program would divide by zero between them{cure}"
                 )
 
@@ -174,9 +174,7 @@ class _Reading:
         self.programs = [stated for stated in document["programs"] if stated["name"] not in without]
         self.sent = {signal["name"] for stated in self.programs for signal in stated["send"]}
         self.read = {
-            signal["name"]: signal
-            for stated in reversed(self.programs)
-            for signal in stated["read"]
+            signal["name"]: signal for stated in self.programs for signal in stated["read"]
         }
         self.constants: dict[str, Constant] = {}
         # In formulas of premises a table is called by its name, as in plant files.
@@ -190,7 +188,7 @@ class _Reading:
         defined |= {state.name for stage in stages for state in stage.kept}
         defined |= {assignment.name for stage in stages for assignment in stage.assignments}
         inputs = tuple(
-            self._input(signal) for name, signal in self._reads().items() if name not in self.sent
+            self._input(signal) for name, signal in self.read.items() if name not in self.sent
         )
         outputs = tuple(
             Signal(signal["name"], signal["unit"], signal["meaning"])
@@ -218,9 +216,6 @@ class _Reading:
         require_order(program)
         require_nodes(program, "double")
         return program
-
-    def _reads(self) -> dict[str, Any]:
-        return {signal["name"]: signal for stated in self.programs for signal in stated["read"]}
 
     def _taken(self) -> dict[str, dict[str, str]]:
         """Return, program by program, the name in the whole program for each name of its own."""

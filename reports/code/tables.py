@@ -20,7 +20,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
         "numbers.csv": csv_text(
             ("name", "value", "unit", "place in gains.json"),
             (
-                (constant.name, str(constant.value), constant.unit, constant.place)
+                (constant.name, str(constant.value), constant.unit, constant.path)
                 for constant in single
             ),
         )
@@ -46,7 +46,7 @@ def _tables(constant: Constant) -> Iterable[tuple[str, str, str]]:
         yield _matrix(name, f"{name} [{constant.unit}]", value)
     else:
         text = csv_text((f"{name} [{constant.unit}]",), ((str(number),) for number in value))
-        yield f"{name}.csv", text, f"{len(value)} numbers, {constant.place} of the gain file"
+        yield f"{name}.csv", text, f"{len(value)} numbers, {constant.path} of the gain file"
 
 
 def _matrix(name: str, title: str, rows: Sequence[Sequence[Decimal]]) -> tuple[str, str, str]:

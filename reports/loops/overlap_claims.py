@@ -1,4 +1,4 @@
-"""The claims about a turbine in short: one per pair of overlaps, and the one-step search.
+"""The claims about a turbine in short: those about Schulte's law, and the one-step search.
 
 Winds count as proved only if the checker says so: it replays each claim, and returns the cells that
 hold.
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 KIND = "paper-loop"
-FEW, MOST = 3, 6
+MOST = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,6 @@ class OverlapClaim:
     ----------
     name, text, verdict : the checker's.
     speed_overlap : eps_omega [rad/s];  torque_overlap : eps_T [N m].
-    chosen : whether these are the overlaps of the law that is emitted.
     proved : disjoint winds for which it is proved [m/s];  unproved : those examined without proof.
     decay : (least, greatest) proved decay rate over the winds [1/s];  speed_share : bound on the
         speed's distance from its reference at rest [% of rated];  half_width : of the widest set,
@@ -50,7 +49,6 @@ class OverlapClaim:
     verdict: Verdict
     speed_overlap: float
     torque_overlap: float
-    chosen: bool
     proved: tuple[Span, ...]
     unproved: tuple[Span, ...]
     decay: tuple[str, ...]
@@ -66,8 +64,6 @@ class OverlapClaim:
 def overlap_claims(design: TurbineDesign) -> tuple[OverlapClaim, ...]:
     """Return the claims about a published law in the file's order; none for another law."""
     document, checked = design.document, design.checked
-    coupling = document["gains"].get("coupling", {})
-    emitted = coupling.get("speed_overlap"), coupling.get("torque_overlap")
     return tuple(
         OverlapClaim(
             name=claim.name,
@@ -75,7 +71,6 @@ def overlap_claims(design: TurbineDesign) -> tuple[OverlapClaim, ...]:
             verdict=claim.verdict,
             speed_overlap=float(stated["speed_overlap"]),
             torque_overlap=float(stated["torque_overlap"]),
-            chosen=(stated["speed_overlap"], stated["torque_overlap"]) == emitted,
             **proved_cells(document, k),
         )
         for k, (stated, claim) in enumerate(zip(document["claims"], checked.claims, strict=True))
@@ -120,11 +115,6 @@ def wind_words(claim: OverlapClaim) -> str:
     proved, count = claim.proved, len(claim.proved)
     if not proved:
         return "none"
-    if width := window_width(claim):
-        # One window may be left out in several parts.
-        examined = count + len(merged(claim.unproved, reach=width))
-        first, last = proved[0][0], proved[-1][0]
-        return f"{count} of {examined} windows, from {first:g} to {last:g} m/s"
     omitted = f" (+{count - MOST} more)" if count > MOST else ""
     return ", ".join(span_words(span, inward=True) for span in proved[:MOST]) + f"{omitted} m/s"
 
@@ -134,12 +124,6 @@ def gap_words(claim: OverlapClaim) -> str:
     omitted = f" (+{len(claim.unproved) - MOST} more)" if len(claim.unproved) > MOST else ""
     gaps = ", ".join(span_words(span, inward=False) for span in claim.unproved[:MOST])
     return f"{gaps}{omitted} m/s" if gaps else "none"
-
-
-def window_width(claim: OverlapClaim) -> float:
-    """Return the width [m/s] of the windows that the winds consist of; 0 where they do not."""
-    widths = [round(high - low, 6) for low, high in claim.proved]
-    return widths[0] if len(widths) > FEW and len(set(widths)) == 1 else 0.0
 
 
 def span_words(span: Span, *, inward: bool) -> str:

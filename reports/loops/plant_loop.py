@@ -106,27 +106,6 @@ class ObservedMotion:
         squares = np.einsum("imn,nk,imk->im", rows, np.linalg.inv(self.P), rows)
         return np.asarray(np.sqrt(self.level * squares.max(axis=0)), dtype=np.float64)
 
-    def controller_at(self, h: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return F, L, K of s' = F s + L (y - y*), u - u* = -K s with the weights h (r,)."""
-        model, rows = self.law.model, list(self.law.rows)
-        if not isinstance(self.law, OutputFeedback):
-            A, C = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.C[:, rows]))
-            states = list(self.law.states)
-            followed = A[self.law.integrals][:, states]
-            return self.law.linear(followed @ np.linalg.pinv(C[:, states]))
-        A, B, C, D, K, L = (
-            np.tensordot(h, stack, axes=1)
-            for stack in (
-                model.A,
-                model.B,
-                model.C[:, rows],
-                model.D[:, rows],
-                self.law.feedback.gains,
-                self.law.L,
-            )
-        )
-        return A - B @ K - L @ (C - D @ K), L, K
-
     def poles_at(self, h: Floats) -> Complex:
         """Return the poles of plant and observer with constant weights h (r,): both parts."""
         model, rows = self.law.model, list(self.law.rows)
@@ -146,13 +125,11 @@ class ObservedMotion:
         The observer goes on with the command that it asks for, which is a part of A.  Integrals
         are states of the law alone.
         """
-        F, L, K = self.controller_at(h)
+        F, L, K = self.law.linear(h)
         model, rows = self.law.model, list(self.law.rows)
         A, B, C = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.B, model.C))
         D = np.tensordot(h, model.D, axes=1)[rows]
-        states = list(range(len(A)))
-        if not isinstance(self.law, OutputFeedback):
-            states = list(self.law.states)
+        states = list(self.law.states)
         n, m = len(states), B.shape[1]
         joint_A = np.block(
             [[A[np.ix_(states, states)], np.zeros((n, len(F)))], [L @ C[rows][:, states], F]]
@@ -165,18 +142,14 @@ def observed_motion(design: PlantDesign) -> ObservedMotion | None:
     law = design.output_law
     if law is None:
         return None
-    outputs = measured_outputs(design.plant)
-    if not isinstance(law, OutputFeedback):
-        outputs = _with_integrals(outputs, law.integrals)
+    measured, integrals = measured_outputs(design.plant), list(law.integrals)
+
+    def outputs(x: Floats, u: Floats) -> Floats:
+        # The law has the integrals itself.
+        return np.concatenate([measured(x, u), x[integrals]])
+
     resting = outputs(law.feedback.state_rest, law.feedback.input_rest)
     return ObservedMotion(law, outputs, resting, *_proved(design, "observed-loop", "level"))
-
-
-def _with_integrals(
-    outputs: Callable[[Floats, Floats], Floats], integrals: list[int]
-) -> Callable[[Floats, Floats], Floats]:
-    """Return (x, u) -> y, and the integrals behind it, which the law has itself."""
-    return lambda x, u: np.concatenate([outputs(x, u), x[integrals]])
 
 
 def measured_outputs(plant: Plant) -> Callable[[Floats, Floats], Floats]:

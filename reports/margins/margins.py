@@ -71,7 +71,7 @@ def disk_of(response: LoopResponse) -> DiskMargin:
 
     def height(loops: Complex) -> Floats:
         eye = np.eye(loops.shape[1])
-        centred = np.linalg.inv(eye + loops) - eye / 2
+        centred = np.asarray(np.linalg.inv(eye + loops) - eye / 2, dtype=np.complex128)
         return np.abs(centred[:, 0, 0]) if len(eye) == 1 else scaled_bound(centred)
 
     end = response.at_infinity

@@ -89,11 +89,11 @@ def sampled_response(A: Floats, B: Floats, C: Floats, T: float, *, stable: bool)
     )
 
 
-def _transfer(A: Floats, B: Floats, C: Floats) -> Callable[[Complex], Complex]:
-    """Return points (k,) -> C (z I - A)^-1 B at each, (k, m, m)."""
+def _transfer(A: Floats, B: Floats, C: Floats) -> Callable[[Any], Complex]:
+    """Return complex points z (k,) -> C (z I - A)^-1 B at each, (k, m, m)."""
     eye = np.eye(len(A))
 
-    def at(points: Complex) -> Complex:
+    def at(points: Any) -> Complex:
         shifted = points[:, None, None] * eye - A
         inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(points), *B.shape)))
         return np.asarray(C @ inner, dtype=np.complex128)

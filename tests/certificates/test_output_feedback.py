@@ -27,6 +27,7 @@ from takagi.reports.gains_file.plant import plant_gain_file
 from takagi.reports.sections.plant.page import plant_report_files
 from takagi.reports.sections.plant.summary import summary_rows
 from takagi.reports.simulation.plant import simulate_plant, simulation_data
+from tests.plant_files import filed_plant
 
 FILE = data_folder() / "flexible_link.toml"
 PENDULUM = """
@@ -62,9 +63,7 @@ def done(plant: Any, settings: PlantSettings | None = None) -> PlantDesign:
 
 
 def pendulum(folder: Path, text: str = PENDULUM) -> Any:
-    path = folder / "pendulum.toml"
-    path.write_text(text, encoding="utf-8")
-    return load_plant(path)
+    return filed_plant(folder, text, "pendulum.toml")
 
 
 def test_the_design_is_proved() -> None:

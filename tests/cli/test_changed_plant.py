@@ -18,6 +18,7 @@ from takagi.cli.main import main
 from takagi.models.plant_files.loader import PlantFile, load_plant
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import plant_gain_file
+from tests.plant_files import designed_in
 from tests.undrawn import undrawn
 
 Capture = pytest.CaptureFixture[str]
@@ -49,12 +50,7 @@ DRAG = PENDULUM.replace("torque)/mass", "torque - drag*rate*abs(rate))/mass")
 def gains(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Gains of the pendulum, as `takagi design` wrote them before the plant was changed."""
     folder = tmp_path_factory.mktemp("old")
-    (folder / "plant.toml").write_text(PENDULUM, encoding="utf-8")
-    found = design_plant(
-        load_plant(folder / "plant.toml"), files=PlantFile.of(folder / "plant.toml").files
-    )
-    assert isinstance(found, PlantDesign) and found.proved
-    (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
+    designed_in(folder, PENDULUM)
     return folder / "gains.json"
 
 

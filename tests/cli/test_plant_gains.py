@@ -13,6 +13,7 @@ import pytest
 from takagi.certificates.checker import Verdict, check
 from takagi.cli.main import main
 from tests.cli.cubic import CUBIC
+from tests.plant_files import designed_in
 
 Capture = pytest.CaptureFixture[str]
 
@@ -20,17 +21,9 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture(scope="module")
 def designed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The gain file of a design, without its drawings."""
-    from takagi.certificates.design.plant.design import design_plant
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant_files.loader import PlantFile, load_plant
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.plant import plant_gain_file
-
-    plant = tmp_path_factory.mktemp("designed") / "cubic.toml"
-    plant.write_text(CUBIC, encoding="utf-8")
-    found = design_plant(load_plant(plant), files=PlantFile.of(plant).files)
-    assert isinstance(found, PlantDesign)
-    return dump_gains(plant_gain_file(found))
+    folder = tmp_path_factory.mktemp("designed")
+    designed_in(folder, CUBIC, "cubic.toml")
+    return (folder / "gains.json").read_text(encoding="utf-8")
 
 
 @pytest.fixture

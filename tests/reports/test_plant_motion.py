@@ -18,7 +18,6 @@ from scipy.integrate import solve_ivp
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, ModelError, Parameter, Plant, Variable, load_model, sector_model
-from takagi.models.plant_files.loader import load_plant
 from takagi.models.plant_simulation.signals import Noise, Step
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
@@ -26,6 +25,7 @@ from takagi.reports.loops.plant_motion import around, motions, settling_time, st
 from takagi.reports.sections.plant.loops import motion_section
 from takagi.reports.simulation.plant import simulate_plant
 from takagi.reports.simulation.plant_scenario import PlantScenario
+from tests.plant_files import filed_plant
 from tests.plant_rates import plant_rate
 from tests.reports.plant_designs import design_of
 
@@ -169,9 +169,7 @@ v = "20*sin(x) + 2*u + load"
 @cache
 def pendulum() -> PlantDesign:
     with TemporaryDirectory() as folder:
-        file = Path(folder) / "pendulum.toml"
-        file.write_text(FILE, encoding="utf-8")
-        found = design_plant(load_plant(file))
+        found = design_plant(filed_plant(Path(folder), FILE))
     assert isinstance(found, PlantDesign) and found.output_law is not None
     return found
 

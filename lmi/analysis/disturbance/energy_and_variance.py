@@ -99,11 +99,12 @@ def hinf_norm_condition(
     r, n, q = path.B.shape
     P = Unknown("P", n, n, symmetric=True)
     gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-    (xx, xw, ww), (C, D) = moved(P, path), shown(path)
-    rows = [
-        [xx, xw, C],
-        [None, ww - gamma * np.eye(q), D],
-        [None, None, -gamma * np.eye(C.shape[1])],
+    (xx, xw, ww), (C_i, D_i) = moved(P, path), shown(path)
+    signals, outputs = np.eye(q), np.eye(C_i.shape[1])
+    rows: list[list[object]] = [
+        [xx, xw, C_i],
+        [None, ww - gamma * signals, D_i],
+        [None, None, -gamma * outputs],
     ]
     return pose(
         positive_definite(P),
@@ -237,7 +238,7 @@ def h2_norm_condition(
     r, n, q = path.B.shape
     P = Unknown("P", n, n, symmetric=True)
     nu = Unknown("nu", 1, 1, latex=r"\nu")
-    C, each = matrix(path.C, "C_{i}"), rf"i = 1, \dots, {r}"
+    C_i, each = matrix(path.C, "C_{i}"), rf"i = 1, \dots, {r}"
     b = matrix(path.B.transpose(0, 2, 1).reshape(r * q, n, 1), "b_{ik}")
     impulses = added(b.T @ P @ b, np.repeat(np.arange(r), q), count=r, latex=r"\sum_k")
     spare = nu - impulses
@@ -246,7 +247,7 @@ def h2_norm_condition(
         spare -= matrix(direct, r"\mathrm{tr}\left(D_{i}^\top D_{i}\right)")
     return pose(
         positive_definite(P),
-        (moved(P, path)[0] + C.T @ C << 0).named("vertex", each),
+        (moved(P, path)[0] + C_i.T @ C_i << 0).named("vertex", each),
         (spare >> 0).named("variance", each),
         minimise=nu,
         name="output variance",

@@ -18,7 +18,7 @@ Source: the inequality is derived in docs/plant-theorems.md; Dinkelbach (1967), 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
@@ -189,13 +189,7 @@ def exit_function(
     if not functions:
         return None
     function = min(functions.values(), key=lambda f: f.logarithm(horizon, start))
-    return ExitFunction(
-        back.T @ function.P @ back,
-        function.factor,
-        function.rate,
-        function.multipliers,
-        function.level,
-    )
+    return replace(function, P=back.T @ function.P @ back)
 
 
 def _at_rate(

@@ -133,7 +133,11 @@ def attraction_condition(task: AttractionRequest) -> Condition:
     """
     n, r = task.A.shape[1], len(task.A)
     Q = Unknown("Q", n, n, symmetric=True)
-    gain, unknowns = _gain(task, Q)
+    gain: Unknown | Array | None = task.gains
+    unknowns: tuple[Unknown, ...] = ()
+    if task.sought:
+        gain = gain_unknown(r, task.B.shape[2], n, task.relaxation)
+        unknowns = (gain,)
     sums, loop_unknowns, lmis = _loops(task, Q, gain)
     unknowns += loop_unknowns
     single = task.relaxation == "common-gain" or gain is None
@@ -147,7 +151,10 @@ def attraction_condition(task: AttractionRequest) -> Condition:
         lmis += state_lmis(Q, task.state_box)
     if task.rate_rows is not None and task.rate_limit is not None:
         lmis += row_lmis(Q, task.rate_rows, task.rate_limit, name="input rate limit")
-    measure = _measure(task, Q)
+    if not isinstance(task.measure, str):
+        measure = points_measure(Q, task.measure)
+    else:
+        measure = trace_measure(Q, task.units) if task.measure == "trace" else volume_measure(Q)
     return pose(
         positive_definite(Q),
         scale_bound(Q, LARGEST),
@@ -159,15 +166,6 @@ def attraction_condition(task: AttractionRequest) -> Condition:
         name="region of attraction",
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 7.2.3",
     )
-
-
-def _gain(
-    task: AttractionRequest, Q: Unknown
-) -> tuple[Unknown | Array | None, tuple[Unknown, ...]]:
-    if not task.sought:
-        return task.gains, ()
-    M = gain_unknown(len(task.A), task.B.shape[2], Q.rows, task.relaxation)
-    return M, (M,)
 
 
 def _loops(
@@ -243,9 +241,3 @@ def _weight(task: AttractionRequest) -> float:
         return weight
     K = np.broadcast_to(task.gains, (len(task.A), *task.gains.shape[1:]))
     return max(weight, vertex_weight(pairs_of(task.A, task.B, K)))
-
-
-def _measure(task: AttractionRequest, Q: Unknown) -> Measure:
-    if not isinstance(task.measure, str):
-        return points_measure(Q, task.measure)
-    return trace_measure(Q, task.units) if task.measure == "trace" else volume_measure(Q)

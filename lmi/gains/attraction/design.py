@@ -16,7 +16,7 @@ from takagi.lmi.cone.balance import balanced_inputs, balanced_states, nearest_po
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.gains.attraction.condition import attraction_condition
-from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
+from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
@@ -196,17 +196,16 @@ def attraction_ellipsoid(
         A,
         B,
         K,
-        GivenRegion(
-            state_box=state_box,
-            input_limit=input_limit,
-            saturation=saturation,
-            overdrive=overdrive,
-            rates=(input_rate_limit, rate_bounds),
-            decay_rates=(decay_rate, saturated_decay_rate),
-            relaxation=relaxation,
-            measure=measure,
-            sample_time=sample_time,
-        ),
+        state_box=state_box,
+        input_limit=input_limit,
+        saturation=saturation,
+        overdrive=overdrive,
+        rates=(input_rate_limit, rate_bounds),
+        decay_rate=decay_rate,
+        saturated_decay_rate=saturated_decay_rate,
+        relaxation=relaxation,
+        measure=measure,
+        sample_time=sample_time,
     )
     if all(limit is None for limit in (task.state_box, task.input_limit, task.rate_limit)):
         raise ModelError(
@@ -261,16 +260,15 @@ def attraction_pdc(
         A,
         B,
         None,
-        GivenRegion(
-            state_box=state_box,
-            input_limit=input_limit,
-            saturation=saturation,
-            overdrive=overdrive,
-            decay_rates=(decay_rate, saturated_decay_rate),
-            relaxation=relaxation,
-            measure=measure,
-            sample_time=sample_time,
-        ),
+        state_box=state_box,
+        input_limit=input_limit,
+        saturation=saturation,
+        overdrive=overdrive,
+        decay_rate=decay_rate,
+        saturated_decay_rate=saturated_decay_rate,
+        relaxation=relaxation,
+        measure=measure,
+        sample_time=sample_time,
     )
     task = replace(task, sought=True)
     s = balanced_states(A)

@@ -33,9 +33,7 @@ def state_box_of(
             "the model equals its plant on a band or a union of cells only, and no box inside it "
             "is known; derive the model on a box (sector_model without domain)"
         )
-    limits = limits_of(
-        n, 1, input_limit=None, initial_box=None, state_box=state_box, gain_bound=None
-    )
+    limits = limits_of(n, 1, state_box=state_box)
     model_box = np.full(n, np.inf)
     inputs = tuple(getattr(model, "inputs", ()))
     for variable, (lower, upper) in getattr(model, "box", {}).items():
@@ -78,7 +76,7 @@ def measure_of(measure: str | ArrayLike, n: int) -> str | Array:
         raise ModelError(f"measure cannot be read as points ({error}); give (k, {n})") from error
     if points.ndim == 1:
         box = positive_vector("measure", points, n)
-        limits = limits_of(n, 1, input_limit=None, initial_box=box, state_box=None, gain_bound=None)
+        limits = limits_of(n, 1, initial_box=box)
         assert limits.initial is not None
         return limits.initial
     if points.ndim != 2 or points.shape[1] != n or not np.isfinite(points).all():
@@ -156,99 +154,81 @@ class AttractionRequest:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class GivenRegion:
-    """What is asked of an ellipsoid, as the keywords of ``attraction_ellipsoid`` give it.
-
-    Attributes
-    ----------
-    decay_rates : alpha in 1/s where no input saturates, and where one does.
-    rates : limit of the inputs' rates, and bounds of those of the memberships.
-    others : as in ``attraction_ellipsoid``.
-    """
-
-    state_box: ArrayLike | None
-    input_limit: ArrayLike | None
-    saturation: str | None
-    overdrive: float
-    decay_rates: tuple[float, float]
-    relaxation: str
-    measure: str | ArrayLike
-    sample_time: float | None
-    rates: tuple[ArrayLike | None, ArrayLike | None] = (None, None)
-
-
 def attraction_request(
-    model: object, A: Array, B: Array, gains: Array | None, region: GivenRegion
+    model: object,
+    A: Array,
+    B: Array,
+    gains: Array | None,
+    *,
+    state_box: ArrayLike | None,
+    input_limit: ArrayLike | None,
+    saturation: str | None,
+    overdrive: float,
+    decay_rate: float,
+    saturated_decay_rate: float,
+    relaxation: str,
+    measure: str | ArrayLike,
+    sample_time: float | None,
+    rates: tuple[ArrayLike | None, ArrayLike | None] = (None, None),
 ) -> AttractionRequest:
     """Return the task in the model's own coordinates, for gains that are known.
+
+    Parameters
+    ----------
+    rates : limit of the inputs' rates, and bounds of those of the memberships.
+    others : as in ``attraction_ellipsoid``.
 
     Raises
     ------
     ModelError : whatever ``attraction_ellipsoid`` raises.
     """
-    relaxation_named(region.relaxation)
+    relaxation_named(relaxation)
     n, m = B.shape[1:]
-    if region.saturation is not None and region.saturation not in SATURATIONS:
+    if saturation is not None and saturation not in SATURATIONS:
         raise ModelError(
-            f"saturation {region.saturation!r} is not known; there are None, "
+            f"saturation {saturation!r} is not known; there are None, "
             + ", ".join(SATURATIONS)
-            + did_you_mean(str(region.saturation), list(SATURATIONS))
+            + did_you_mean(str(saturation), list(SATURATIONS))
         )
-    limit = (
-        None
-        if region.input_limit is None
-        else positive_vector("input_limit", region.input_limit, m)
-    )
-    if region.saturation is not None and limit is None:
-        raise ModelError(
-            f"saturation {region.saturation!r} needs input_limit, where the inputs saturate"
-        )
-    if region.saturation is not None and region.rates[0] is not None:
+    limit = None if input_limit is None else positive_vector("input_limit", input_limit, m)
+    if saturation is not None and limit is None:
+        raise ModelError(f"saturation {saturation!r} needs input_limit, where the inputs saturate")
+    if saturation is not None and rates[0] is not None:
         raise ModelError(
             "input_rate_limit is about a law that does not saturate; leave saturation out, or "
             "make the inputs states (with_input_states)"
         )
-    step = sample_time_of(model, region.sample_time)
-    fast, slow = _decay_rates(region.decay_rates)
+    step = sample_time_of(model, sample_time)
+    fast = float(number("decay_rate", decay_rate, at_least=0.0))
+    slow = float(number("saturated_decay_rate", saturated_decay_rate, at_least=0.0))
+    if slow > fast:
+        raise ModelError(
+            f"saturated_decay_rate is {slow:g}, decay_rate only {fast:g} 1/s; saturation slows a "
+            "loop down, so ask for no more where an input saturates"
+        )
     # Without inputs u = 0, which every box of the inputs holds.
-    input_bound = np.zeros(_inputs_of(model)) if m == 0 else limit
-    box = state_box_of(model, region.state_box, n, input_bound)
-    rows, rate_limit = _rate_rows(A, B, gains, region.rates, discrete=step is not None)
+    input_bound = np.zeros(len(getattr(model, "inputs", ()))) if m == 0 else limit
+    box = state_box_of(model, state_box, n, input_bound)
+    rows, rate_limit = _rate_rows(A, B, gains, rates, discrete=step is not None)
     return AttractionRequest(
         A=A,
         B=B,
         gains=gains,
         sought=False,
         input_limit=limit,
-        saturation=region.saturation,
-        overdrive=float(number("overdrive", region.overdrive, at_least=1.0)),
+        saturation=saturation,
+        overdrive=float(number("overdrive", overdrive, at_least=1.0)),
         state_box=box,
         rate_rows=rows,
         rate_limit=rate_limit,
         decay_rate=fast,
         saturated_decay_rate=slow,
         step=step,
-        relaxation=region.relaxation,
-        measure=measure_of(region.measure, n),
+        relaxation=relaxation,
+        measure=measure_of(measure, n),
         units=np.ones(n) if box is None else np.where(np.isfinite(box), box, 1.0),
         corners=corners_of(model),
     )
-
-
-def _inputs_of(model: object) -> int:
-    return len(getattr(model, "inputs", ()))
-
-
-def _decay_rates(rates: tuple[float, float]) -> tuple[float, float]:
-    fast = float(number("decay_rate", rates[0], at_least=0.0))
-    slow = float(number("saturated_decay_rate", rates[1], at_least=0.0))
-    if slow > fast:
-        raise ModelError(
-            f"saturated_decay_rate is {slow:g}, decay_rate only {fast:g} 1/s; saturation slows a "
-            "loop down, so ask for no more where an input saturates"
-        )
-    return fast, slow
 
 
 def _rate_rows(

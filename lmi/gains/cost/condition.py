@@ -142,7 +142,7 @@ def lqr_pdc_condition(
         theta = _sampled_cost_loop(A, B, F, G, S, M, span)
     # Without a decay rate: the cost says how fast.
     slack, double_sum = relaxed(double_sum_of(theta << 0, rules=r, corners=corners_of(model)))
-    bound = block([[W, matrix(initial_factor(deviations, n), "L").T], [None, S]])
+    bound = block([[W, matrix(initial_factor(deviations, n).T, r"L^\top")], [None, S]])
     return pose(
         # S > 0 and W > L' S^-1 L
         (bound >> 0).named("bound of the cost"),

@@ -331,6 +331,8 @@ def _look_outside(search: RelaxationSearch, task: DecayRequest, goal: Goal) -> N
     settled_no = limited.outcome.status == "infeasible" and search.best is None
     blends = [lmi for lmi in limited.condition.lmis if lmi.name.endswith("blend")]
     count = sum(lmi.count for lmi in blends)
+    words = "none is faster," if np.isfinite(search.largest_rate) else "not ruled out"
+    words = "ruled out" if settled_no else words
     result = RelaxationResult(
         relaxation=ANY,
         status="infeasible" if settled_no else "bound",
@@ -342,17 +344,11 @@ def _look_outside(search: RelaxationSearch, task: DecayRequest, goal: Goal) -> N
         decay_rate=search.largest_rate
         if np.isfinite(search.largest_rate) and not settled_no
         else None,
-        note=f"{_said(settled_no, search)} at {_count(count)} blends",
+        note=f"{words} at {_count(count)} blends",
     )
     search.results.append(result)
     if settled_no:
         search.no = design_of(limited, 0.0 if goal == "max" else goal, ANY)
-
-
-def _said(settled_no: bool, search: RelaxationSearch) -> str:
-    if settled_no:
-        return "ruled out"
-    return "none is faster," if np.isfinite(search.largest_rate) else "not ruled out"
 
 
 def _parts(task: DecayRequest) -> int:

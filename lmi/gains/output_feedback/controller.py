@@ -151,7 +151,7 @@ def hinf_output_feedback(
     for _ in range(ROUNDS):
         result, values = _in_states(plant, T, tolerance)
         tries += result.answer.tries
-        if best is None or _better(result, best):
+        if best is None or (result.gain or np.inf) < (best.gain or np.inf):
             best = result
         if not values or (best.gain or np.inf) <= (1 + 2 * tolerance) * best.lower_bound:
             break
@@ -309,10 +309,6 @@ def unmoved_mode(plant: GeneralisedPlant) -> str:
                 "mode needs another input or measurement"
             )
     return ""
-
-
-def _better(result: OutputFeedback, best: OutputFeedback) -> bool:
-    return (result.gain or np.inf) < (best.gain or np.inf)
 
 
 def _in_states(

@@ -53,7 +53,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.pole_region import region_weight
+from takagi.lmi.analysis.pole_region import region_block, region_weight
 from takagi.lmi.argument_checks import decay_parameter
 from takagi.lmi.condition.region import (
     EigenvalueRegion,
@@ -170,15 +170,7 @@ def _region_sum(
 ) -> DoubleSum:
     L, C = (coefficients.astype(np.float64) for coefficients in part.matrices)
     A_i, B_i = matrix(A, "A_{i}", over="i"), matrix(B, "B_{i}", over="i")
-    G = A_i @ Q - B_i @ M.over("j")
-    cells: dict[tuple[int, int], Expression] = {}
-    for a, b in np.ndindex(L.shape):
-        # A block of G below the diagonal stands for its transpose above it.
-        summands = [L[a, b] * Q] * bool(a <= b and L[a, b])
-        summands += [He(C[a, a] * G) if a == b else C[a, b] * G] * bool(C[a, b])
-        if summands:
-            cells[a, b] = sum(summands[1:], summands[0])
-    theta = symmetric_block((A.shape[1],) * len(L), cells)
+    theta = region_block((L, C), Q, A_i @ Q - B_i @ M.over("j"))
     statement = (theta << 0).named(label, weight=region_weight(part, A))
     return double_sum_of(statement, rules=len(A), corners=corners)
 

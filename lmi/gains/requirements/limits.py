@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import number, positive_vector
-from takagi.lmi.condition.region import EigenvalueRegion, Uncertainty
+from takagi.lmi.condition.region import (
+    EigenvalueRegion,
+    NormBounded,
+    Uncertainty,
+    blocks_of,
+)
 from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.term import LMI, Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import block, matrix
-from takagi.lmi.gains.requirements.requirements import Requirements, requirements_of
+from takagi.lmi.gains.requirements.requirements import Requirements
 from takagi.models.errors import ModelError
 
 MOST_CORNERS = 4096
@@ -90,10 +96,10 @@ def limits_of(
     n: int,
     m: int,
     *,
-    input_limit: ArrayLike | None,
-    initial_box: ArrayLike | None,
-    state_box: ArrayLike | None,
-    gain_bound: float | None,
+    input_limit: ArrayLike | None = None,
+    initial_box: ArrayLike | None = None,
+    state_box: ArrayLike | None = None,
+    gain_bound: float | None = None,
     initial_ball: ArrayLike | None = None,
 ) -> Limits:
     """Return checked limits in the model's own units.
@@ -313,18 +319,27 @@ class GivenLimits:
         )
 
     def requirements(self, r: int, n: int, m: int) -> Requirements:
-        """Return the checked requirements on the blends of r rules.
+        """Return the checked requirements on the blends of r rules, in the model's units.
 
         Raises
         ------
-        ModelError : as ``requirements_of``.
+        ModelError : no region, uncertainty that does not fit, active rules that are none of 1 to r.
         """
-        return requirements_of(
-            r,
-            n,
-            m,
-            region=self.region,
-            uncertainty=self.uncertainty,
-            overlap=self.overlap,
-            active_rules=self.active_rules,
+        region, active_rules, blocks = self.region, self.active_rules, None
+        if region is not None and not isinstance(region, EigenvalueRegion):
+            raise ModelError(
+                f"region is {region!r}; an EigenvalueRegion is needed, e.g. "
+                "EigenvalueRegion.disc(5.0)"
+            )
+        if self.uncertainty is not None:
+            checked_blocks = blocks_of(self.uncertainty, r, n, m)
+            blocks = tuple(NormBounded(block.D, block.E, block.F) for block in checked_blocks)
+        if active_rules is not None and (
+            isinstance(active_rules, bool)
+            or not isinstance(active_rules, Integral)
+            or not 1 <= active_rules <= r
+        ):
+            raise ModelError(f"active_rules is {active_rules!r}; a number from 1 to {r} is needed")
+        return Requirements(
+            region=region, uncertainty=blocks, overlap=self.overlap, active_rules=active_rules
         )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +14,6 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.closed_loop import region_sums, with_uncertainty
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_shape import with_overlap
-from takagi.models.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -44,41 +42,6 @@ class Requirements:
             NormBounded(c.D, c.E, c.F) for c in (block.scaled(s, tau) for block in blocks)
         )
         return replace(self, uncertainty=scaled_blocks)
-
-
-def requirements_of(
-    r: int,
-    n: int,
-    m: int,
-    *,
-    region: EigenvalueRegion | None,
-    uncertainty: object,
-    overlap: ArrayLike | None,
-    active_rules: int | None,
-) -> Requirements:
-    """Return checked requirements in the model's units.
-
-    Raises
-    ------
-    ModelError : no region, uncertainty that does not fit, active rules that are none of 1 ... r.
-    """
-    if region is not None and not isinstance(region, EigenvalueRegion):
-        raise ModelError(
-            f"region is {region!r}; an EigenvalueRegion is needed, e.g. EigenvalueRegion.disc(5.0)"
-        )
-    blocks = None
-    if uncertainty is not None:
-        checked_blocks = blocks_of(uncertainty, r, n, m)  # type: ignore[arg-type]
-        blocks = tuple(NormBounded(block.D, block.E, block.F) for block in checked_blocks)
-    if active_rules is not None and (
-        isinstance(active_rules, bool)
-        or not isinstance(active_rules, Integral)
-        or not 1 <= active_rules <= r
-    ):
-        raise ModelError(f"active_rules is {active_rules!r}; a number from 1 to {r} is needed")
-    return Requirements(
-        region=region, uncertainty=blocks, overlap=overlap, active_rules=active_rules
-    )
 
 
 def required_sums(

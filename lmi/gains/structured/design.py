@@ -25,6 +25,7 @@ from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, Performance, plant_of
 from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
+from takagi.lmi.gains.disturbance.request import positive_number
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.local_search import (
     LocalSearch,
@@ -109,7 +110,7 @@ class StructuredDesign(GainsWithAnswer):
     output_gains : (r, m, p), F_i for u = -sum_i h_i F_i C x, exactly zero off the pattern.
     P : (n, n) for V = x' P x; None unless found.
     objective : "decay_rate", "cost" or "hinf".
-    value : decay rate in 1/s, mean cost, or gamma, that P shows for these gains.
+    value : decay rate in 1/s, mean cost, or gamma, that P shows for these gains; nan without gains.
     unstructured : the best value known without the structure, one gain a rule; nan if unknown.
     loss : relative loss of the value due to the structure, at least 0: 1 - value / unstructured of
         a decay rate, value / unstructured - 1 of a cost or gamma.
@@ -122,11 +123,11 @@ class StructuredDesign(GainsWithAnswer):
     output_gains: Floats | None = None
     P: Floats | None = None
     objective: Objective
-    value: float
-    unstructured: float
-    loss: float
+    value: float = np.nan
+    unstructured: float = np.nan
+    loss: float = np.nan
     relaxation: str
-    steps: tuple[LocalStep, ...]
+    steps: tuple[LocalStep, ...] = ()
     answer: Answer
 
 
@@ -180,19 +181,6 @@ def unsettled(local: LocalSearch) -> Answer:
             "raise gain_bound, shrink the box, or take a richer relaxation"
         ),
         tries=tuple(local.search.tries),
-    )
-
-
-def without(search: StepSearch, answer: Answer, steps: tuple[LocalStep, ...]) -> StructuredDesign:
-    """Return a design without gains."""
-    return StructuredDesign(
-        objective=search.objective,
-        value=float("nan"),
-        unstructured=float("nan"),
-        loss=float("nan"),
-        relaxation=search.relaxation,
-        steps=steps,
-        answer=answer,
     )
 
 
@@ -308,16 +296,21 @@ def structured_pdc(
         objective=objective,
         relaxation=relaxation,
         deviations=factor,
-        gain_bound=_bound(gain_bound),
+        gain_bound=None if gain_bound is None else positive_number("gain_bound", gain_bound),
     )
     _check_modes(search, tuple(getattr(model, "states", ())))
     plain = _unstructured(model, search, Q, R, deviations, performance, sample_time)
     if not plain or plain[0].gains is None:
-        return without(search, plain[0].answer, ())
+        return StructuredDesign(objective=objective, relaxation=relaxation, answer=plain[0].answer)
     local = LocalSearch(search)
     spot = _best(local, list(_starts(search, plain)), tolerance, descents)
     if spot is None:
-        return without(search, unsettled(local), tuple(local.steps))
+        return StructuredDesign(
+            objective=objective,
+            relaxation=relaxation,
+            steps=tuple(local.steps),
+            answer=unsettled(local),
+        )
     spot = search.assessed(spot.F, spot.P, value=spot.value, settle=True) or spot
     return found_at(search, spot, _best_without(search, plain, spot, tolerance), local)
 
@@ -338,14 +331,6 @@ def _best(
     spot, steps = shown(local.search, ends)
     local.steps.extend(steps)
     return spot if spot is not None else local.best(named_starts, tolerance)
-
-
-def _bound(gain_bound: float | None) -> float | None:
-    if gain_bound is None:
-        return None
-    from takagi.lmi.gains.disturbance.request import positive_number
-
-    return positive_number("gain_bound", gain_bound)
 
 
 def _check_modes(search: StepSearch, names: tuple[str, ...]) -> None:

@@ -30,12 +30,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Constant, Term
+from takagi.lmi.condition.statements import lmi_of
+from takagi.lmi.condition.term import LMI
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.expression import (
+    He,
+    added,
+    block,
+    identity,
+    matrix,
+    symmetric_block,
+)
 from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
 from takagi.models.arrays import Floats, Indices
 
-ONE = np.ones((1, 1, 1))
 EYE = np.eye(3)[None]
 
 
@@ -129,62 +137,41 @@ def motion_lmi(
     A, d = moving.at.A[chosen] / speed, around.d[chosen][:, :, None] / speed
     error_columns = (around.scale[:, None] * moving.at.error)[chosen][:, :, None]
     changes = around.dd[chosen][:, :, :, None]
-    row = 2 if around.disturbed else 1
-    step = (row, row)
-    terms = [
-        Term(unknown=P, left=EYE, right=A, plus_transpose=True),
-        Term(unknown=P, left=EYE, right=EYE),
-        Term(unknown=pace, left=EYE, members=index),
-        Term(unknown=P, left=s / root * EYE, right=EYE, at=(row, 0)),
-        Term(unknown=pace, left=root / (2 * s) * EYE, at=(row, 0), members=index),
-    ]
-    constants = [Constant(value=-s / root * EYE, at=(row, 0)), Constant(value=-2 * EYE, at=step)]
+    last = 2 if around.disturbed else 1
+    P_A, a = P @ matrix(A, "A / \\alpha"), pace.members(index, "a")
+    state = He(P_A) + P + a * identity(3)
+    step = matrix(s / root * EYE, "t") @ P - matrix(s / root * EYE, "t")
+    step = step + a * matrix(root / (2 * s) * EYE, r"\tfrac{1}{2t}")
+    pushed, pushed_step = P @ matrix(d, "d"), None
     if around.disturbed:
-        terms.append(Term(unknown=P, left=EYE, right=d, at=(0, 1)))
-        terms.append(Term(unknown=pace, left=-ONE, at=(1, 1), members=index))
-        terms.append(Term(unknown=wider, left=error_columns / speed, at=(0, 1), members=index))
-        terms.append(
-            Term(unknown=wider, left=error_columns / (s * root), at=(row, 1), members=index)
-        )
-        constants.append(Constant(value=-ONE, at=(1, 1)))
+        c = wider.members(index, "c")
+        pushed = pushed + c * matrix(error_columns / speed, r"e / \alpha")
+        pushed_step = c * matrix(error_columns / (s * root), "e / t")
     for j in range(3 if u is not None else 0):
         assert u is not None
         dA, dd = moving.A[chosen, j], changes[:, j]
-        members = moving.members[chosen, j]
+        u_j = u.members(moving.members[chosen, j], f"u_{{{j + 1}}}")
         symmetrised = (dA + dA.transpose(0, 2, 1)) / speed
-        terms.append(Term(unknown=u, left=symmetrised, members=members))
-        terms.append(Term(unknown=u, left=dA / (s * root), at=(row, 0), members=members))
-        if around.disturbed:
-            terms.append(Term(unknown=u, left=dd / speed, at=(0, 1), members=members))
-            terms.append(Term(unknown=u, left=dd / (s * root), at=(row, 1), members=members))
-    return LMI(
-        name=name,
-        blocks=(3, 1, 3) if around.disturbed else (3, 3),
-        terms=tuple(terms),
-        constants=tuple(constants),
-        sign=-1,
-        count=len(chosen),
-    )
+        state = state + u_j * matrix(symmetrised, rf"\mathrm{{He}}(dA_{{{j + 1}}}) / \alpha")
+        step = step + u_j * matrix(dA / (s * root), f"dA_{{{j + 1}}} / t")
+        if pushed_step is not None:
+            pushed = pushed + u_j * matrix(dd / speed, rf"dd_{{{j + 1}}} / \alpha")
+            pushed_step = pushed_step + u_j * matrix(dd / (s * root), f"dd_{{{j + 1}}} / t")
+    cells = {(0, 0): state, (last, 0): step, (last, last): -2 * identity(3)}
+    if pushed_step is not None:
+        cells |= {(0, 1): pushed, (1, 1): -a - identity(1), (last, 1): pushed_step}
+    sizes = (3, 1, 3) if around.disturbed else (3, 3)
+    return lmi_of((symmetric_block(sizes, cells) << 0).named(name))
 
 
 def limits(unknown: Unknown, low: Floats, high: Floats) -> tuple[LMI, LMI]:
     """Return low <= scalar <= high for each member."""
-    every = np.arange(unknown.count)
-    term = Term(unknown=unknown, left=ONE, members=every)
-    ends = ((f"{unknown.name} above", low, 1), (f"{unknown.name} below", high, -1))
-    above, below = (
-        LMI(
-            name=name,
-            blocks=(1,),
-            terms=(term,),
-            constants=(Constant(value=-end[:, None, None]),),
-            sign=sign,
-            count=unknown.count,
-            strict=False,
-        )
-        for name, end, sign in ends
+    each = unknown.members(np.arange(unknown.count), f"{unknown.symbol}_{{i}}")
+    lowest, highest = matrix(low[:, None, None], "l_{i}"), matrix(high[:, None, None], "h_{i}")
+    return (
+        lmi_of((each >= lowest).named(f"{unknown.name} above")),
+        lmi_of((each <= highest).named(f"{unknown.name} below")),
     )
-    return above, below
 
 
 def inside_box(P: Unknown, h: Floats) -> LMI:
@@ -192,13 +179,8 @@ def inside_box(P: Unknown, h: Floats) -> LMI:
 
     The form with P instead of P^-1 keeps it linear in the unknown of this step.
     """
-    return LMI(
-        name="inside the box",
-        blocks=(3,),
-        terms=(Term(unknown=P, left=EYE, right=EYE),),
-        constants=(Constant(value=-h[:, :, None] * h[:, None, :]),),
-        count=len(h),
-    )
+    squares = matrix(h[:, :, None] * h[:, None, :], r"h_{i} h_{i}^\top")
+    return lmi_of((P >> squares).named("inside the box"))
 
 
 def reach_in_speed(P: Unknown, h: Floats, eta: Unknown) -> LMI:
@@ -206,26 +188,15 @@ def reach_in_speed(P: Unknown, h: Floats, eta: Unknown) -> LMI:
 
     h' P^-1 h is the square of the largest speed error on {x' P x <= 1}, relative to the box.
     """
-    return LMI(
-        name="reach in speed",
-        blocks=(3, 1),
-        terms=(
-            Term(unknown=P, left=EYE, right=EYE),
-            Term(unknown=eta, left=ONE, right=ONE, at=(1, 1)),
-        ),
-        constants=(Constant(value=h[:, :, None], at=(0, 1)),),
-    )
+    reach = block([[P, matrix(h[:, :, None], "h")], [None, eta]])
+    return lmi_of((reach >> 0).named("reach in speed"))
 
 
 def mean_class(wider: Unknown, shares: Floats, mean: float) -> LMI:
     """Return sum of share_k c_k >= least."""
-    every = np.arange(wider.count)
-    zero = np.zeros(wider.count, dtype=np.intp)
-    term = Term(unknown=wider, left=shares[:, None, None], items=zero, members=every)
-    constant = Constant(value=-mean * ONE)
-    return LMI(
-        name="mean wind class", blocks=(1,), terms=(term,), constants=(constant,), strict=False
-    )
+    c = wider.members(np.arange(wider.count), "c_{k}")
+    total = added(c * matrix(shares[:, None, None], "p_{k}"), latex=r"\sum_k")
+    return lmi_of((total >= np.array([[mean]])).named("mean wind class"))
 
 
 def bounded_below(R: Unknown) -> LMI:
@@ -233,33 +204,18 @@ def bounded_below(R: Unknown) -> LMI:
 
     An upper bound is not needed: the block t X E' of the overbound limits X = R - I.
     """
-    return LMI(
-        name="R positive definite",
-        blocks=(3,),
-        terms=(Term(unknown=R, left=EYE, right=EYE),),
-        constants=(Constant(value=-EYE / 16),),
-        strict=False,
-    )
+    return lmi_of((R >= EYE[0] / 16).named("R positive definite"))
 
 
 def bent(u: Unknown, bends: Floats) -> tuple[LMI, LMI]:
     """Return |u_(k+1) - u_k| <= bend for each cell, as two families of scalar inequalities."""
     k = np.arange(len(bends))
-    above, below = (
-        LMI(
-            name=f"bend {side:+d}",
-            blocks=(1,),
-            terms=(
-                Term(unknown=u, left=side * ONE, members=k),
-                Term(unknown=u, left=-side * ONE, members=k + 1),
-            ),
-            constants=(Constant(value=bends[:, None, None]),),
-            count=len(bends),
-            strict=False,
-        )
-        for side in (1, -1)
+    here, there = u.members(k, "u_{k}"), u.members(k + 1, "u_{k+1}")
+    bend = matrix(bends[:, None, None], "b_{k}")
+    return (
+        lmi_of((here - there + bend >= 0).named("bend +1")),
+        lmi_of((there - here + bend >= 0).named("bend -1")),
     )
-    return above, below
 
 
 def shortfall(around: Around, P: Floats, u: Floats | None, pace: Floats, wider: Floats) -> Floats:

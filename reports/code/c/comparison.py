@@ -117,9 +117,9 @@ def _places(program: ControllerProgram, c: CSource) -> dict[str, str]:
     for constant in program.constants:
         name = c.constants.get(constant.name)
         if name is not None:
-            file_places[name] = constant.place
+            file_places[name] = constant.path
             for k in (1, 2):
-                file_places[f"{name}_knots_{k}"] = f"{constant.place}.knots.{k - 1}"
+                file_places[f"{name}_knots_{k}"] = f"{constant.path}.knots.{k - 1}"
     return file_places
 
 

@@ -392,11 +392,7 @@ def _is_near(near: Near, write: Expressions) -> str:
 def _estimate_held(
     assignment: Assignment, stage: Stage, word: str, write: Expressions
 ) -> Iterator[str]:
-    """Yield the lines that set the status bit where a wind estimate is held.
-
-    It is held within the observer's limits and within the winds of the law's tables; and the
-    observer's own tables end, for example where the rotor stands.
-    """
+    """Yield the lines that set the bit of a wind estimate at a limit, or at the end of a table."""
     conditions = []
     formula = assignment.formula
     if any(sent.name == ESTIMATE for sent in stage.sends):

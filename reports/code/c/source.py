@@ -82,14 +82,38 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     }
     write = Expressions(names, constants, f"{word}_", suffix)
     sample = sample_function(program, word, needed, write)
+    context = _context(program, settings, word, write) | {"sample": sample}
     inputs, outputs, kept = (
         {entry.name: names[entry.name] for entry in entries}
         for entries in (program.inputs, program.outputs, program.kept)
     )
-    members = (("inputs", inputs), ("outputs", outputs), ("kept", kept))
-    sent = (("sent", outputs), ("next", kept))
-    time, status = start_sample_time(program, settings.sample_time), status_bits(program)
-    context: dict[str, Any] = {
+    return CSource(
+        word=word,
+        header=filled("c", "law.h", context),
+        source=filled("c", "law.c", context),
+        inputs=inputs,
+        outputs=outputs,
+        kept=kept,
+        constants={name: names[name] for name in constants},
+        status_bits={name: bit for bit, name, _ in context["status"]},
+        sample_time=context["time"],
+        context=context,
+    )
+
+
+def _context(
+    program: ControllerProgram, settings: ExportSettings, word: str, write: Expressions
+) -> dict[str, Any]:
+    """Return what the templates are filled with, but for the function of a sample."""
+    names, suffix = write.names, write.suffix
+    time = start_sample_time(program, settings.sample_time)
+    outputs, kept = (
+        [names[entry.name] for entry in entries] for entries in (program.outputs, program.kept)
+    )
+    members = [f"inputs.{names[signal.name]}" for signal in program.inputs]
+    members += [f"outputs.{name}" for name in outputs] + [f"kept.{name}" for name in kept]
+    sent = [f"sent.{name}" for name in outputs] + [f"next.{name}" for name in kept]
+    return {
         "program": program,
         "proof": proof_lines(program),
         "precision": settings.precision,
@@ -101,38 +125,25 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
         "word": word,
         "W": word.upper(),
         "names": names,
-        "status": status,
-        "members": [f"{part}.{name}" for part, entries in members for name in entries.values()],
-        "first": " && ".join(f"isfinite({part}.{k})" for part, ks in sent for k in ks.values()),
+        "status": status_bits(program),
+        "members": members,
+        "first": " && ".join(f"isfinite({member})" for member in sent),
         # Helpers come before the constants: a constant then cannot shadow a name inside a helper.
         "helpers": helpers(write.helpers, f"{word}_", f"{word}_real", suffix),
         "constants": "".join(
             constant_text(constant, names[constant.name], word, write)
-            for constant in constants.values()
+            for constant in write.constants.values()
         ),
-        "sample": sample,
         "comment": comment,
         "number": lambda value: literal(Decimal(value or 0), suffix),
         "reported_range": reported_range,
         "rest_of_output": lambda name: _rest_of_output(program, name),
     }
-    return CSource(
-        word=word,
-        header=filled("c", "law.h", context),
-        source=filled("c", "law.c", context),
-        inputs=inputs,
-        outputs=outputs,
-        kept=kept,
-        constants={name: names[name] for name in constants},
-        status_bits={name: bit for bit, name, _ in status},
-        sample_time=time,
-        context=context,
-    )
 
 
 def constant_text(constant: Constant, name: str, word: str, write: Expressions) -> str:
     """Return the definition of a constant; its type is ``{word}_real``."""
-    note = f"/* {comment(constant.place)} [{comment(constant.unit)}] */"
+    note = f"/* {comment(constant.path)} [{comment(constant.unit)}] */"
     value = constant.value
     if isinstance(value, Decimal):
         return f"\n{note}\nstatic const {word}_real {name} = {literal(value, write.suffix)};\n"

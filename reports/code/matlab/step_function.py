@@ -75,7 +75,7 @@ def texts(program: ControllerProgram, word: str, time: Decimal) -> dict[str, str
 
 def _definition(constant: Constant, name: str) -> Iterator[str]:
     value = constant.value
-    note = f"  % {_line(constant.unit)}; {constant.place}"
+    note = f"  % {_line(constant.unit)}; {constant.path}"
     if isinstance(value, Spline):
         for k, knots in enumerate(value.knots, start=1):
             yield f"{name}.knots{k} = {_matrix([knots])};{note}"

@@ -119,7 +119,7 @@ def _words(program: ControllerProgram) -> tuple[dict[str, str], dict[str, str]]:
 def _constant(constant: Constant, words: Mapping[str, str]) -> Iterator[str]:
     word, value = words[constant.name], constant.value
     # In a path such as K.*.0 some tools would read the end of a comment.
-    note = f"(* {told(constant.unit)}; {constant.place.replace('*', 'i')} *)"
+    note = f"(* {told(constant.unit)}; {constant.path.replace('*', 'i')} *)"
     if isinstance(value, Decimal):
         yield f"    {word} : LREAL := {real(value)}; {note}"
     elif isinstance(value, Spline):
@@ -173,7 +173,7 @@ def _require_room(constant: Constant) -> None:
         count = sum(len(row) if isinstance(row, tuple) else 1 for row in rows)
         if count > LARGEST_ARRAY:
             raise ModelError(
-                f"{constant.name} ({constant.place}) has {count} numbers; a function block holds "
+                f"{constant.name} ({constant.path}) has {count} numbers; a function block holds "
                 f"{LARGEST_ARRAY}: design with fewer rules (fewer premises, or product bounds), or "
                 "write the law with --to c"
             )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from takagi.models.derivation_step import Step
+from takagi.models.equations.derivation_step import Step
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.readable_latex import readable, shortens

@@ -277,11 +277,8 @@ def _actuators(design: TurbineDesign) -> list[SummaryRow]:
 
 
 def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
-    """Return the claim for the law's own overlaps, or the first if there is none for them."""
-    claims = overlap_claims(design)
-    chosen = next(
-        (candidate for candidate in claims if candidate.chosen), claims[0] if claims else None
-    )
+    """Return the rows of the claim about Schulte's law."""
+    chosen = next(iter(overlap_claims(design)), None)
     if chosen is None or not chosen.proved:
         return []
     claim = next(result for result in design.checked.claims if result.name == chosen.name)
@@ -296,15 +293,7 @@ def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
         rates = f"decay rate >= {' to '.join(chosen.decay)} 1/s, by wind"
         time = _time_words(min(float(rate) for rate in chosen.decay))
         rows.append(_row("settling", (time, rates, *_constant(chosen)), ends, claim))
-    other_pairs = [
-        f"{candidate.label}: {wind_words(candidate)}"
-        for candidate in claims
-        if candidate is not chosen
-    ]
-    return [
-        *rows,
-        *([_row("other pairs", other_pairs, basis="of overlaps")] if other_pairs else []),
-    ]
+    return rows
 
 
 def _constant(claim: OverlapClaim) -> list[str]:
@@ -314,10 +303,7 @@ def _constant(claim: OverlapClaim) -> list[str]:
 
 
 def _overspeed(runs: Sequence[DesignRun], rated: DesignRun | None) -> list[SummaryRow]:
-    """Return the overspeed that is largest, in the gust at rated wind, and worst of all beside.
-
-    Beside the reference controller's; worse counts from 1 % of rated speed on.
-    """
+    """Return the largest overspeed, the gust's, and the worst beside the reference controller's."""
     if rated is None:
         return []
     by_size = sorted(runs, key=lambda run: -run.law.metrics.overspeed)

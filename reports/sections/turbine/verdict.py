@@ -12,7 +12,6 @@ from takagi.reports.loops.overlap_claims import (
     OverlapClaim,
     overlap_claims,
     wind_words,
-    window_width,
 )
 from takagi.reports.page.text import CaptionedFigure, ClaimRow, Section, Tile
 from takagi.reports.sections.turbine.drawings import gust_figure
@@ -168,10 +167,8 @@ def _overlap_figures(claim: OverlapClaim) -> list[str]:
     """Return the proved winds of a claim and the bounds that hold there; [] without any."""
     if not claim.proved:
         return []
-    width = window_width(claim)
-    windows = f", {width:g} m/s each" if width else ""
     return [
-        f"proved winds: {wind_words(claim)}{windows}",
+        f"proved winds: {wind_words(claim)}",
         f"decay rate at least {' to '.join(claim.decay)} 1/s, by wind",
         f"speed within {claim.speed_share} % of rated from its reference, from sets of up to "
         f"{claim.half_width} rad/s",
@@ -189,16 +186,12 @@ def _assumed(claim: Claim, first: Claim) -> str:
 
 def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> CaptionedFigure:
     turbine = design.turbine
-    rows = [
-        OverlapRow(f"{c.label}{' (chosen)' if c.chosen else ''}", c.proved, c.unproved)
-        for c in claims
-    ]
+    rows = [OverlapRow(claim.label, claim.proved, claim.unproved) for claim in claims]
     winds_by_overlap = "; ".join(f"{claim.label}: {wind_words(claim)}" for claim in claims)
     return captioned_figure(
         overlaps_figure(rows, wind=(turbine.cut_in, turbine.cut_out)),
         "overlaps",
-        caption="Winds for which each claim is proved, by overlap in speed and in torque. "
-        "Filled: proved. Hatched: looked at, not proved. Blank: not looked at. Low bars are "
-        "windows drawn wider than they are; their width is beside the claim.",
-        alternative=f"One bar per pair of overlaps over wind. Proved winds: {winds_by_overlap}",
+        caption="Winds for which the claim is proved. Filled: proved. Hatched: looked at, not "
+        "proved. Low bars are drawn wider than they are; their winds are beside the claim.",
+        alternative=f"A bar over wind. Proved winds: {winds_by_overlap}",
     )

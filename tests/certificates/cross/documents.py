@@ -33,6 +33,7 @@ from takagi.models import Premise, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import resealed
 from tests.certificates.weights.cells import cubic
+from tests.plant_files import filed_plant
 
 Data = dict[str, Any]
 MEASURED = """
@@ -89,9 +90,7 @@ def observed_certificate() -> Data:
 def observed_loop_certificate() -> Data:
     """Return what is claimed of a pendulum and its observer, where the angle alone is measured."""
     with TemporaryDirectory() as folder:
-        file = Path(folder) / "pendulum.toml"
-        file.write_text(MEASURED, encoding="utf-8")
-        found = design_plant(load_plant(file))
+        found = design_plant(filed_plant(Path(folder), MEASURED))
     assert isinstance(found, PlantDesign)
     return dict(found.document)
 

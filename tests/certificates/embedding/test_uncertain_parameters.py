@@ -19,9 +19,11 @@ from takagi.certificates.design.plant.design import certify_plant, design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, load_model
 from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import load_plant
 from takagi.reports.loops.plant_motion import uncertain_ends
 from takagi.reports.simulation.plant import simulate_plant
 from tests.certificates.kinds.claims import resealed, verdicts
+from tests.plant_files import written
 from tests.plant_rates import plant_rate
 
 Data = dict[str, Any]
@@ -59,11 +61,8 @@ bend = "sin(theta)/theta"
 
 
 def arm(folder: Path, text: str = ARM) -> tuple[Plant, Path]:
-    path = folder / "arm.toml"
-    path.write_text(text, encoding="utf-8")
-    plant = load_model(path)
-    assert isinstance(plant, Plant)
-    return plant, path
+    path = written(folder, text, "arm.toml")
+    return load_plant(path), path
 
 
 @cache

@@ -15,9 +15,11 @@ from scipy.linalg import solve_continuous_lyapunov
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import certificate_document
-from takagi.models import Plant, load_model
+from takagi.models import Plant
 from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import resealed
+from tests.plant_files import written
 
 Data = dict[str, Any]
 
@@ -57,11 +59,8 @@ GAINS = [[30.0, 6.0, 60.0]]
 
 
 def plant_of(folder: Path, text: str = ARM) -> tuple[Plant, Path]:
-    path = folder / "arm.toml"
-    path.write_text(text, encoding="utf-8")
-    plant = load_model(path)
-    assert isinstance(plant, Plant)
-    return plant, path
+    path = written(folder, text, "arm.toml")
+    return load_plant(path), path
 
 
 @cache

@@ -18,8 +18,6 @@ from takagi.certificates.checker.files.model_content import (
     model_content,
 )
 from takagi.certificates.design.given.kept_model import law_for
-from takagi.certificates.design.plant.design import design_plant
-from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import content_of, dumps
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.cli.main import main
@@ -27,9 +25,8 @@ from takagi.models import sector_model
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import PlantFile, load_plant
 from takagi.reports.baseline.changes import changes
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import plant_gain_file
 from tests.certificates.model_file.rewrites import Rewrite, replaced, reversed_sections
+from tests.plant_files import designed_in
 
 Capture = pytest.CaptureFixture[str]
 Document = dict[str, Any]
@@ -68,13 +65,9 @@ TABLE = "# speed, friction\n-2, 0.4\n-1, 0.2\n0, 0.1\n1, 0.2\n2, 0.5\n"
 def cart(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Document]:
     """A designed plant: its folder, with certificate and gain file, and the certificate."""
     folder = tmp_path_factory.mktemp("cart")
-    (folder / NAME).write_text(PLANT, encoding="utf-8")
     (folder / "rub.csv").write_text(TABLE, encoding="utf-8")
-    found = design_plant(load_plant(folder / NAME), files=PlantFile.of(folder / NAME).files)
-    assert isinstance(found, PlantDesign) and found.proved
-    (folder / "c.json").write_text(dumps(found.document), encoding="utf-8")
-    (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
-    return folder, read_text(dumps(found.document), "certificate")
+    design = designed_in(folder, PLANT, NAME)
+    return folder, read_text(dumps(design.document), "certificate")
 
 
 @pytest.fixture

@@ -17,6 +17,7 @@ from takagi.lmi import (
     lmi_of,
     matrix,
     pose,
+    relaxation_named,
 )
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.models.errors import ModelError
@@ -90,11 +91,17 @@ def test_a_double_sum_is_theta_at_every_pair_of_rules() -> None:
     )
     loop = double_sum_of((theta << 0).named("loop", weight=3.0), rules=2)
     assert (loop.name, loop.weight, loop.by_gain) == ("loop", 3.0, True)
-    assert [part.member for part in loop.parts] == ["first", "gain", "first"]
-    assert [part.left.shape for part in loop.parts] == [(2, 2, 2), (2, 2, 1), (1, 2, 2)]
-    assert [part.latex[0] for part in loop.parts] == ["A_{i}", "-B_{i}", r"2\alpha"]
-    pairs = np.einsum("inm,jmk->ijnk", B, gains)
-    assert np.allclose(loop.fixed[0].value, pairs + pairs.swapaxes(-1, -2))
+    rule, pair = relaxation_named("wang-tanaka-griffin")(loop)[1]
+    assert [term.latex[0] for term in rule.terms] == ["A_{i}", "-B_{i}", r"2\alpha"]
+    rate, numbers = {"alpha": 0.25}, values()
+    X, Y = numbers["P"][0], numbers["M"]
+
+    def at(i: int, j: int) -> np.ndarray:
+        G = A[i] @ X - B[i] @ Y[j] + B[i] @ gains[j]
+        return np.asarray(G + G.T + 0.5 * X)
+
+    assert np.allclose(lmi_value(rule, numbers, rate), [at(0, 0), at(1, 1)])
+    assert np.allclose(lmi_value(pair, numbers, rate), [at(0, 1) + at(1, 0)])
     with pytest.raises(ModelError, match="another comparison than <<"):
         double_sum_of(theta >> 0, rules=2)
     with pytest.raises(ModelError, match="give it to double_sum_of"):

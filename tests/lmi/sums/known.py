@@ -11,9 +11,9 @@ from takagi.lmi import (
     LMI,
     Condition,
     DoubleSum,
-    KnownBlock,
-    SumPart,
     Unknown,
+    double_sum_of,
+    matrix,
     optimise,
     relaxation_named,
 )
@@ -34,14 +34,8 @@ def known_sum(theta: Floats, **known: object) -> tuple[DoubleSum, Unknown]:
     """Return sum_ij h_i h_j (Theta_ij - s I), and s."""
     s = Unknown("s", 1, 1)
     size = theta.shape[2]
-    loop = DoubleSum(
-        rules=len(theta),
-        blocks=(size,),
-        parts=(SumPart(unknown=s, left=-np.eye(size)[None]),),
-        fixed=(KnownBlock(value=theta),),
-        **known,  # type: ignore[arg-type]
-    )
-    return loop, s
+    less = matrix(theta, r"\Theta_{{i}{j}}", over="ij") - s * np.eye(size)
+    return double_sum_of(less << 0, rules=len(theta), **known), s  # type: ignore[arg-type]
 
 
 def least(

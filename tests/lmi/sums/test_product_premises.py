@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from takagi.lmi import (
     DoubleSum,
     ProductRules,
-    SumPart,
     Unknown,
+    double_sum_of,
     pdc,
     product_rules,
     relaxation_named,
@@ -131,7 +131,5 @@ def test_double_sums_that_do_not_fit() -> None:
     with pytest.raises(ModelError, match="premise v has 2 and 3 corners"):
         relaxation_named("product")(loop)
     M = Unknown("M", 1, 1, count=2)
-    one = np.ones((1, 1, 1))
-    part = SumPart(unknown=M, left=one, right=one, member="gain")
-    with pytest.raises(ModelError, match="M has 2 members for 3 rules"):
-        DoubleSum(rules=3, blocks=(1,), parts=(part,))
+    with pytest.raises(ModelError, match="the part with M is for 1 x 2 rules, but there are 3"):
+        double_sum_of(M.over("j") << 0, rules=3)

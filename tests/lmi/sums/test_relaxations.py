@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import (
-    DoubleSum,
-    KnownBlock,
+    double_sum_of,
     exact_matrices,
+    matrix,
     pdc_condition,
     relaxation_named,
     relaxation_size,
@@ -100,7 +100,7 @@ def test_polya_ends_at_the_largest_value() -> None:
 
     assert not any(shows[:first]) and all(shows[first:])
     for degree, holds in ((first - 1, False), (first, True), (first + 7, True)):
-        loop = DoubleSum(rules=2, blocks=(1,), parts=(), fixed=(KnownBlock(value=theta),))
+        loop = double_sum_of(matrix(theta, r"\Theta", over="ij") << 0, rules=2)
         (lmi,) = relaxation_named(f"polya-{degree}")(loop)[1]
         assert bool((lmi.constants[0].value < 0).all()) is holds
 
@@ -158,9 +158,8 @@ def test_one_premise_is_one_simplex() -> None:
     corners = np.arange(3)[:, None]
 
     for degree in (0, 2):
-        loop = DoubleSum(
-            rules=3, blocks=(2,), parts=(), fixed=(KnownBlock(value=theta),), corners=corners
-        )
+        known = matrix(theta, r"\Theta", over="ij") << 0
+        loop = double_sum_of(known, rules=3, corners=corners)
         (first,) = relaxation_named(f"polya-{degree}")(loop)[1]
         (second,) = relaxation_named(f"product-{degree}")(loop)[1]
         np.testing.assert_array_equal(first.constants[0].value, second.constants[0].value)

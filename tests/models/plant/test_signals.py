@@ -22,6 +22,7 @@ from takagi.models import (
     sector_model,
 )
 from takagi.models.plant_files.loader import load_plant
+from tests.plant_files import filed_plant
 
 WING = """
 format = 1
@@ -178,11 +179,7 @@ def cart(folder: Path, *changes: tuple[str, str]) -> Plant:
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    path = folder / "cart.toml"
-    path.write_text(text, encoding="utf-8")
-    plant = load_model(path)
-    assert isinstance(plant, Plant)
-    return plant
+    return filed_plant(folder, text, "cart.toml")
 
 
 def test_it_is_a_signal_that_no_law_knows(tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from takagi.models import (
 from takagi.models.files.units import UNITS, parse_unit
 from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
 from takagi.models.plant_files.loader import load_plant
+from tests.plant_files import filed_plant
 
 X, V, F, M, K, L = sp.symbols("x v F m k L", real=True)
 
@@ -205,9 +206,7 @@ a = "{right}"
 
 
 def plant(folder: Path, unit: str = "rad/s", per: str = "-", right: str = "k*u") -> Plant:
-    path = folder / "plant.toml"
-    path.write_text(TEXT.format(unit=unit, per=per, right=right), encoding="utf-8")
-    return load_plant(path)
+    return filed_plant(folder, TEXT.format(unit=unit, per=per, right=right))
 
 
 def test_a_file_s_unit_is_kept_for_words_and_no_part_of_equality(tmp_path: Path) -> None:

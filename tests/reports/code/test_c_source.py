@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
 
 from takagi.cli.main import main
 from takagi.reports.code.c.comparison import source_differences
+from takagi.reports.code.c.target import export
 from takagi.reports.code.c.words import comment
 from takagi.reports.code.program_reading import read_controller
 from takagi.reports.code.targets import ExportSettings
@@ -147,3 +150,12 @@ def test_every_plant_s_export_is_its_own(name: str, tmp_path: Path) -> None:
         folder = tmp_path / settings.precision
         word = written(program, folder, settings)
         assert source_differences(folder / f"{word}.c", gains) == ()
+
+
+def test_a_rest_with_an_exponent_is_a_number_in_the_example(design: Path) -> None:
+    program = read_controller(design / "gains.json")
+    first, *others = program.inputs
+    small = replace(program, inputs=(replace(first, rest=Decimal("1e-7")), *others))
+    example = export(small, ExportSettings()).files["truck_with_trailer_example.c"]
+
+    assert " = 1E-7; /*" in str(example)

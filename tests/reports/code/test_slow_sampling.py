@@ -18,12 +18,10 @@ from scipy.optimize import brentq
 
 from takagi.certificates.controller import longest_sample
 from takagi.certificates.controller.content import bound, gain_file_of
-from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.cli.main import main
 from takagi.models import ModelError, TSModel, nrel5mw, sector_model
 from takagi.models.plant.plant import Plant
-from takagi.models.plant_files.loader import PlantFile, load_plant
 from takagi.models.simulation import turbine_plant
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.reports.code import sampling, targets
@@ -33,8 +31,7 @@ from takagi.reports.code.program_reading import read_controller
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.structured_text import block as block_file
 from takagi.reports.code.targets import ExportSettings
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import plant_gain_file
+from tests.plant_files import designed_in, filed_plant
 from tests.reports.code.bladed import Simulator, built, edited
 from tests.reports.code.compiled import STRICT, Compiled
 from tests.reports.code.design_program import recorded_program
@@ -193,8 +190,7 @@ y = { expression = "x" }
 
 
 def linear_plant(folder: Path) -> tuple[Plant, TSModel]:
-    (folder / "plant.toml").write_text(LINEAR, encoding="utf-8")
-    plant = load_plant(folder / "plant.toml")
+    plant = filed_plant(folder, LINEAR)
     return plant, sector_model(plant)
 
 
@@ -226,12 +222,7 @@ def test_the_longest_with_an_observer_is_shorter(tmp_path: Path) -> None:
 def tanks(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlantDesign]:
     """The folder of plant.toml and gains.json, and the design."""
     folder = tmp_path_factory.mktemp("tanks")
-    (folder / "plant.toml").write_text(TANKS, encoding="utf-8")
-    source = PlantFile.of(folder / "plant.toml")
-    found = design_plant(source.model, files=source.files)
-    assert isinstance(found, PlantDesign) and found.proved
-    (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
-    return folder, found
+    return folder, designed_in(folder, TANKS)
 
 
 def test_a_plant_s_file_states_it_and_exports_refuse_more(

@@ -9,7 +9,7 @@ disturbance lie in the hull of the corners of
         [ -nu             0          0     ]      (w and z each of both signs)
 
 with T - (b'/b) v_s' in the place of T while v_s moves.  Its eleven coefficients are enclosed here
-from the tables of the law and the plant's surface (``loop``, ``moving_schedule``), and
+from the tables of the law and the plant's surface (``loop``, ``wind_cell``), and
 compared with those the certificate states.  A cell also states its conditions: its winds, and the
 limit of pitch effectiveness (``effectiveness_limit``, the frozen wake's).  Then,
 exactly, at every corner
