@@ -150,7 +150,7 @@ def test_what_is_false_is_not_proved(where: str, change: Data) -> None:
 
     parts = {"model": model, "gains": gains, "claim": claim}
     parts[where] = parts[where] | change
-    assert verdict_of(**parts) == "UNDECIDED"
+    assert verdict_of(parts["model"], parts["gains"], parts["claim"]) == "UNDECIDED"
 
 
 @pytest.mark.parametrize(
