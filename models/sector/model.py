@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -40,9 +41,13 @@ def _factored_problem(
     domain: Domain | None = None,
     choice: Choice = "fewest-rules",
     premises: Mapping[sp.Symbol, sp.Expr] | None = None,
+    units: Mapping[sp.Symbol, str] | None = None,
 ) -> tuple[Problem, Factored]:
     """Return the equations about their equilibrium, and f = A x + B u + E w in premise symbols."""
     problem = problem_of_plant(plant, premises, rest, domain)
+    if units:
+        units = {**problem.equations.units, **units}
+        problem = replace(problem, equations=replace(problem.equations, units=units))
     factored = chosen_form(problem, choice)
     if problem.relations and _has_related(problem, factored):
         # Numbers that the equations at rest give from others, as i_rest - u_rest = 0, may vanish.
@@ -78,6 +83,7 @@ def sector_model(
     premises: Mapping[sp.Symbol, sp.Expr] | None = None,
     bounds: Mapping[sp.Symbol, StatedBounds] | None = None,
     sampled_bounds: Collection[sp.Symbol] = (),
+    units: Mapping[sp.Symbol, str] | None = None,
     tolerance: Number = TOLERANCE,
     most_rules: int = MOST_RULES,
 ) -> TSModel:
@@ -106,6 +112,7 @@ def sector_model(
     sampled_bounds : premises that are bounded by 10 000 samples, widened by a hundredth of their
         width, and NOT PROVED; for functions that cannot be enclosed.  ``model.sampled`` names
         them, and ``certify`` refuses the model.
+    units : by symbol, of given premises.
     tolerance : excess of a bound, as a share of the premise's range.
     most_rules : more are refused, with the premises ranked by what they cost, before any vertex
         is computed; ``rule_count`` gives their number.
@@ -124,7 +131,7 @@ def sector_model(
     Source: Tanaka and Wang (2001), Fuzzy Control Systems Design and Analysis, section 2.2.
     """
     problem, factored = _factored_problem(
-        plant, rest=rest, domain=domain, choice=choice, premises=premises
+        plant, rest=rest, domain=domain, choice=choice, premises=premises, units=units
     )
     bounds_request = BoundsRequest(bounds or {}, frozenset(sampled_bounds), exact(tolerance))
     members = counted_premises(problem, factored, bounds_request, most_rules)
