@@ -123,7 +123,7 @@ def unstable_loop(loops: RunningLoops, settings: DesignSettings, tell: Tell) -> 
         uncertain = _unstable_plant(loops, settings)
         if uncertain is None:
             return None
-        which, growths = uncertain
+        which, rates = uncertain
         bad = {wind: rate for wind, rate in rates.items() if rate > GROWTH}
     worst = max(bad, key=bad.__getitem__)
     usual = default_settings(turbine).wind_filter

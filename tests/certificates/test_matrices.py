@@ -194,3 +194,11 @@ def test_what_is_not_symmetric_is_not_definite(M: Rows) -> None:
 def test_a_matrix_of_fractions_keeps_the_ratio() -> None:
     """1/6 and 3/4 become 2 and 9 twelfths."""
     assert Matrix.of([[Fraction(1, 6), Fraction(3, 4)]]) == Matrix([[2, 9]], 12)
+
+
+def test_more_work_than_a_minute_is_refused_before_it_begins() -> None:
+    """80^4 times 300 bits is more than 10^10; 80^4 times 200 bits is not."""
+    large = [[(1 << 300) * (i == j) for j in range(80)] for i in range(80)]
+    with pytest.raises(Refused, match="too large"):
+        positive_definite_integers(large)
+    assert positive_definite_integers([[entry >> 100 for entry in row] for row in large])

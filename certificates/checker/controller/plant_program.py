@@ -228,8 +228,8 @@ class PlantWriting:
     def integral(self, tracked: Any, inputs: Any, states: Any) -> None:
         """Write the integral of h - r; it stops where it would push a limited command further."""
         name, xi, h = tracked["reference"], tracked["integral"], tracked["follow"]
-        signal = next(v for v in self.model["disturbances"] if v["name"] == name)
-        variable = next(v for v in states if v["name"] == xi)
+        signal = _named(self.model["disturbances"], name, "gains.references: reference")
+        variable = _named(states, xi, "gains.references: integral")
         self.reads.append(read(name, signal["unit"], "the reference"))
         self.parameters([h])
         h = self.tables(h)
@@ -253,7 +253,7 @@ class PlantWriting:
     def share(self) -> None:
         """Write the share F of the high actuator: the secant of psi from the equilibrium."""
         b, variables = self.blending, self.model["disturbances"]
-        share = next(v for v in variables if v["name"] == b["share"])
+        share = _named(variables, b["share"], "gains.blending.share")
         U, eps = b["effort"], self.own("overlap")
         rest_name, off = self.own(f"{U}_rest"), self.own(f"{U}_off")
         self.names[eps] = ("law.blending.overlap", b["unit"])
@@ -342,3 +342,11 @@ def _closing(formula: str, start: int) -> int:
         if depth == 0:
             return position
     raise ValueError(f"{formula[:60]!a} has a bracket that is not closed")
+
+
+def _named(variables: Any, name: Any, where: str) -> Any:
+    """Return the variable of a name; refuses a name that none has."""
+    for variable in variables:
+        if variable["name"] == name:
+            return variable
+    raise CertificateError(f"{where}: the model has no variable {name!a:.60}")
