@@ -18,6 +18,7 @@ in s.
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -36,7 +37,7 @@ _BLOCK = 1024
 
 
 @dataclass(frozen=True)
-class Signal:
+class Signal(ABC):
     """A deviation from rest over time, in SI units.  It is 0 before its first break.
 
     ``size`` : the largest deviation [SI]; of noise its standard deviation.
@@ -46,8 +47,8 @@ class Signal:
 
     @property
     def edges(self) -> tuple[float, ...]:
-        """The times [s] at which it jumps or has a kink."""
-        raise NotImplementedError
+        """The times [s] at which it jumps or has a kink; 0 where ``breaks`` gives them."""
+        return (0.0,)
 
     @property
     def last(self) -> float:
@@ -58,9 +59,9 @@ class Signal:
         """Return the times in (0, end) at which it jumps or has a kink."""
         return [time for time in self.edges if 0 < time < end]
 
+    @abstractmethod
     def on(self, begin: float, end: float) -> Function:
         """Return the function of time on [begin, end], an interval without a break inside."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -147,13 +148,8 @@ class Noise(Signal):
     every: float
     seed: tuple[int, ...] = (0,)
 
-    @property
-    def last(self) -> float:
-        """0: noise neither repeats nor ends."""
-        return 0.0
-
     def breaks(self, end: float) -> list[float]:
-        """Return the times at which a new value is drawn."""
+        """Return the times at which a new value is drawn; noise neither repeats nor ends."""
         times = [k * self.every for k in range(1, ceil(end / self.every) + 1)]
         return [time for time in times if 0 < time < end]
 
