@@ -20,7 +20,14 @@ from takagi.lmi.expressions.expression import (
     matrix,
     pieces_at,
 )
-from takagi.lmi.expressions.piece import Letter, NamedNumber, Piece, number_text, turned
+from takagi.lmi.expressions.piece import (
+    Letter,
+    NamedNumber,
+    Piece,
+    is_identity,
+    number_text,
+    turned,
+)
 from takagi.models.errors import ModelError
 
 Statement: TypeAlias = Inequality | Equation
@@ -271,7 +278,8 @@ def _is_multiple(piece: Piece) -> bool:
     """Return whether it is a number times a symmetric unknown, or one of 1 x 1."""
     assert piece.unknown is not None
     return (piece.unknown.symmetric or piece.unknown.scalar) and all(
-        array.shape[-1] == array.shape[-2]
+        is_identity(array)
+        or array.shape[-1] == array.shape[-2]
         and np.array_equal(array, array[..., :1, :1] * np.eye(array.shape[-1], dtype=np.intp))
         for array in (piece.left, piece.right)
         if array is not None
@@ -319,14 +327,20 @@ def _is_symmetric(piece: Piece) -> bool:
 
 def _twin(piece: Piece, candidates: list[Piece]) -> Piece | None:
     """Return the piece among the others that is this one's transpose, number by number."""
+    if not candidates:
+        return None
     turned = piece.T
     return next((candidate for candidate in candidates if _alike(candidate, turned)), None)
 
 
 def _alike(first: Piece, second: Piece) -> bool:
-    same = ("unknown", "transposed", "factor", "parameter", "item_count")
-    if (first.unknown is None) != (second.unknown is None) or any(
-        getattr(first, key) != getattr(second, key) for key in same
+    if (
+        first.transposed != second.transposed
+        or first.factor != second.factor
+        or first.item_count != second.item_count
+        or first.parameter != second.parameter
+        or (first.unknown is None) != (second.unknown is None)
+        or first.unknown != second.unknown
     ):
         return False
     pairs = (
@@ -336,8 +350,7 @@ def _alike(first: Piece, second: Piece) -> bool:
         (first.members, second.members),
     )
     return all(
-        (a is None and b is None) or (a is not None and b is not None and np.array_equal(a, b))
-        for a, b in pairs
+        a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in pairs
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -45,8 +47,9 @@ def _swept(M: Array, time: float) -> tuple[Array, bool]:
     for _ in range(SWEEPS):
         previous = s.copy()
         for k in range(len(M)):
-            column = float(np.linalg.norm(M[:, k] / s)) * s[k]
-            row = float(np.linalg.norm(M[k] * s)) / s[k]
+            acted_on, acting = M[:, k] / s, M[k] * s
+            column = math.sqrt(acted_on @ acted_on) * s[k]
+            row = math.sqrt(acting @ acting) / s[k]
             if row or column:
                 s[k] *= (
                     np.sqrt(row / column)
@@ -58,7 +61,7 @@ def _swept(M: Array, time: float) -> tuple[Array, bool]:
                 # With a chain of entries that are nearly zero the scales would grow without limit.
                 s[k] = min(max(s[k], 1.0 / FARTHEST), FARTHEST)
         # Scales are rounded to powers of two later, so they need no more digits than this.
-        if np.allclose(s, previous, rtol=1e-6):
+        if (np.abs(s - previous) <= 1e-6 * previous).all():
             return s, True
     return s, False
 

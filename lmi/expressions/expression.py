@@ -293,12 +293,11 @@ def matrix_product(first: Expression, second: Expression) -> Expression:
         for two in second.pieces:
             assert left_piece.at is not None and two.at is not None  # flat() leaves none
             if left_piece.at[1] == two.at[0]:
-                new_piece = (
-                    two.before_it(left_piece)
-                    if left_piece.unknown is None
-                    else left_piece.behind_it(two)
-                )
-                pieces.append(replace(new_piece, at=(left_piece.at[0], two.at[1])))
+                at = left_piece.at[0], two.at[1]
+                if left_piece.unknown is None:
+                    pieces.append(two.before_it(left_piece, at))
+                else:
+                    pieces.append(left_piece.behind_it(two, at))
     return Expression(first.rows, second.columns, tuple(pieces))
 
 
@@ -405,7 +404,7 @@ def _lifted(piece: Piece, rows: tuple[int, ...], columns: tuple[int, ...]) -> Pi
         left=turned(F),
         before=() if len(columns) == 1 else (Letter(f"E_{{{j + 1}}}", transposed=True),),
     )
-    return replace(piece.before_it(left).behind_it(right), at=(0, 0))
+    return piece.before_it(left, (0, 0)).behind_it(right, (0, 0))
 
 
 def _block_column(sizes: tuple[int, ...], k: int) -> Any:
@@ -563,7 +562,7 @@ def trace(value: object) -> Expression:
         for row in rows:
             e = Piece(unknown=None, left=row)
             column = Piece(unknown=None, left=turned(row))
-            entry = piece.before_it(e).behind_it(column)
+            entry = piece.before_it(e, (0, 0)).behind_it(column, (0, 0))
             if entry.left.any() and (entry.right is None or entry.right.any()):
                 pieces.append(entry)
     return Expression((1,), (1,), tuple(pieces))

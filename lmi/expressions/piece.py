@@ -189,9 +189,12 @@ class Piece:
         """Return (N,), or (r, r) with 1 in the place of a rule that it does not change with."""
         if self.items is not None:
             return (self.item_count,)
-        shapes = [array.shape[:-2] for array in (self.left, self.right) if array is not None]
-        shapes += [] if self.members is None else [self.members.shape]
-        return common_lead(set(shapes))
+        lead = self.left.shape[:-2]
+        if self.right is not None and self.right.shape[:-2] != lead:
+            lead = common_lead({lead, self.right.shape[:-2]})
+        if self.members is not None and self.members.shape != lead:
+            lead = common_lead({lead, self.members.shape})
+        return lead
 
     @property
     def T(self) -> Piece:
@@ -214,26 +217,30 @@ class Piece:
     def times(self, number: float | Fraction) -> Piece:
         return replace(self, factor=exact_product(self.factor, number))
 
-    def before_it(self, known_piece: Piece) -> Piece:
-        """Return known times this piece."""
+    def before_it(self, known_piece: Piece, at: tuple[int, int] | None) -> Piece:
+        """Return known times this piece, in a block."""
         return replace(
             self,
+            at=at,
             left=product(known_piece.left, self.left),
             factor=exact_product(known_piece.factor, self.factor),
             parameter=single_parameter(known_piece, self),
             before=known_piece.before + self.before,
         )
 
-    def behind_it(self, known_piece: Piece) -> Piece:
-        """Return this piece times known."""
+    def behind_it(self, known_piece: Piece, at: tuple[int, int] | None) -> Piece:
+        """Return this piece times known, in a block."""
         factor = exact_product(self.factor, known_piece.factor)
         parameter = single_parameter(self, known_piece)
         if self.right is None:
             left = product(self.left, known_piece.left)
             before = self.before + known_piece.before
-            return replace(self, left=left, factor=factor, parameter=parameter, before=before)
+            return replace(
+                self, at=at, left=left, factor=factor, parameter=parameter, before=before
+            )
         return replace(
             self,
+            at=at,
             right=product(self.right, known_piece.left),
             factor=factor,
             parameter=parameter,
@@ -296,16 +303,17 @@ def transposed(word: Word) -> Word:
 
 def product(first: Data, second: Data) -> Data:
     """Return the products of two stacks of matrices; exact where either is."""
-    if _is_identity(first):
+    if is_identity(first):
         return second
-    if _is_identity(second):
+    if is_identity(second):
         return first
     if first.dtype != second.dtype:
         first, second = exact_array(first), exact_array(second)
     return np.asarray(first @ second)
 
 
-def _is_identity(array: Data) -> bool:
+def is_identity(array: Data) -> bool:
+    """Return whether a single matrix is the identity."""
     p, q = array.shape[-2:]
     return p == q and array.size == p * q and np.array_equal(array.reshape(p, q), _eye(p))
 

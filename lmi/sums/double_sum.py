@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -93,8 +93,7 @@ def term_of(part: Part, summand: Summand, scale: float) -> Term:
         right = _gathered(right, summand, weight, key, len(items))
     else:
         left, right = _scaled(weight, _picked(left, summand)), _picked(right, summand)
-    term = _printed(part, left, right, summand.names, summand.factor)
-    return replace(term, items=items, members=members)
+    return _printed(part, left, right, summand.names, summand.factor, items, members)
 
 
 def same_term(part: Part, total: Weights, scale: float, printed: float) -> Term:
@@ -102,7 +101,7 @@ def same_term(part: Part, total: Weights, scale: float, printed: float) -> Term:
     piece, _ = part
     left = _scaled(scale * _once(total), _stack(piece.scaled_left()))
     right = None if piece.right is None else _stack(piece.right)
-    return _printed(part, left, right, ("i", "j"), _number(total[0] / printed))
+    return _printed(part, left, right, ("i", "j"), _number(total[0] / printed), None, None)
 
 
 def constants_of(
@@ -135,7 +134,13 @@ def constants_of(
 
 
 def _printed(
-    part: Part, left: Array, right: Array | None, names: tuple[str, str], weight: str
+    part: Part,
+    left: Array,
+    right: Array | None,
+    names: tuple[str, str],
+    weight: str,
+    items: Indices | None,
+    members: Indices | None,
 ) -> Term:
     """Return the part as a term, with the names of its two rules."""
     piece, plus_transpose = part
@@ -149,6 +154,8 @@ def _printed(
         right=right,
         at=piece.at,
         plus_transpose=plus_transpose,
+        items=items,
+        members=members,
         parameter=None if piece.parameter is None else piece.parameter.name,
         latex=(_indexed(latex, names), _indexed(behind, names)),
         symbol=_indexed(piece.symbol, names),
@@ -221,6 +228,8 @@ def _indexed(text: str, names: tuple[str, str]) -> str:
 
     A name keeps its braces right behind ``_`` or ``^``; inside of others it needs none.
     """
+    if "{" not in text:
+        return text
     rule_names = dict(zip("ij", names, strict=True))
     text = re.sub(r"(?<=[_^])\{([ij])\}", lambda match: "{" + rule_names[match[1]] + "}", text)
     return re.sub(r"(?<![_^])\{([ij])\}", lambda match: rule_names[match[1]], text)

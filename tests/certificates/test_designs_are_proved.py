@@ -196,10 +196,12 @@ def test_a_design_is_proved(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DEAR)
 def test_every_design_is_proved(name: str, reduced: bool) -> None:
-    """Reduced: of each condition under each relaxation one kind of time, in turn."""
+    """Reduced: of each condition under every second relaxation one kind of time, in turn."""
     timed = [other for other in DEAR if other.endswith((", continuous", ", sampled"))]
-    if reduced and name in timed and timed.index(name) % 4 not in (0, 3):
+    if reduced and name in timed and timed.index(name) % 8 not in (0, 5):
         pytest.skip("reduced: the same condition and relaxation in the other kind of time")
+    if reduced and name in ("cost, tuan", "cost, kim-lee", "structure, a gain bound"):
+        pytest.skip("reduced: the same condition with another relaxation, or without shared gains")
     proved(DEAR[name]())
 
 

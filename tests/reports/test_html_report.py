@@ -177,11 +177,12 @@ def test_a_folder_keeps_margins_and_runs_as_data(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The same page without a search; a folder without them is read, one with other things not."""
-    given = design_files(turbine_design, source=read_model("nrel5mw"))
-    folder = write_folder(tmp_path / "out", given)
-    monkeypatch.setattr("takagi.reports.simulation.measured_loop._measured_now", None)
+    with unsettled():
+        given = design_files(turbine_design, source=read_model("nrel5mw"))
+        folder = write_folder(tmp_path / "out", given)
+        monkeypatch.setattr("takagi.reports.simulation.measured_loop._measured_now", None)
 
-    assert report_files(read_design(folder))["report.html"] == given["report.html"]
+        assert report_files(read_design(folder))["report.html"] == given["report.html"]
 
     record = json.loads(str(given["design.json"]))
     members = record["design"]["members"]

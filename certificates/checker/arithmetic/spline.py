@@ -123,9 +123,19 @@ class Spline:
             raise CertificateError("surface: a coefficient beyond 1000 in size")
         self._nets: dict[tuple[int, ...], Net] = {}
         self._kept: dict[tuple[int, ...], list[int]] = {}
+        # Value and slopes are asked for over one rectangle after the other.
+        self._rectangle: tuple[Interval, Interval] | None = None
+        self._brackets: dict[tuple[int, int], Interval] = {}
 
     def bounds(self, x: Interval, y: Interval, dx: int = 0, dy: int = 0) -> Interval:
         """Return a bracket of the (dx, dy) derivative over the rectangle x times y."""
+        if self._rectangle != (x, y):
+            self._rectangle, self._brackets = (x, y), {}
+        if (dx, dy) not in self._brackets:
+            self._brackets[dx, dy] = self._bracket(x, y, dx, dy)
+        return self._brackets[dx, dy]
+
+    def _bracket(self, x: Interval, y: Interval, dx: int, dy: int) -> Interval:
         entries: list[int] = []
         for i in self.x.cells(*x):
             sx, tx = self.x.local(i, x[0], False), self.x.local(i, x[1], True)
