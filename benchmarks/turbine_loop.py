@@ -27,11 +27,11 @@ MODEL = (
     "torque_rate_limit",
 )
 LAW = (
-    *("overlap", "pitch_lead", "rated_torque", "effort_torque", "pitch_min", "pitch_max"),
+    *("overlap", "rated_torque", "effort_torque", "pitch_min", "pitch_max"),
     "integral_limit",
 )
 TABLES = ("rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit", "proportional")
-STEPS = ("integral_rate", "inertia_feedforward", "feedforward_limit")
+STEPS = ("integral_rate",)
 
 
 def column(values: Any) -> Floats:
@@ -71,7 +71,6 @@ class Motion:
     asked: Floats
     pitch: Floats
     drive: Floats
-    lead: Floats
     turn: Floats
 
 
@@ -157,12 +156,10 @@ class Loop:
         b, gamma, eps = t["effectiveness"], t["proportional"], law["overlap"]
         U = t["trim_effort"] + gamma * (e - x)
         F, shed = share(U, eps), psi(U, eps)
-        limit = self.steps["feedforward_limit"][k]
-        ahead = np.clip(self.steps["inertia_feedforward"][k] * rate, -limit, limit)
-        asked = law["rated_torque"] - law["effort_torque"] * (psi(-U, eps) + ahead)
+        asked = law["rated_torque"] - law["effort_torque"] * psi(-U, eps)
         torque = np.clip(asked, 0, law["rated_torque"])
         N = F * (s["trim_effort"] + s["proportional"] * (e - x)) - shed * s["effectiveness"] / b
-        wanted = law["pitch_min"] + shed / b + law["pitch_lead"] * rate * N / b
+        wanted = law["pitch_min"] + shed / b
         reference = np.clip(wanted, law["pitch_min"], law["pitch_max"])
         pitch = law["pitch_min"] + (shed - zeta) / b
         lag, most = self.number["pitch_time_constant"], self.number["pitch_rate_limit"]
@@ -175,5 +172,4 @@ class Loop:
         dx = -self.steps["integral_rate"][k] * e
         dU = (s["trim_effort"] + s["proportional"] * (e - x)) * rate + gamma * (de - dx)
         dz = F * dU - s["effectiveness"] * rate * (pitch - law["pitch_min"]) - b * drive
-        lead = (reference - law["pitch_min"] - shed / b) / lag
-        return Motion(np.stack([de, dz, dx], 1), asked, wanted, pitch, drive, lead, rate * N)
+        return Motion(np.stack([de, dz, dx], 1), asked, wanted, pitch, drive, rate * N)

@@ -68,11 +68,6 @@ class Motion:
         found = int(np.searchsorted(self.nodes, wind, side="right")) - 1
         return min(max(found, 0), len(self.nodes) - 2)
 
-    def slope(self, name: str, wind: float) -> float:
-        k = self.interval(wind)
-        (a, b), (p, q) = self.nodes[k : k + 2], self.law[name][k : k + 2]
-        return float((q - p) / (b - a))
-
     def psi(self, s: float) -> float:
         eps = self.law["overlap"]
         return 0.0 if s <= -eps else s if s >= eps else (s + eps) ** 2 / (4 * eps)
@@ -83,10 +78,10 @@ class Motion:
         value = float(cast("Any", bisplev)(ratio, pitch, self.surface, dx=dx, dy=dy))
         return float(self.model["torque_constant"] / self.J * wind**2 * value)
 
-    def load(self, effort: float, taken: float = 0.0) -> float:
-        """Return n_g T / J for a demanded effort and what the feed-forward takes."""
+    def load(self, effort: float) -> float:
+        """Return n_g T / J for a demanded effort."""
         law = self.law
-        asked = law["rated_torque"] - law["effort_torque"] * (self.psi(-effort) + taken)
+        asked = law["rated_torque"] - law["effort_torque"] * self.psi(-effort)
         return float(self.n * min(max(asked, 0.0), law["rated_torque"]) / self.J)
 
     def balance(self, effort: float) -> float:
@@ -97,20 +92,12 @@ class Motion:
 
     def commands(self, xi: Floats) -> tuple[float, float]:
         """Return n_g T_c / J [rad/s^2] and beta_c [rad]."""
-        law, (_, _, x, s, m, _, z) = self.law, xi[:7]
+        law, x, s, m = self.law, *xi[2:5]
         v_s = self.v + s
-        seen = min(max(self.v + z, self.nodes[0]), self.nodes[-1])
-        rate = (seen - v_s) / law["wind_filter"]
         signal = self.speed + m - self.at("rotor_speed", v_s) - self.x_rest - x
         U = self.at("trim_effort", v_s) + self.at("proportional", v_s) * signal
-        k, eps = self.interval(v_s), law["overlap"]
-        limit = law["feedforward_limit"][k]
-        taken = min(max(law["inertia_feedforward"][k] * rate, -limit), limit)
-        F, b = min(max((U + eps) / (2 * eps), 0.0), 1.0), self.at("effectiveness", v_s)
-        moved = self.slope("trim_effort", v_s) + self.slope("proportional", v_s) * signal
-        N = F * moved - self.psi(U) * self.slope("effectiveness", v_s) / b
-        asked = law["pitch_min"] + (self.psi(U) + law["pitch_lead"] * rate * N) / b
-        return self.load(U, taken), min(max(asked, law["pitch_min"]), law["pitch_max"])
+        asked = law["pitch_min"] + self.psi(U) / self.at("effectiveness", v_s)
+        return self.load(U), min(max(asked, law["pitch_min"]), law["pitch_max"])
 
     def late(self) -> float:
         """Return h [rad/s^2 per rad]: at most what the table's effectiveness lacks to its limit."""
@@ -168,10 +155,6 @@ class Motion:
         bent = (self.at("proportional", v_s) - self.at("proportional", v)) / s
         steep = (self.at("trim_effort", v_s) - self.at("trim_effort", v)) / s
         _, asked = self.commands(xi)
-        rate = self.rate(xi)[3]
-        plain = law["pitch_min"] + self.psi(U) / b_s
-        load = self.load(U) - self.commands(xi)[0]
-        unit = self.n * law["effort_torque"] / self.J
         owed = (asked - pitch) / self.model["pitch_time_constant"]
         away = self.torque(self.speed, pitch, v) - self.torque(self.speed, self.pitch, v)
         return {
@@ -180,10 +163,8 @@ class Motion:
             "gamma": self.at("proportional", v_s),
             "share": (self.psi(U) - self.psi(self.effort)) / (U - self.effort),
             "held estimate": (self.rate(xi)[3] * law["wind_filter"] + s) / z,
-            "feed-forward": load / unit / rate,
             "pitch per effort": self.b0 / b_s,
             "pitch by schedule": self.psi(self.effort) * (b_s - b) / s * self.b0 / (b_s * b),
-            "lead": (asked - plain) * self.b0 / rate,
             "integral rate": law["integral_rate"][self.interval(v_s)],
             "stiffness": (
                 self.torque(self.speed + e, pitch, v) - self.torque(self.speed, pitch, v)

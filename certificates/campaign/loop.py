@@ -35,7 +35,6 @@ class Equations(NamedTuple):
     pitch_min: float
     pitch_max: float
     overlap: float
-    pitch_lead: float
     rated_torque: float
     effort_torque: float  # E
     integral_limit: float
@@ -44,7 +43,7 @@ class Equations(NamedTuple):
     pitch: Floats
     patches: Floats
     # A row for each wind cell: its ends; omega*, q*, b, gamma and b_fw at its lower end; their
-    # slopes over wind; nu, f, g.  One array, since numba counts references to each.
+    # slopes over wind; nu.  One array, since numba counts references to each.
     cells: Floats
 
 
@@ -107,8 +106,7 @@ def _read(model: dict[str, Any], law: dict[str, Any], claim: dict[str, Any]) -> 
     gear = float(model["gear_ratio"])
     J = float(model["rotor_inertia"]) + gear**2 * float(model["generator_inertia"])
     of_model = ("rotor_radius", "pitch_rate_limit", "pitch_min", "pitch_max")
-    of_law = ("overlap", "pitch_lead", "rated_torque", "effort_torque", "integral_limit")
-    by_cell = ("integral_rate", "inertia_feedforward", "feedforward_limit")
+    of_law = ("overlap", "rated_torque", "effort_torque", "integral_limit")
     rows = [wind[:-1], wind[1:], *tables[:, :-1], *(np.diff(tables, axis=1) / np.diff(wind))]
     equations = Equations(
         torque_scale=float(model["torque_constant"]) / J,
@@ -119,7 +117,7 @@ def _read(model: dict[str, Any], law: dict[str, Any], claim: dict[str, Any]) -> 
         ratio=np.array(ratio),
         pitch=np.array(pitch),
         patches=patches,
-        cells=np.ascontiguousarray(np.vstack([*rows, *(_row(law[name]) for name in by_cell)]).T),
+        cells=np.ascontiguousarray(np.vstack([*rows, _row(law["integral_rate"])]).T),
     )
     of_cell = ("wind_error", "wind_rate", "decay_rate")
     loop = CertifiedLoop(

@@ -116,27 +116,20 @@ def schedule(p: Equations, k: int, wind: float) -> Schedule:
 
 
 @compiled
-def command(
-    p: Equations, k: int, wind: float, rate: float, state: State
-) -> tuple[float, float, float]:
+def command(p: Equations, k: int, wind: float, state: State) -> tuple[float, float, float]:
     """Return torque [N m] and pitch [rad] before their limits, and psi(U)."""
     reference, trim, b, gain, _ = schedule(p, k, wind)
     signal = state[0] - reference - state[2]
     effort = trim + gain * signal
     shed, reserve = _ramp(effort, p.overlap), _ramp(-effort, p.overlap)
-    slope = min(max((effort + p.overlap) / (2.0 * p.overlap), 0.0), 1.0)
-    limit = p.cells[k, 14]
-    ahead = min(max(p.cells[k, 13] * rate, -limit), limit)
-    lead = slope * (p.cells[k, 8] + p.cells[k, 10] * signal) - shed * p.cells[k, 9] / b
-    pitch = p.pitch_min + (shed + p.pitch_lead * rate * lead) / b
-    return p.rated_torque - p.effort_torque * (reserve + ahead), pitch, shed
+    return p.rated_torque - p.effort_torque * reserve, p.pitch_min + shed / b, shed
 
 
 @compiled
 def rates(p: Equations, k: int, wind: float, u: Inputs, kappa: float, state: State) -> State:
     """Return omega', beta', x' at a schedule wind of cell k, under the inputs u."""
     reference, effort, b, _, limit = schedule(p, k, wind)
-    torque, demanded, _ = command(p, k, wind, u[1], state)
+    torque, demanded, _ = command(p, k, wind, state)
     torque = min(max(torque, 0.0), p.rated_torque)
     demanded = min(max(demanded, p.pitch_min), p.pitch_max)
     v = max(wind + u[0], LEAST_WIND)
@@ -180,7 +173,7 @@ def step(
 def errors(p: Equations, k: int, wind: float, state: State) -> State:
     """Return xi = (e, zeta, x), zeta = psi(U) - b (beta - beta_min)."""
     reference, _, b, _, _ = schedule(p, k, wind)
-    shed = command(p, k, wind, 0.0, state)[2]
+    shed = command(p, k, wind, state)[2]
     return state[0] - reference, shed - b * (state[1] - p.pitch_min), state[2]
 
 
@@ -215,7 +208,7 @@ def _measure(
 ) -> State:
     """Write the ratio to each bound except the decays; return xi."""
     p = loop.equations
-    torque, pitch, _ = command(p, k, wind, u[1], state)
+    torque, pitch, _ = command(p, k, wind, state)
     e, lag, x = errors(p, k, wind, state)
     now[0] = _quadratic(loop.P, (e, lag, x))
     now[1], now[2] = abs(e) / loop.peaks[0], abs(lag) / loop.peaks[1]

@@ -125,7 +125,7 @@ def _surface(surface: Surface) -> dict[str, Any]:
 
 def effort_sharing_law_data(law: EffortSharingLaw) -> dict[str, Any]:
     """Return the law as plain data, the same in gain file and certificate."""
-    table, gains, ahead = law.schedule, law.gains, law.feedforward
+    table, gains = law.schedule, law.gains
     return {
         "name": law.name,
         "wind": table.wind.tolist(),
@@ -136,9 +136,6 @@ def effort_sharing_law_data(law: EffortSharingLaw) -> dict[str, Any]:
         "overlap": table.overlap,
         "proportional": gains.proportional.tolist(),
         "integral_rate": gains.integral_rate.tolist(),
-        "inertia_feedforward": ahead.inertia.tolist(),
-        "feedforward_limit": ahead.effort_limit.tolist(),
-        "pitch_lead": ahead.pitch_lead,
         "rated_torque": law.rated_torque,
         "effort_torque": law.effort_torque,
         "pitch_min": law.pitch_min,

@@ -126,9 +126,9 @@ def _law_fields(
     if (time := given["wind_filter"]) is not None:
         _require(
             0 < time <= LONGEST_FILTER,
-            f"--wind-filter: {time:g} was given; it must be positive, because the law feeds the "
-            f"filtered wind's rate forward, and at most {LONGEST_FILTER:g} s, because a slower "
-            "filter does not follow the wind",
+            f"--wind-filter: {time:g} was given; it must be positive, because an estimate that "
+            f"jumps would make the commands jump, and at most {LONGEST_FILTER:g} s, because a "
+            "slower filter does not follow the wind",
         )
         fields["wind_filter"] = time
     return fields

@@ -48,7 +48,7 @@ CELLS = MappingProxyType(
         "coherent-loop": OTHER,
         "paper-loop": OTHER,
         "wind-rate": OTHER,
-        "actuator-rates": OTHER,
+        "bumpless": OTHER,
         "running-loop": OTHER,
     }
 )

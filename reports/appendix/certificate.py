@@ -53,7 +53,7 @@ def certificate_context(design: TurbineDesign) -> dict[str, Any]:
         elif kind == "wind-rate":
             claim["spans"] = [_span_of_winds(span) for span in claim["ranges"]]
             context["tables"].append(_rates_table(claim))
-        elif kind == "actuator-rates":
+        elif kind == "bumpless":
             claim |= _actuator_sizes(claim, design)
             context["tables"].append(_actuators_table(claim, context["loop"]))
         elif kind == "running-loop":
@@ -96,7 +96,7 @@ def _actuator_sizes(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str
 
 
 def _actuators_table(claim: Mapping[str, Any], loop: Mapping[str, Any]) -> dict[str, Any]:
-    names = ("pitch_rate", "torque_rate", "schedule_bend")
+    names = ("pitch_rate", "torque_rate")
     rows = [
         [*head[:2], *(decimal(cell[name]) for name in names)]
         for head, cell in zip(loop["claimed"], claim["cells"], strict=True)

@@ -35,7 +35,7 @@ TITLES = {
     "fuzzy-l2-gain": r"Energy gain by $P(h)$ \cite{takagi-oliveira}",
     "coherent-loop": "Invariance, bounds and decay",
     "wind-rate": "Admissible winds",
-    "actuator-rates": "Rates of the actuators",
+    "bumpless": "Hand-over without bumps",
     "running-loop": "The loop with its observer",
     "paper-loop": "The loop of Schulte's law",
 }

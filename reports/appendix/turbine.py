@@ -143,8 +143,6 @@ def _gain_row(design: TurbineDesign, law: EffortSharingLaw, k: int) -> list[Tex]
         with_decimals(table.effectiveness_limit[k], 4),
         Tex(with_decimals(gains.proportional[k], 5) + (r"\rlap{$^\dagger$}" if limited else "")),
         NONE if last else with_decimals(gains.integral_rate[k], 6),
-        NONE if last else with_decimals(law.feedforward.inertia[k], 4),
-        NONE if last else with_decimals(law.feedforward.effort_limit[k], 4),
     ]
 
 

@@ -38,13 +38,6 @@ class CoherentLawTables(Strict):
     overlap: float = Field(gt=0, description="eps of the effort ramp [rad/s^2]")
     proportional: Numbers = Field(description="gamma at the nodes [1/s]")
     integral_rate: Numbers = Field(description="nu, constant between two nodes [1/s]")
-    inertia_feedforward: Numbers = Field(
-        description="f, constant between two nodes [rad/s per m/s]: f v_s' is fed forward to torque"
-    )
-    feedforward_limit: Numbers = Field(
-        description="g, constant between two nodes [rad/s^2]: f v_s' is held within +-g"
-    )
-    pitch_lead: float = Field(ge=0, description="tau_lead [s]")
     rated_torque: float = Field(gt=0, description="[N m]")
     effort_torque: float = Field(gt=0, description="J / n_g, torque per effort [N m s^2/rad]")
     pitch_min: float
@@ -58,9 +51,7 @@ class CoherentLawTables(Strict):
         if any(b <= a for a, b in zip(self.wind, self.wind[1:], strict=False)):
             raise ValueError("law.wind: the nodes must increase")
         columns = ("rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
-        between = ("integral_rate", "inertia_feedforward", "feedforward_limit")
-        needed = dict.fromkeys((*columns, "proportional"), count)
-        needed |= dict.fromkeys(between, count - 1)
+        needed = dict.fromkeys((*columns, "proportional"), count) | {"integral_rate": count - 1}
         for name, length in needed.items():
             if len(getattr(self, name)) != length:
                 stated = len(getattr(self, name))

@@ -24,7 +24,7 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from tests.certificates.kinds.claims import resealed
 
-PER_INTERVAL = {"integral_rate", "inertia_feedforward", "feedforward_limit"}
+PER_INTERVAL = {"integral_rate"}
 # Nodes kept in the short certificate: where the effort passes from torque to pitch.
 SHORT_FROM, SHORT_CELLS = 11.2, 6
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates import CertificateError
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import first_failure
@@ -19,7 +18,7 @@ from takagi.certificates.checker.turbine.effort_sharing.corners import (
     Corners,
     Stated,
 )
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
 from takagi.models.laws.effort_sharing.law import loop_vertices
@@ -65,13 +64,12 @@ def test_both_signs_of_the_lag_disturbance_are_checked(
 ) -> None:
     """A wind error that one sign of w_zeta allows and the other does not is refused.
 
-    The lead leaves next to nothing of w_zeta, so a larger one is stated; which sign is the worse
-    one depends on how P couples speed and lag.
+    A larger w_zeta is stated; which sign is the worse one depends on how P couples speed and lag.
     """
     P, found = built.candidate.P.copy(), 0
     P[0, 1] = P[1, 0] = coupling
     for k, given in enumerate(built.candidate.cells):
-        cell = replace(given, lag_disturbance=Fraction("0.001"))
+        cell = replace(given, lag_disturbance=Fraction("0.003"))
         v = loop_vertices(cell)
         scales = [
             largest_scale(P, v.A[s::2], v.fixed[s::2], v.per_wind_error[s::2], limit=50)
@@ -81,7 +79,7 @@ def test_both_signs_of_the_lag_disturbance_are_checked(
         if tight == 0 or loose < 1.02 * tight:
             continue
         found += 1
-        stated = built.document["claims"][0]["cells"][k] | {"lag_disturbance": 0.001}
+        stated = built.document["claims"][0]["cells"][k] | {"lag_disturbance": 0.003}
         error, rate = (tight + loose) / 2, stated["wind_rate"]
         assert "invariance" in decided(stated, P.tolist(), error, rate, alpha)
         if found == 3:
@@ -150,17 +148,6 @@ def test_a_set_that_may_demand_negative_torque_is_refused(built: Any) -> None:
     assert "negative torque" in first_failure(loop(built.document, 0, speed_signal=wide).limits())
 
 
-def test_a_feedforward_that_may_demand_negative_torque_is_refused(built: Any) -> None:
-    """More torque given up to a moving schedule than the trim has: at the limit g, not beyond."""
-    law = subject(built.document).law
-    most = [10 * g for g in law.inertia_limit]
-
-    assert not first_failure(loop(built.document, 0, "100").limits())
-    failed = first_failure(loop(built.document, 0, "100", inertia_limit=most).limits())
-    assert "negative torque" in failed
-    assert not first_failure(loop(built.document, 0, "0.001", inertia_limit=most).limits())
-
-
 def test_a_set_that_may_demand_too_much_pitch_is_refused(built: Any) -> None:
     """The pitch band of the last cell against a limit just inside it."""
     last, low = len(built.law.schedule.wind) - 2, Fraction("0.4")
@@ -169,34 +156,7 @@ def test_a_set_that_may_demand_too_much_pitch_is_refused(built: Any) -> None:
     assert "pitch" in first_failure(loop(built.document, last, pitch_max=low).limits())
 
 
-def test_a_lead_that_asks_for_too_much_pitch_is_refused(built: Any) -> None:
-    """The command in the last cell, not the pitch itself, against the limit; and its rate."""
-    last = len(built.law.schedule.wind) - 2
-    reached = loop(built.document, last).largest_pitch()
-    asked = loop(built.document, last, "0").largest_pitch()
-    band = Fraction(loop(built.document, last).reached.high, ONE)
-    assert asked < reached
-
-    at_the_band = max(band, asked)
-    far = loop(built.document, last, "6", pitch_max=at_the_band)
-    assert far.largest_pitch() > at_the_band
-    assert "pitch beyond its limit" in first_failure(far.limits())
-    assert "rate limit" in first_failure(
-        loop(built.document, last, "40", pitch_max=Fraction(9)).limits()
-    )
-
-
-def test_a_law_without_a_filter_does_not_know_its_winds_rate(short: Any) -> None:
-    """What is fed forward is the filter's own rate: without one such a law is refused."""
-    law = short["gains"] | {"wind_filter": 0.0}
-    with pytest.raises(CertificateError, match="wind_filter"):
-        Law.read(as_read({"gains": law})["gains"])
-    none = [0.0] * len(law["inertia_feedforward"])
-    silent = law | {"inertia_feedforward": none, "pitch_lead": 0.0}
-    assert Law.read(as_read({"gains": silent})["gains"]).lead == 0
-
-
-def test_what_the_feedforward_leaves_is_a_disturbance(built: Any) -> None:
+def test_the_moving_reference_is_a_disturbance(built: Any) -> None:
     """A cell where more of the moving reference is left than stated is refused."""
     P, found = built.candidate.P.tolist(), 0
     for cell in built.document["claims"][0]["cells"]:

@@ -282,11 +282,6 @@ def false_claims() -> dict[str, Callable[[Document], None]]:
         "other inertia": at("model", "rotor_inertia", to=lambda j: 1.02 * j),
         "other gear": at("model", "gear_ratio", to=lambda n: 1.02 * n),
         "faster pitch": at("model", "pitch_time_constant", to=lambda t: 0.9 * t),
-        "longer pitch lead": at("gains", "pitch_lead", to=lambda t: 1.1 * t),
-        "shorter pitch lead": at("gains", "pitch_lead", to=lambda t: 0.9 * t),
-        "no pitch lead": at("gains", "pitch_lead", to=lambda t: 0),
-        "negative feed-forward": at("gains", "inertia_feedforward", to=lambda f: [-0.1] * len(f)),
-        "a feed-forward too many": at("gains", "inertia_feedforward", to=lambda f: [0.1] * len(f)),
         "pitch rate limit": at("model", "pitch_rate_limit", to=lambda r: 0.05 * r),
     }
 

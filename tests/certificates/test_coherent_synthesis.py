@@ -42,15 +42,11 @@ def part_of(law: EffortSharingLaw, low: float, high: float) -> EffortSharingLaw:
     """Return the law between two winds."""
     kept = (law.schedule.wind >= low) & (law.schedule.wind <= high)
     cells = kept[:-1] & kept[1:]
-    ahead = law.feedforward
     columns = {name: getattr(law.schedule, name)[kept] for name in NODES}
     return replace(
         law,
         schedule=replace(law.schedule, **columns),
         gains=EffortGains(law.gains.proportional[kept], law.gains.integral_rate[cells]),
-        feedforward=replace(
-            ahead, inertia=ahead.inertia[cells], effort_limit=ahead.effort_limit[cells]
-        ),
     )
 
 

@@ -26,9 +26,8 @@ FREE |= {"torque_rate_limit"}
 WEAKER = {"wind_error", "wind_rate", "decay_rate", "integral_limit", "pitch_rate_limit"}
 WEAKER |= {"frozen_wake", "effectiveness_limit", "rated_rotor_speed", "inertia", "multiplier"}
 WEAKER |= {*RANGES, *BOUNDS, "pitch_max", "peaks", "wind_share"}
-# The second function has room where only these winds are asked; nothing is fed forward to torque
-# where the reference speed rests, so its limit does not matter there.
-WEAKER |= {"settling", "feedforward_limit"}
+# The second function has room where only these winds are asked.
+WEAKER |= {"settling"}
 # Less than the unit by which stated ranges are wider than what is enclosed.
 HAIR = 1e-9
 STRANGE: list[Any] = [None, True, False, "", "1", "NaN", [], {}, [[]], [1], {"a": 1}, "\x00"]

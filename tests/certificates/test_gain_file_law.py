@@ -20,7 +20,7 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import effort_schedule, no_feedforward
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.laws.protocol import Law, Measurement
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
@@ -84,9 +84,7 @@ OPTIONS: dict[str, Callable[[], EffortSharingLaw]] = {
     "torque set-point": lambda: law_of(derated(TURBINE, 0.8 * TURBINE.rated_torque)),
     "wind filter": lambda: replace(default_law(), wind_filter=0.05),
     "integral limit": lambda: replace(default_law(), integral_limit=0.02),
-    "no filter": lambda: replace(
-        default_law(), wind_filter=0.0, feedforward=no_feedforward(default_law().schedule)
-    ),
+    "no filter": lambda: replace(default_law(), wind_filter=0.0),
 }
 
 
@@ -101,26 +99,15 @@ def test_every_option_comes_back(option: str, tmp_path: Path) -> None:
     assert effort_sharing_law_data(read) != effort_sharing_law_data(default_law())
 
 
-def test_a_file_of_version_1_feeds_nothing_forward(tmp_path: Path) -> None:
-    """Such files lack the feed-forward: the law that ran then is the law that is read."""
-    law = default_law()
-    data = effort_sharing_law_data(law)
-    for name in ("inertia_feedforward", "feedforward_limit", "pitch_lead"):
-        del data[name]
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_a_law_that_fed_the_winds_rate_forward_is_refused(version: int, tmp_path: Path) -> None:
+    """It is another law than the one that would be read without these members."""
+    data = effort_sharing_law_data(default_law())
+    require_same(default_law(), law_from_gains(stored(data, tmp_path, version=version)))
+    data["pitch_lead"] = 0.2
 
-    read = law_from_gains(stored(data, tmp_path, version=1))
-
-    assert isinstance(read, EffortSharingLaw) and not read.feedforward.acts
-    require_same(replace(law, feedforward=no_feedforward(law.schedule)), read)
-    with pytest.raises(CertificateError, match="inertia_feedforward"):
-        law_from_gains(stored(data, tmp_path, version=2))
-
-
-def test_a_stated_feedforward_runs_whatever_the_version(tmp_path: Path) -> None:
-    """The checkers prove the law with it: one without it is another."""
-    law = default_law()
-    assert law.feedforward.acts
-    require_same(law, law_from_gains(stored(effort_sharing_law_data(law), tmp_path, version=1)))
+    with pytest.raises(CertificateError, match="pitch_lead"):
+        law_from_gains(stored(data, tmp_path, version=version))
 
 
 @pytest.mark.slow

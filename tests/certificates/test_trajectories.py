@@ -61,15 +61,14 @@ class Loop:
         shed = effort_ramp(effort, eps) * self.slope("effectiveness", v) / b
         return np.asarray(effort_ramp_slope(effort, eps) * moved - shed)
 
-    def commands(self, y: Floats, v_rate: Floats | float = 0.0) -> tuple[Floats, Floats]:
-        """Return (torque, pitch reference) while the schedule wind moves."""
+    def commands(self, y: Floats) -> tuple[Floats, Floats]:
+        """Return (torque, pitch reference)."""
         v, effort = y[3], self.demanded(y)
-        eps, ahead, k = self.law.schedule.overlap, self.law.feedforward, self.cell(y[3])
-        taken = np.clip(ahead.inertia[k] * v_rate, -ahead.effort_limit[k], ahead.effort_limit[k])
-        reserve = effort_ramp(-effort, eps) + taken
-        torque = self.law.rated_torque - self.law.effort_torque * np.maximum(reserve, 0.0)
-        shed = effort_ramp(effort, eps) + ahead.pitch_lead * v_rate * self.asked(y)
-        return torque, self.law.pitch_min + np.maximum(shed, 0.0) / self.table("effectiveness", v)
+        eps = self.law.schedule.overlap
+        torque = self.law.rated_torque - self.law.effort_torque * effort_ramp(-effort, eps)
+        return torque, self.law.pitch_min + effort_ramp(effort, eps) / self.table(
+            "effectiveness", v
+        )
 
     def error(self, y: Floats) -> Floats:
         """Return (e, zeta, x)."""
@@ -86,7 +85,7 @@ class Loop:
 
     def rate(self, y: Floats, wind: Floats, v_rate: Floats) -> Floats:
         omega, beta, x, v = y
-        torque, reference = self.commands(y, v_rate)
+        torque, reference = self.commands(y)
         driving = rotor_torque(self.turbine, omega, beta, wind) + self._added(beta, v)
         accelerating = driving - self.turbine.gear_ratio * torque
         limit = self.turbine.pitch_rate_limit
@@ -196,7 +195,7 @@ def test_the_second_loop_is_the_law(built: Any) -> None:
     ahead = built.law.wind_filter * rng.uniform(-2, 2, y.shape[1])
     seen = np.clip(y[3] + ahead, 3.0, 25.0)
     v_rate = (seen - y[3]) / built.law.wind_filter
-    torque, pitch = loop.commands(y, v_rate)
+    torque, pitch = loop.commands(y)
     rates = loop.rate(y, y[3], v_rate)
     for n in range(y.shape[1]):
         state, measured = y[2:, n], Measurement(y[0, n], y[1, n], seen[n])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -14,11 +14,8 @@ from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import (
     EffortSchedule,
-    Feedforward,
     effort_schedule,
     frozen_wake_effectiveness,
-    known_rate_feedforward,
-    no_feedforward,
 )
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
@@ -156,101 +153,6 @@ def test_without_a_filter_the_estimate_is_the_schedule_wind(turbine: Turbine) ->
     one, two = (direct.command([0.0, s], Measurement(1.2, 0.0, 14.0)) for s in (3.0, 20.0))
     assert one == two
     assert direct.state_rate([0.0, 3.0], Measurement(1.2, 0.0, 14.0))[1] == 0.0
-
-
-@given(wind=st.floats(3.01, 24.99), e=ERRORS, x=ERRORS, ahead=st.floats(-8, 8))
-def test_the_feedforward_follows_its_formulas(
-    law: EffortSharingLaw, wind: float, e: float, x: float, ahead: float
-) -> None:
-    """T less by E a_f, a_f = f v' in +-g; pitch more by tau_lead v' times its own slope in v_s."""
-    table, fed = law.schedule, law.feedforward
-    k = int(np.searchsorted(table.wind, wind, side="right")) - 1
-    near = float(np.abs(table.wind - wind).min())
-    assume(near > 2e-6)
-    seen = float(np.clip(wind + ahead, 3.0, 25.0))
-    rate = (seen - wind) / law.wind_filter
-    omega, U, b = demanded(law, wind, e, x)
-
-    moved = law.command([x, wind], Measurement(omega, 0.0, seen))
-
-    taken = float(np.clip(fed.inertia[k] * rate, -fed.effort_limit[k], fed.effort_limit[k]))
-    reserve = float(effort_ramp(-U, table.overlap)) + taken
-    torque = np.clip(law.rated_torque - law.effort_torque * reserve, 0.0, law.rated_torque)
-    assert moved.torque == pytest.approx(torque, abs=1e-6 * law.rated_torque)
-
-    def shed(v: float) -> float:
-        _, effort, slope = demanded(law, v, e, x)
-        return float(effort_ramp(effort, table.overlap)) / slope
-
-    h = 1e-6
-    lead = fed.pitch_lead * rate * (shed(wind + h) - shed(wind - h)) / (2 * h)
-    pitch = np.clip(law.pitch_min + shed(wind) + lead, law.pitch_min, law.pitch_max)
-    assert moved.pitch == pytest.approx(pitch, abs=2e-6)
-
-
-def test_the_pitch_lead_outruns_the_drive(turbine: Turbine) -> None:
-    """On a ramp of 1 m/s^2 the drive lags the schedule by tau times its slope, or not at all."""
-    schedule = effort_schedule(turbine)
-    lag = {}
-    for lead in (0.0, turbine.pitch_time_constant):
-        none = np.zeros(len(schedule.wind) - 1)
-        fed = Feedforward(none, none, lead)
-        # So fast a filter that the estimate on the ramp stays within the table's winds.
-        law = EffortSharingLaw.of(
-            turbine, schedule, gains(schedule), feedforward=fed, wind_filter=5.0
-        )
-        wind, pitch, step = 15.0, schedule.pitch(15.0, turbine), 0.002
-        for _ in range(1500):
-            omega = float(np.interp(wind, schedule.wind, schedule.rotor_speed))
-            seen = wind + law.wind_filter
-            asked = law.command([0.0, wind], Measurement(omega, pitch, seen)).pitch
-            pitch += step * (asked - pitch) / turbine.pitch_time_constant
-            wind += step
-        lag[lead] = schedule.pitch(wind, turbine) - pitch
-    slope = schedule.pitch(18.0, turbine) - schedule.pitch(17.0, turbine)
-    assert lag[0.0] == pytest.approx(turbine.pitch_time_constant * slope, rel=0.1)
-    assert abs(lag[turbine.pitch_time_constant]) < 0.03 * lag[0.0]
-
-
-def test_the_feedforward_leaves_torque_between_zero_and_rated(turbine: Turbine) -> None:
-    """g fits below the trim's torque and below what it lacks to rated; 0 where omega* rests."""
-    schedule = effort_schedule(turbine)
-    found = known_rate_feedforward(turbine, schedule)
-    reserve = effort_ramp(-schedule.trim_effort, schedule.overlap)
-    full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
-
-    assert np.all(found.effort_limit <= np.minimum(reserve[1:], (full - reserve)[:-1]))
-    resting = np.diff(schedule.rotor_speed) == 0
-    assert np.all(found.effort_limit[resting] == 0) and np.all(found.inertia[resting] == 0)
-    assert found.effort_limit[~resting].max() > 0.01
-    assert found.pitch_lead == turbine.pitch_time_constant
-
-
-def test_a_feedforward_that_cannot_be_is_misuse(turbine: Turbine) -> None:
-    """Sizes, signs, shares, and a law without a filter, which does not know the rate."""
-    schedule = effort_schedule(turbine)
-    none = np.zeros(len(schedule.wind) - 1)
-    with pytest.raises(ModelError, match="as many limits"):
-        Feedforward(np.ones(3), np.ones(2), 0.0)
-    with pytest.raises(ModelError, match="not be negative"):
-        Feedforward(none, none - 1, 0.0)
-    with pytest.raises(ModelError, match="not be negative"):
-        Feedforward(none, none, -0.1)
-    with pytest.raises(ModelError, match="inertia_share = 2"):
-        known_rate_feedforward(turbine, schedule, inertia_share=2)
-    with pytest.raises(ModelError, match="2 feed-forwards for"):
-        EffortSharingLaw.of(
-            turbine, schedule, gains(schedule), feedforward=Feedforward(none[:2], none[:2], 0.0)
-        )
-    with pytest.raises(ModelError, match="without a filter"):
-        EffortSharingLaw.of(
-            turbine,
-            schedule,
-            gains(schedule),
-            feedforward=known_rate_feedforward(turbine, schedule),
-            wind_filter=0.0,
-        )
-    assert not no_feedforward(schedule).acts
 
 
 def test_shares(law: EffortSharingLaw) -> None:

@@ -79,32 +79,9 @@ def test_a_filter_faster_than_the_samples_is_stable(law: EffortSharingLaw) -> No
     assert abs(euler[1] - 14.0) > 1e4
 
 
-@pytest.mark.parametrize("filter_time", [0.01, 0.05, 5.0])
-def test_a_ramp_is_fed_forward_at_its_own_rate(law: EffortSharingLaw, filter_time: float) -> None:
-    """An estimate that climbs by r takes the torque E f r, however slow the samples are.
-
-    On a ramp the filter lags by r T / (1 - exp(-T / tau_f)), the fixed point of one sample; the
-    rate at the sample, which is that over tau_f, would be too much by 21 % for tau_f = 50 ms.
-    """
-    quick, time, rate, wind = replace(law, wind_filter=filter_time), 0.02, 0.05, 8.1
-    lag = rate * time / (1 - exp(-time / filter_time))
-    climbing, still = (Measurement(1.0, 0.0, seen) for seen in (wind + lag, wind))
-
-    command, later = quick.sample([0.0, wind], climbing, time)
-    rest, _ = quick.sample([0.0, wind], still, time)
-
-    k = int(np.searchsorted(law.schedule.wind, wind, side="right")) - 1
-    fed = law.feedforward.inertia[k] * rate
-    assert later[1] - wind == pytest.approx(rate * time)
-    assert 0 < fed < law.feedforward.effort_limit[k]
-    assert rest.torque - command.torque == pytest.approx(law.effort_torque * fed)
-
-
 def test_without_a_filter_the_state_keeps_its_wind(law: EffortSharingLaw) -> None:
     """tau_f = 0: nothing to discretise."""
-    from takagi.models.laws.effort_sharing.schedule import no_feedforward
-
-    direct = replace(law, wind_filter=0.0, feedforward=no_feedforward(law.schedule))
+    direct = replace(law, wind_filter=0.0)
 
     assert direct.advance([0.0, 3.0], Measurement(1.2, 0.0, 14.0), 0.02)[1] == 3.0
 

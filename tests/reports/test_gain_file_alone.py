@@ -30,7 +30,6 @@ from takagi.models import Plant, sector_model
 from takagi.models.blending.substitution import blended_model
 from takagi.models.files.library import built_in_kinds, data_folder
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import no_feedforward
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
 from takagi.models.plant_files.loader import load_plant
@@ -187,7 +186,7 @@ def laws_of(design: TurbineDesign) -> dict[str, Law]:
     found: dict[str, Law] = {
         "coherent": plain,
         "fast filter": replace(plain, wind_filter=0.05),
-        "no filter": replace(plain, wind_filter=0.0, feedforward=no_feedforward(plain.schedule)),
+        "no filter": replace(plain, wind_filter=0.0),
     }
     for name in ("paper", "paper-two-integrators"):
         asked = replace(design.settings, law=name)

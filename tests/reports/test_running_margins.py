@@ -210,15 +210,6 @@ def test_the_law_that_swings_in_openfast_has_no_margins() -> None:
     assert both[5.0].decay_rate > 0 and both[5.0].both.alpha > 0.3
 
 
-def test_the_fast_pole_of_an_unfiltered_estimate_is_the_machine_s() -> None:
-    """Feed-forward of the estimate's rate to torque: 5 1/s, in the simulation's steps too."""
-    program = SampledLaw(law_with(0.05), PERIOD)
-    loop = linearised_loop(plant(), program, swinging()[1], 10.1)
-    assert loop.poles[0].real > 1.0
-    simulated = simulated_step(program, 10.1, loop.rest)
-    assert np.abs(simulated).max() == pytest.approx(np.abs(loop.multipliers[0]), rel=1e-5)
-
-
 def test_pitch_at_its_stop_is_no_loop_and_its_reference_goes_up_alone() -> None:
     row = row_at(8.0)
     assert row.pitch is None and row.torque is not None
@@ -256,7 +247,7 @@ def test_all_winds_are_searched_and_all_plants_where_it_counts() -> None:
     loops = RunningLoops.of(turbine, law_with(5.0), swinging()[1], speed_filter=8.0)
     found = searched_margins(loops)
     assert found.whole == (11.0, 12.0, 13.0) and found.none == ()
-    assert found.least and all(11.0 < wind < 12.0 for wind in found.least)
+    assert found.least and all(11.0 < wind < 13.0 for wind in found.least)
     for wind in (*found.whole, *found.least):
         plants = {(row.inertia, row.wake) for row in found.rows if row.wind == wind}
         assert len(plants) == 7

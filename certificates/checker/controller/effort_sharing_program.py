@@ -2,8 +2,8 @@ r"""One sample of the effort-sharing law as a program.
 
 e = omega - omega*(v_s)          s = e - x
 U = q*(v_s) + gamma(v_s) s       the demanded effort
-torque = T_rated - (J/n_g) (psi(-U) + a_f)
-pitch  = beta_min + (psi(U) + b beta_f) / b(v_s)
+torque = T_rated - (J/n_g) psi(-U)
+pitch  = beta_min + psi(U) / b(v_s)
 x after   = x - T nu e           v_s after = v_hat + (v_s - v_hat) exp(-T / tau_f)
 """
 
@@ -50,7 +50,6 @@ def _filter() -> list[Item]:
     return [
         _seen(),
         step("v_after", "m/s", "v_seen + (v_s - v_seen)*exp(-sample_time/wind_filter)"),
-        step("v_rate", "m/s^2", "(v_after - v_s)/sample_time", "mean rate until the next sample"),
     ]
 
 
@@ -58,7 +57,6 @@ def _passing() -> list[Item]:
     return [
         _seen(),
         step("v_s", "m/s", "v_seen", "there is no filter, so the estimate is the schedule wind"),
-        step("v_rate", "m/s^2", "0", "not known without a filter: nothing is fed forward"),
     ]
 
 
@@ -82,25 +80,15 @@ def _effort() -> list[Item]:
             "max(-U, (overlap - near_U)^2/(4*overlap))",
             "psi(-U), torque kept back",
         ),
-        step("share", "-", "(near_U + overlap)/(2*overlap)", "psi'(U), the share of pitch"),
     ]
 
 
 def _actuators() -> list[Item]:
-    effort_slope = "slope(v_s, wind, trim_effort) + slope(v_s, wind, proportional)*s"
     return [
-        step("g", EFFORT, "hold(v_s, wind, feedforward_limit)"),
-        step("a_f", EFFORT, "limit(hold(v_s, wind, inertia_feedforward)*v_rate, -g, g)"),
-        step("torque_wanted", "N m", "rated_torque - effort_torque*(reserve + a_f)"),
+        step("torque_wanted", "N m", "rated_torque - effort_torque*reserve"),
         step("torque_held", "N m", "limit(torque_wanted, 0, rated_torque)"),
         step("b", "rad/s^2 per rad", "line(v_s, wind, effectiveness)"),
-        step(
-            "lead",
-            EFFORT,
-            f"pitch_lead*v_rate*(share*({effort_slope}) - shed*slope(v_s, wind, effectiveness)/b)",
-            "b tau_lead v_s' d/dv_s [psi(U)/b] at fixed s",
-        ),
-        step("pitch_wanted", "rad", "pitch_min + (shed + lead)/b"),
+        step("pitch_wanted", "rad", "pitch_min + shed/b"),
         step("pitch_held", "rad", "limit(pitch_wanted, pitch_min, pitch_max)"),
     ]
 

@@ -19,9 +19,6 @@ EFFORT_SHARING_UNITS = {
     "overlap": "rad/s^2",
     "proportional": "1/s",
     "integral_rate": "1/s",
-    "inertia_feedforward": "rad/s per m/s",
-    "feedforward_limit": "rad/s^2",
-    "pitch_lead": "s",
     "rated_torque": "N m, high-speed shaft",
     "effort_torque": "N m s^2/rad",
     "pitch_min": "rad",
@@ -70,6 +67,7 @@ TURBINE_UNITS = {
     "limits.torque_rate": "N m/s, high-speed shaft",
     "limits.pitch": "rad",
     "limits.pitch_rate": "rad/s",
+    "limits.pitch_time_constant": "s",
     "observer.l1": "1/s",
     "observer.l2": "m/s^2 per rad/s",
     "observer.decay_rate": "1/s",
@@ -115,21 +113,14 @@ EQUATIONS = [
 ]
 EFFORT_SHARING = {
     "schedule": {
-        "variables": "schedule wind v_s = low-passed wind estimate; execution has its steps and "
-        "its rate v_s'",
-        "interpolation": "linear between nodes; integral_rate, inertia_feedforward and "
-        "feedforward_limit constant between two nodes",
-        "feedforward": "torque gives up effort_torque (f v_s' held within +-g) more, and stays "
-        "within 0 and rated; pitch leads by pitch_lead v_s' d/dv_s [psi(U) / b] at fixed e - x, "
-        "and stays at or above pitch_min",
+        "variables": "schedule wind v_s = low-passed wind estimate; execution has its steps",
+        "interpolation": "linear between nodes; integral_rate constant between two nodes",
         "outside": "the wind is held at the first or last node",
     },
     "execution": OFTEN
     | {
         "schedule wind": "v_s after = v_hat + (v_s - v_hat) exp(-T / wind_filter), v_hat held "
         "within the table's winds",
-        "its rate": "v_s' = (v_s after - v_s) / T, in the feed-forward of this sample; with "
-        "wind_filter = 0, v_s = v_hat and v_s' = 0",
         "integral": "x after = x - T integral_rate e, held within +-integral_limit",
     },
 }

@@ -42,6 +42,7 @@ def turbine_content(model: Any, law: Any, controller: Mapping[str, Any]) -> dict
             "torque_rate": model["torque_rate_limit"],
             "pitch": [model["pitch_min"], model["pitch_max"]],
             "pitch_rate": model["pitch_rate_limit"],
+            "pitch_time_constant": model["pitch_time_constant"],
         },
         "start": None if effort_sharing else controller["start"],
         "observer": {**controller["observer"], "equations": EQUATIONS},

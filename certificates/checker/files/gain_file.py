@@ -27,7 +27,7 @@ EARLIER = ("1", "2")
 # The claim about the loop with the file's observer and filters, both of which it states.
 OBSERVED, LOOP_MEMBERS = "running-loop", ("observer", "measurement")
 # The limits of rates that it has; they are computed from the model's.
-RATES = ("torque_rate", "pitch_rate")
+RATES = ("torque_rate", "pitch_rate", "pitch_time_constant")
 # What the observer knows of the rotor.
 ROTOR = ("torque_constant", "radius", "inertia", "gear_ratio", "torque_coefficient")
 

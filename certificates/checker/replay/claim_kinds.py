@@ -31,7 +31,7 @@ TURBINE_KINDS = {
     "paper-loop": "turbine.published.loop_claim.PublishedLoop",
     "running-loop": "turbine.running_loop.running_claim.RunningLoop",
     "wind-rate": "turbine.effort_sharing.wind_rate.WindRate",
-    "actuator-rates": "turbine.effort_sharing.actuator_rates.ActuatorRates",
+    "bumpless": "turbine.effort_sharing.bumpless.Bumpless",
 }
 READ = {*KINDS, *PLANT_KINDS, *TURBINE_KINDS}
 

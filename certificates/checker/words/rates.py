@@ -46,28 +46,6 @@ def _from(wind: Sequence[Fraction], rate: Sequence[Fraction], named: Fraction) -
     return wind[0]
 
 
-def fed_words(stated: Sequence[Fraction], proved: Sequence[Fraction]) -> str:
-    """Return the clause on the cells whose torque is fed v_s'; empty if there are none.
-
-    Parameters
-    ----------
-    stated : the largest |v_s''| of each of these cells, as the claim states it.
-    proved : the same in the winds of a claim ``wind-rate``; empty where none is named.
-    """
-    if not stated:
-        return ""
-    held = "NOT for every wind of the wind limits"
-    if proved:
-        held = (
-            "as in every wind of the claim on the wind's rate, which keeps it at most "
-            f"{at_most(max(proved), 3)} m/s^3"
-        )
-    return (
-        f" (where it is fed the schedule wind's rate, in {len(stated)} of them, while |v_s''| "
-        f"is at most {at_least(min(stated), 3)} m/s^3, {held})"
-    )
-
-
 def beyond_words(within: Sequence[bool], wind: Sequence[Fraction]) -> str:
     """Return the winds of the cells that are not within a limit, adjacent cells joined."""
     joined: list[list[Fraction]] = []

@@ -80,37 +80,19 @@ class CellLoop:
         # Most of the enclosure does not depend on the rate; it is computed once.
         if self._at_rest is None:
             self._at_rest = self._resting()
-        loop = self._within_limits(speed)
-        lag_rates = loop.lag_rates()
-        if lag_rates is None:
-            raise ModelError(
-                f"wind cell {self.wind} m/s: a schedule wind that moves at {float(speed):.4g} "
-                f"m/s^2 asks for a pitch rate of {float(speed * loop.asked[1]):.4g} rad/s by "
-                f"itself, and the limit is {float(loop.plant.rate_limit):.4g}; lower the wind rate "
-                "there"
-            )
-        return replace(
-            self._at_rest,
-            wind_rate=speed,
-            lag_rate=Interval(*lag_rates).outward(EMITTED_DIGITS),
-            reference_slope=_bound(loop.reference_slope()),
-            lag_disturbance=_bound(loop.lag_disturbance()),
-        )
+        disturbance = _bound(self._moving(speed).lag_disturbance())
+        return replace(self._at_rest, wind_rate=speed, lag_disturbance=disturbance)
 
-    def reference_slope(self, rate: Fraction) -> Fraction:
-        """Return |omega*' - kappa m mu f| for |v_s'| <= rate [rad/s per m/s]."""
-        return self._moving(rate).reference_slope()
-
-    def drive_share(self, rate: Fraction) -> Fraction:
-        """Return the part of the lag's pitch rate that the drive's limit leaves, at most 1."""
-        rates = self._moving(rate).lag_rates()
-        return Fraction(0) if rates is None else rates[0] * self._subject.plant.lag
+    @property
+    def reference_slope(self) -> Fraction:
+        """Return |omega*'| [rad/s per m/s]."""
+        return abs(self._moving(Fraction(0)).slope(self._subject.law.speed))
 
     def _moving(self, rate: Fraction) -> Loop:
         return Loop(self._subject, self._k, rate)
 
     def _resting(self) -> LoopCell:
-        loop, law = self._within_limits(Fraction(0)), self._subject.law
+        loop, law = self._within_limits(), self._subject.law
         try:
             ranges = {name: _interval(enclosure) for name, enclosure in loop.ranges()}
             sizes = dict(loop.sizes(self._residual))
@@ -138,25 +120,24 @@ class CellLoop:
             wind_gain=_bound(sizes["wind_gain"]),
             inertia_gain=_up(sizes["inertia_gain"]),
             effectiveness_slope=_up(sizes["effectiveness_slope"]),
-            reference_slope=zero,
+            reference_slope=_bound(sizes["reference_slope"]),
             lag_disturbance=zero,
         )
 
-    def _within_limits(self, rate: Fraction) -> Loop:
+    def _within_limits(self) -> Loop:
         """Return the loop; refuses a set that asks for negative torque or too much pitch."""
-        loop = self._moving(rate)
-        law, least_torque = loop.law, loop.least_torque()
-        if least_torque < 0:
+        loop = self._moving(Fraction(0))
+        law = loop.law
+        if loop.least_torque() < 0:
             reserve = psi(-loop.efforts[0], law.overlap)
-            ahead = (law.rated_torque - least_torque) / law.effort_torque - reserve
             raise ModelError(
                 f"wind cell {self.wind} m/s: the set may demand {float(reserve):.4g} rad/s^2 below "
-                f"rated effort and {float(ahead):.4g} for the moving schedule, but torque reaches "
+                "rated effort, but torque reaches "
                 f"zero at {float(law.rated_torque / law.effort_torque):.4g}; lower the "
                 f"proportional gain there ({float(self.gamma.upper):.4g} 1/s) or the box's speed "
                 f"signal ({float(loop.box.speed_signal):.4g} rad/s)"
             )
-        largest_pitch = max(loop.largest_pitch(), Fraction(loop.reached.high, ONE))
+        largest_pitch = Fraction(loop.reached.high, ONE)
         if largest_pitch > law.pitch_max:
             raise ModelError(
                 f"wind cell {self.wind} m/s: the set reaches pitch {float(largest_pitch):.4g} rad, "

@@ -81,7 +81,9 @@ def effort_sharing_candidate(
     shape = wind_class or WindClass()
     say("enclosing the closed loop")
     loops = cell_loops(turbine, law, box, uncertainty)
-    cell_rates = class_rates(loops, box, shape) if rates is None else list(rates)
+    if rates is None:
+        rates = class_rates(loops, box, shape, law.wind_filter)
+    cell_rates = list(rates)
     middle = np.array([float(loop.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
     if P is not None and _inside(P, box):

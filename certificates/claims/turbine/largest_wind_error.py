@@ -155,9 +155,8 @@ def _settling(P: Floats, corners: list[LoopVertices]) -> tuple[Floats, float]:
     return rounded, max(math.floor(rate * 1e6) / 1e6, 0.0)
 
 
-# The requested rate is lowered if the lag would keep less than this fraction of the pitch drive's
-# rate, or if it disturbs the speed by more than this fraction of the control authority.
-DRIVE_SHARE = 0.45
+# The requested rate is lowered if it disturbs the speed by more than this fraction of the control
+# authority.
 ANSWER_SHARE = 0.2
 # A cell gets a lower rate if its wind error would be less than these fractions of the requested
 # one, and of the one at constant schedule wind.
@@ -171,8 +170,8 @@ RESERVE = 0.985
 class WindClass:
     """The requested class of a claim: wind rates, and the proportions of wind errors.
 
-    A rate is lowered where the law's feed-forward or the pitch drive cannot follow it; the errors
-    that are stated are the largest that are then found.
+    A rate is lowered where the loop cannot follow it; the errors that are stated are the largest
+    that are then found.
 
     Attributes
     ----------
@@ -193,14 +192,21 @@ class CellClass:
     wind_error: float
 
 
-def class_rates(loops: Sequence[CellLoop], box: LoopBox, shape: WindClass) -> list[Fraction]:
-    """Return the wind rate to enclose in each cell [m/s^2], in the decimals that are emitted."""
+def class_rates(
+    loops: Sequence[CellLoop], box: LoopBox, shape: WindClass, wind_filter: float
+) -> list[Fraction]:
+    """Return the wind rate to enclose in each cell [m/s^2], in the decimals that are emitted.
+
+    The law's filter moves no faster than its distance from the estimate over its time constant [s].
+    """
     rates = []
     for loop in loops:
         class_rate = float(np.interp(float(loop.wind.centre), shape.wind, shape.rate))
+        if wind_filter > 0:
+            class_rate = min(class_rate, float(loop.widest_error) / wind_filter)
         rate, answer = _down(class_rate), loop.gamma.lower * box.speed_signal
         for _ in range(STEPS):
-            if _bearable(loop, rate, answer):
+            if loop.reference_slope * rate <= Fraction(str(ANSWER_SHARE)) * answer:
                 break
             rate = calmer(rate, LOWER)
         rates.append(rate)
@@ -210,14 +216,6 @@ def class_rates(loops: Sequence[CellLoop], box: LoopBox, shape: WindClass) -> li
 def calmer(rate: Fraction, factor: float) -> Fraction:
     """Return a lower rate, in the decimals that are emitted."""
     return _down(factor * float(rate))
-
-
-def _bearable(loop: CellLoop, rate: Fraction, answer: Fraction) -> bool:
-    unfollowed = loop.reference_slope(rate) * rate
-    room = loop.drive_share(rate) >= min(
-        Fraction(str(DRIVE_SHARE)), loop.drive_share(Fraction(0))
-    ) * Fraction(9, 10)
-    return room and unfollowed <= Fraction(str(ANSWER_SHARE)) * answer
 
 
 def cell_class(P: Floats, loop: CellLoop, rate: Fraction, asked_error: float) -> CellClass:

@@ -5,8 +5,8 @@ consequence that a design does not have cannot make the file UNDECIDED. The reas
 left out is recorded in the file's provenance.  The claim about the loop with its observer is by
 itself: of it those winds are claimed at which a function was found.
 
-The bounds of a claim ``actuator-rates`` are the checker's, rounded up.  Computed here, in floating
-point, are B and the largest |v_s''| that the torque's rate limit allows.
+The bounds of a claim ``bumpless`` are the checker's, rounded up; B is computed here in floating
+point.
 """
 
 from __future__ import annotations
@@ -25,11 +25,10 @@ from takagi.certificates.checker.kernel.obligation import Obligations
 from takagi.certificates.checker.kernel.reader import number, read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import (
+from takagi.certificates.checker.turbine.effort_sharing.bumpless import (
+    NAME,
     CellRates,
     cell_rates,
-    largest_bends,
-    torque_step,
 )
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_claim
@@ -41,7 +40,6 @@ from takagi.certificates.document.certificate_file import (
     provenance,
     turbine_data,
 )
-from takagi.models.intervals.interval import exact
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.turbine.data import Turbine
 
@@ -101,13 +99,9 @@ def loop_claims(
     """
     claims, left_out = [dict(loop)], {}
 
-    def actuators() -> dict[str, Any]:
-        rate = (claims[1], 1) if len(claims) > 1 else None
-        return actuator_rates_claim(model, gains, loop, wind_rate=rate)
-
     makers: dict[str, ClaimMaker] = {
         "wind-rate": lambda: wind_rate_claim(loop, float(gains["wind_filter"])),
-        "actuator-rates": actuators,
+        "bumpless": lambda: bumpless_claim(model, gains, loop),
     }
     for kind, make in makers.items():
         try:
@@ -177,60 +171,32 @@ RESERVE = 1 + 1e-6
 DIGITS = 7
 
 
-def actuator_rates_claim(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    loop: Mapping[str, Any],
-    *,
-    wind_rate: tuple[Mapping[str, Any], int] | None = None,
+def bumpless_claim(
+    model: Mapping[str, Any], gains: Mapping[str, Any], loop: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the claim as plain data.
-
-    A cell's ``torque_rate`` is the least bound that holds. If the torque uses the schedule wind's
-    rate, it is the turbine's limit, with the largest |v_s''| that this limit allows, if any.
+    """Return the claim as plain data; a cell's rates are the least bounds that hold.
 
     Parameters
     ----------
     model, gains : as the certificate states them.
     loop : its claim of kind ``coherent-loop``, the first of the file.
-    wind_rate : its claim of kind ``wind-rate`` and that claim's number; the claim refers to it if
-        all of its winds keep the stated |v_s''|.
     """
     members = {"model": dict(model), "gains": dict(gains), "loop": dict(loop)}
-    if wind_rate is not None:
-        members["rate"] = dict(wind_rate[0])
     data = read_text(json.dumps(members), "candidate")
     subject = Subject.read(data["loop"], data["model"], data["gains"], "loop")
-    bounds = cell_rates(subject, data["loop"], "loop")
     P = np.linalg.inv(np.array(loop["P"], dtype=np.float64))
-    signal = [_signal_rate(bound, P) for bound in bounds]
-    resting_rates = [b.torque_rate(B, Fraction(0)) for b, B in zip(bounds, signal, strict=True)]
-    limit = number(data["model"], "torque_rate_limit", "model")
     pitch_limit = number(data["model"], "pitch_rate_limit", "model")
-    rates = [number(cell, "wind_rate", "loop") for cell in data["loop"]["cells"]]
-    claim: dict[str, Any] = {
-        "name": "actuator rates of the effort-sharing loop",
-        "kind": "actuator-rates",
-        "loop": 0,
-        "torque_step": float(_up(torque_step(subject.law, rates))),
-        "cells": [
+    cells = []
+    for bound in cell_rates(subject, data["loop"], "loop"):
+        signal = _signal_rate(bound, P)
+        cells.append(
             {
                 "pitch_rate": float(min(pitch_limit, _up(bound.pitch))),
-                "signal_rate": float(B),
-                **_torque(bound, resting, limit),
+                "signal_rate": float(signal),
+                "torque_rate": float(_up(bound.torque_rate(signal))),
             }
-            for bound, B, resting in zip(bounds, signal, resting_rates, strict=True)
-        ],
-    }
-    if wind_rate is not None:
-        bends = largest_bends(
-            data["rate"], subject.law, number(data["gains"], "wind_filter", "gains"), "rate"
         )
-        stated = [exact(cell["schedule_bend"]) for cell in claim["cells"]]
-        triples = zip(bounds, bends, stated, strict=True)
-        if all(bend <= limit_bend for bound, bend, limit_bend in triples if bound.fed):
-            claim["wind_rate"] = wind_rate[1]
-    return claim
+    return {"name": NAME, "kind": "bumpless", "loop": 0, "cells": cells}
 
 
 def _signal_rate(bound: CellRates, inverse: Any) -> Fraction:
@@ -238,14 +204,6 @@ def _signal_rate(bound: CellRates, inverse: Any) -> Fraction:
     rows = np.array([[float(entry) for entry in h] for h in bound.corners])
     largest = float(np.sqrt(np.einsum("ci,ij,cj->c", rows, inverse, rows).max()))
     return _up(Fraction(largest * RESERVE))
-
-
-def _torque(bound: CellRates, resting: Fraction, limit: Fraction) -> dict[str, float]:
-    """Return the torque's rate, and |v_s''| [m/s^3]: 0 without a feed-forward or without margin."""
-    if not bound.fed or resting >= limit:
-        return {"torque_rate": float(_up(resting)), "schedule_bend": 0.0}
-    bend = math.floor((limit - resting) / bound.fed * 10**DIGITS) / 10**DIGITS
-    return {"torque_rate": float(limit), "schedule_bend": bend}
 
 
 def _up(value: Fraction) -> Fraction:

@@ -59,12 +59,11 @@ LARGEST = Sides(
     estimate=Fraction("0.5"),
     integral=Fraction("0.06"),
     measured_rate=Fraction("0.1"),
-    innovation=Fraction("0.04"),
 )
 SIZES = tuple(map(Fraction, ("1 0.7 0.5 0.35 0.25 0.18 0.12 0.08 0.05 0.03 0.02 0.01".split())))
 # Of another turbine they are scaled by its rated speed [rad/s] and by the law's overlap [rad/s^2].
 RATED_SPEED, OVERLAP = Fraction("1.2671"), Fraction("0.01")
-SPEEDS = ("speed", "measured", "signal", "integral", "innovation")
+SPEEDS = ("speed", "measured", "signal", "integral")
 EFFORTS = ("pitch", "effort", "measured_rate")
 # How often the side "schedule" is halved where the box of the usual shape is narrower than the
 # ranges that it has to hold: at a corner of the reference speed, omega*' times that side.

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.reader import (
-    Number,
     member,
     number,
     numbers,
@@ -38,11 +37,7 @@ from takagi.models.laws.effort_sharing.law import (
     EffortSharingLaw,
     LoopUncertainty,
 )
-from takagi.models.laws.effort_sharing.schedule import (
-    EffortSchedule,
-    Feedforward,
-    frozen_wake_effectiveness,
-)
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule, frozen_wake_effectiveness
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.regional_schedule import CouplingFilter
 from takagi.models.ramps import Ramp
@@ -98,6 +93,13 @@ def effort_sharing_law_from_data(
             f"{source}.name: {name!r} was given; a gain file is certified for the "
             "effort-sharing law ('coherent'), Schulte's law by designing it anew, without --gains"
         )
+    unknown = sorted(set(data) - {"name", *_SINGLE, *(key for key, _ in _ROWS)})
+    if unknown:
+        raise CertificateError(
+            f"{source} has members that this law does not have: {', '.join(unknown)}. Earlier "
+            "versions fed the wind's rate forward by some of them; write the file again with "
+            "`takagi design`"
+        )
     nodes = len(numbers(data, "wind", source))
     row = {
         key: [float(value) for value in numbers(data, key, source, nodes - less)]
@@ -105,25 +107,19 @@ def effort_sharing_law_from_data(
     }
     single: dict[str, Any] = {key: float(number(data, key, source)) for key in _SINGLE}
     schedule = EffortSchedule(**_part(row, _SCHEDULE), overlap=single.pop("overlap"))
-    inertia, limit = (np.array(row[key]) for key in _AHEAD)
-    ahead = Feedforward(inertia, limit, single.pop("pitch_lead"))
-    return EffortSharingLaw(schedule, EffortGains(**_part(row, _GAINS)), ahead, **single)
+    return EffortSharingLaw(schedule, EffortGains(**_part(row, _GAINS)), **single)
 
 
 _SCHEDULE = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
 _GAINS = ("proportional", "integral_rate")
-_AHEAD = ("inertia_feedforward", "feedforward_limit")
 # How many entries a row has fewer than there are wind nodes: 1 for values per cell.
-_ROWS = tuple(
-    (key, int(key in ("integral_rate", *_AHEAD))) for key in (*_SCHEDULE, *_GAINS, *_AHEAD)
-)
+_ROWS = tuple((key, int(key == "integral_rate")) for key in (*_SCHEDULE, *_GAINS))
 _SINGLE = (
     "overlap",
     "rated_torque",
     "effort_torque",
     "pitch_min",
     "pitch_max",
-    "pitch_lead",
     "wind_filter",
     "integral_limit",
 )
@@ -202,8 +198,6 @@ def certify_law(
 
 FORMAT, VERSIONS = "takagi-gains", (1, 2, 3)
 EFFORT_SHARING, PUBLISHED = "coherent", ("paper", "paper-two-integrators")
-# Members that an effort-sharing law of version 1 lacked, which had no feed-forward.
-SINCE_2 = ("inertia_feedforward", "feedforward_limit")
 
 
 def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingLaw | PublishedLaw:
@@ -211,7 +205,7 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
 
     Parameters
     ----------
-    path : ``gains.json``, version 1 to 3; a law of version 1 feeds nothing forward.
+    path : ``gains.json``, version 1 to 3; a law that fed the wind's rate forward is refused.
     turbine : the turbine of the file.  A published law needs it, because its premises are computed
         from the coefficient table at run time.  The file contains the whole effort-sharing law.
 
@@ -231,7 +225,7 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
             "turbine's design"
         )
     if name not in PUBLISHED:
-        return effort_sharing_law_from_data(_completed(data, document), source=f"{path}: law")
+        return effort_sharing_law_from_data(data, source=f"{path}: law")
     if turbine is None:
         raise ModelError(
             f"{path}: law {name!r} computes its premises from a turbine's coefficient table; give "
@@ -252,15 +246,6 @@ def _require_format(document: Any, path: Path) -> None:
             f"{path}: gain file of version {version}; versions 1 to 3 are read here: write it "
             "again with `takagi design`"
         )
-
-
-def _completed(data: Any, document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the law's data; a law of version 1 that has no feed-forward gets one of zero."""
-    if str(document["version"]) != "1" or not isinstance(data, Mapping):
-        return data  # type: ignore[no-any-return]
-    intervals = len(numbers(data, "wind", "law")) - 1
-    none = Number("0")
-    return {**{key: [none] * intervals for key in SINCE_2}, "pitch_lead": none, **data}
 
 
 def _published_law(turbine: Turbine, name: str, data: Any, path: Path) -> PublishedLaw:

@@ -157,7 +157,7 @@ class LoopOfGains:
 
     Attributes
     ----------
-    law : law whose schedule and feed-forward are used; theta replaces its gains.
+    law : law whose schedule is used; theta replaces its gains.
     error : (K - 1,) |v - v_s| of each cell [m/s], its part of the wind class.
     enclosed : encloses one cell, at its wind rate, with given gains and the cell's number; raises
         ModelError where these gains make the cell leave a table or an actuator limit.

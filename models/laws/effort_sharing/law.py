@@ -6,22 +6,16 @@ With e = omega - omega*(v_f) and the states x [rad/s] and v_f [m/s],
 
     u  = gamma(v_f) (e - x)                    PI action, read as effort [rad/s^2]
     U  = q*(v_f) + u                           demanded effort
-    T  = T_rated - (J / n_g) (psi(-U) + a_f)   torque delivers up to rated ...
-    beta_ref = beta_min + psi(U) / b(v_f) + beta_f      ... and pitch whatever lies beyond
+    T  = T_rated - (J / n_g) psi(-U)   torque delivers up to rated ...
+    beta_ref = beta_min + psi(U) / b(v_f)      ... and pitch whatever lies beyond
     x'   = -nu(v_f) e
     v_f' = (v_hat - v_f) / tau_f               low-pass on the wind estimate
-
-with the feed-forward of v_f', which the law knows (``feedforward``),
-
-    a_f    = f v_f' held within +-g            effort that the moving reference speed takes
-    beta_f = tau_lead v_f' d/dv_f [psi(U) / b] at fixed e - x
-           = tau_lead v_f' (psi'(U) (q*' + gamma' (e - x)) - psi(U) b' / b) / b,
 
 torque held within [0, T_rated] and pitch within its limits.  It is the proportional and integral
 gain pair (gamma_e, gamma_I) = (gamma, gamma nu) with the integrator measured as a speed.  The
 coupling weights are f1 = psi'(U) and f2 = 1 - psi'(U), a convex sum: some actuator always acts, and
-the loop gain is the same everywhere.  The feed-forward enters neither U nor a state, so a jump of
-the wind estimate moves neither.
+the loop gain is the same everywhere.  Tables and ramp are continuous, so neither command jumps
+unless the measured speed or, without a filter, the wind estimate does.
 
 With the integrator scaled by nu(v), a slow loop (at low wind little torque is in reserve) is a fast
 loop on another time scale. Therefore one quadratic function can show decay at all winds.
@@ -50,12 +44,7 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.schedule import (
-    EffortSchedule,
-    Feedforward,
-    known_rate_feedforward,
-    no_feedforward,
-)
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.ramps import effort_ramp_slope
 from takagi.models.turbine.data import Turbine
@@ -98,18 +87,16 @@ class EffortSharingLaw:
 
     Attributes
     ----------
-    schedule, gains, feedforward : the emitted tables.
+    schedule, gains : the emitted tables.
     rated_torque : T_rated [N m], high-speed shaft.
     effort_torque : J / n_g, torque per unit of effort [N m s^2/rad].
     pitch_min, pitch_max : [rad].
-    wind_filter : tau_f [s]; 0 passes the estimate through. Its rate is then unknown, so there must
-        be no feed-forward.
+    wind_filter : tau_f [s]; 0 passes the estimate through.
     integral_limit : the integrator is held at |x| = this [rad/s]; a certified set lies inside.
     """
 
     schedule: EffortSchedule
     gains: EffortGains
-    feedforward: Feedforward
     rated_torque: float
     effort_torque: float
     pitch_min: float
@@ -120,12 +107,6 @@ class EffortSharingLaw:
     state_names: tuple[str, ...] = ("speed integral [rad/s]", "schedule wind [m/s]")
 
     def __post_init__(self) -> None:
-        intervals = len(self.schedule.wind) - 1
-        if len(self.feedforward.inertia) != intervals:
-            raise ModelError(
-                f"{len(self.feedforward.inertia)} feed-forwards for {intervals} intervals between "
-                "wind nodes; one each"
-            )
         for name, low, high in (
             ("pitch", self.pitch_min, self.pitch_max),
             ("torque", 0.0, self.rated_torque),
@@ -136,11 +117,6 @@ class EffortSharingLaw:
                     f"limits of {name} from {low:.6g} to {high:.6g} were given; the lower one must "
                     "not be above the upper one"
                 )
-        if self.wind_filter <= 0 and self.feedforward.acts:
-            raise ModelError(
-                f"wind filter {self.wind_filter:.4g} s: without a filter the schedule wind's rate "
-                "is unknown; give a positive time constant, or no feed-forward"
-            )
 
     @classmethod
     def of(
@@ -149,14 +125,9 @@ class EffortSharingLaw:
         schedule: EffortSchedule,
         gains: EffortGains,
         *,
-        feedforward: Feedforward | None = None,
         wind_filter: float = DEFAULT_WIND_FILTER,
     ) -> EffortSharingLaw:
         """Return the law with the turbine's limits.
-
-        Parameters
-        ----------
-        feedforward : None takes ``known_rate_feedforward``, or nothing without a wind filter.
 
         Raises
         ------
@@ -166,12 +137,9 @@ class EffortSharingLaw:
             raise ModelError(
                 f"{len(gains.proportional)} gains for {len(schedule.wind)} wind nodes; one each"
             )
-        if feedforward is None and wind_filter <= 0:
-            feedforward = no_feedforward(schedule)
         return cls(
             schedule=schedule,
             gains=gains,
-            feedforward=feedforward or known_rate_feedforward(turbine, schedule),
             rated_torque=turbine.rated_torque,
             effort_torque=turbine.inertia / turbine.gear_ratio,
             pitch_min=turbine.pitch_min,
@@ -186,24 +154,14 @@ class EffortSharingLaw:
     def command(self, state: ArrayLike, measurement: Measurement) -> Command:
         """Return torque [N m, high-speed shaft] and pitch reference [rad]."""
         x, wind = self._unpacked(state, measurement)
-        return self._command(x, wind, measurement, self._wind_rate(wind, measurement))
-
-    def _command(self, x: float, wind: float, measurement: Measurement, rate: float) -> Command:
-        """Return the command with ``rate`` [m/s^2] as v_f'."""
         table = _columns(self)
         k, share = _place(table.wind, wind)
         signal = measurement.rotor_speed - _between(table.rotor_speed, k, share) - x
         effort = _between(table.trim_effort, k, share)
         effort += _between(table.proportional, k, share) * signal
-        limit = table.effort_limit[k]
-        inertia_effort = min(max(table.inertia[k] * rate, -limit), limit)
         overlap = self.schedule.overlap
-        reserve = _ramp(-effort, overlap) + inertia_effort
-        torque = self.rated_torque - self.effort_torque * reserve
-        shed = _ramp(effort, overlap) + self.feedforward.pitch_lead * rate * _shed_slope(
-            table, overlap, k, share, signal, effort
-        )
-        pitch = self.pitch_min + shed / _between(table.effectiveness, k, share)
+        torque = self.rated_torque - self.effort_torque * _ramp(-effort, overlap)
+        pitch = self.pitch_min + _ramp(effort, overlap) / _between(table.effectiveness, k, share)
         return Command(
             min(max(torque, 0.0), self.rated_torque),
             min(max(pitch, self.pitch_min), self.pitch_max),
@@ -212,8 +170,10 @@ class EffortSharingLaw:
     def state_rate(self, state: ArrayLike, measurement: Measurement) -> Floats:
         """Return (x', v_f'); the integrator is held at its limit."""
         x, wind = self._unpacked(state, measurement)
-        rate = self._integral_rate(x, wind, measurement)
-        return np.array([rate, self._wind_rate(wind, measurement)])
+        wind_rate = 0.0
+        if self.wind_filter > 0:
+            wind_rate = (self._inside(measurement.wind_estimate) - wind) / self.wind_filter
+        return np.array([self._integral_rate(x, wind, measurement), wind_rate])
 
     def _integral_rate(self, x: float, wind: float, measurement: Measurement) -> float:
         table = _columns(self)
@@ -240,17 +200,8 @@ class EffortSharingLaw:
     def sample(
         self, state: ArrayLike, measurement: Measurement, time: float
     ) -> tuple[Command, Floats]:
-        """Return the command at a sample and the state at the next one, ``time`` [s] later.
-
-        What is fed forward is the mean of v_f' until then, (v_f after - v_f) / time: on a ramp of
-        the estimate that is the ramp's own rate, where v_f' at the sample would be more by
-        (time / tau_f) / (1 - exp(-time / tau_f)), 21 % for 20 ms and tau_f = 50 ms.
-        """
-        later = self.advance(state, measurement, time)
-        if self.wind_filter <= 0:
-            return self.command(state, measurement), later
-        x, wind = self._unpacked(state, measurement)
-        return self._command(x, wind, measurement, (float(later[1]) - wind) / time), later
+        """Return the command at a sample and the state at the next one, ``time`` [s] later."""
+        return self.command(state, measurement), self.advance(state, measurement, time)
 
     def pitch_share(self, wind: float) -> float:
         """Return f1 = psi'(q*(v)), the share of pitch in the loop at the trim."""
@@ -261,12 +212,6 @@ class EffortSharingLaw:
         """Return x and the schedule wind."""
         x, wind = np.asarray(state, dtype=np.float64).tolist()
         return x, wind if self.wind_filter > 0 else self._inside(measurement.wind_estimate)
-
-    def _wind_rate(self, wind: float, measurement: Measurement) -> float:
-        """Return v_f' [m/s^2]; 0 without a filter."""
-        if self.wind_filter <= 0:
-            return 0.0
-        return (self._inside(measurement.wind_estimate) - wind) / self.wind_filter
 
     def _inside(self, wind: float) -> float:
         nodes = _columns(self).wind
@@ -282,13 +227,11 @@ class _Columns(NamedTuple):
     effectiveness: tuple[float, ...]
     proportional: tuple[float, ...]
     integral_rate: tuple[float, ...]
-    inertia: tuple[float, ...]
-    effort_limit: tuple[float, ...]
 
 
 @lru_cache(maxsize=32)
 def _columns(law: EffortSharingLaw) -> _Columns:
-    homes = (*(law.schedule,) * 4, *(law.gains,) * 2, *(law.feedforward,) * 2)
+    homes = (*(law.schedule,) * 4, *(law.gains,) * 2)
     pairs = zip(homes, _Columns._fields, strict=True)
     return _Columns(*(tuple(getattr(home, name).tolist()) for home, name in pairs))
 
@@ -296,19 +239,6 @@ def _columns(law: EffortSharingLaw) -> _Columns:
 def _place(nodes: tuple[float, ...], wind: float) -> tuple[int, float]:
     k = min(max(bisect_right(nodes, wind) - 1, 0), len(nodes) - 2)
     return k, (wind - nodes[k]) / (nodes[k + 1] - nodes[k])
-
-
-def _shed_slope(
-    table: _Columns, overlap: float, k: int, share: float, signal: float, effort: float
-) -> float:
-    """Return b d/dv_f [psi(U) / b] at fixed e - x [rad/s^2 per m/s]."""
-    width = table.wind[k + 1] - table.wind[k]
-    effort_slope = table.trim_effort[k + 1] - table.trim_effort[k]
-    effort_slope += (table.proportional[k + 1] - table.proportional[k]) * signal
-    bent = table.effectiveness[k + 1] - table.effectiveness[k]
-    bent /= _between(table.effectiveness, k, share)
-    slope = min(max((effort + overlap) / (2 * overlap), 0.0), 1.0)
-    return (slope * effort_slope - _ramp(effort, overlap) * bent) / width
 
 
 def _between(column: tuple[float, ...], k: int, share: float) -> float:
@@ -379,9 +309,8 @@ class LoopCell:
     effectiveness_limit : b of the frozen wake [rad/s^2 per rad], by the law's table.
     residual : |r| [rad/s^2];  wind_gain : |d| [rad/s per m];  inertia_gain : largest kappa [-].
     effectiveness_slope : |b'/b| [1/m].
-    reference_slope : |omega*' - kappa m mu f| [rad/s per m/s], the part of the moving reference
-        that the torque's feed-forward does not compensate.
-    lag_disturbance : |w_zeta| [rad/s^3], the part that the pitch lead does not compensate.
+    reference_slope : |omega*'| [rad/s per m/s].
+    lag_disturbance : |w_zeta| [rad/s^3], of the moving schedule wind.
     """
 
     wind: Interval

@@ -100,8 +100,7 @@ def _context(
     program: ControllerProgram, variants: tuple[_Variant, ...], settings: ExportSettings
 ) -> dict[str, Any]:
     document, word = program.document, variants[0].law.word
-    law = document["law"]
-    lead = law.get("pitch_lead", 0)
+    law, drive_time = document["law"], document["limits"].get("pitch_time_constant")
     return {
         "title": comment(program.name),
         "word": word,
@@ -110,13 +109,13 @@ def _context(
         "version": document["version"],
         "sha256": program.hashes.get("gains", "none"),
         "proof": as_list(proof_lines(program)),
-        "has_lead": lead > 0,
+        "has_drive": drive_time is not None,
         "gear_ratio": document.get("rotor", law)["gear_ratio"],
         "limits": document["limits"],
         "sample_time": repr(settings.sample_time or 0),
         "own_filter": _own_filter(program),
-        "drive_time": lead if lead > 0 else USUAL_DRIVE_TIME,
-        "drive_time_from": "law.pitch_lead of the gain file" if lead > 0 else "a usual one",
+        "drive_time": drive_time or USUAL_DRIVE_TIME,
+        "drive_time_from": "limits.pitch_time_constant of the gain file" if drive_time else "usual",
     }
 
 

@@ -247,8 +247,8 @@ def _wind_rate(design: TurbineDesign) -> list[SummaryRow]:
 
 
 def _actuators(design: TurbineDesign) -> list[SummaryRow]:
-    """Return the rates of pitch and torque that are proved, beside the limits of the drives."""
-    proved = proved_claim(design, "actuator-rates")
+    """Return the jumps and rates of pitch and torque that are proved, beside the drives' limits."""
+    proved = proved_claim(design, "bumpless")
     if proved is None:
         return []
     cells, turbine = proved[0]["cells"], design.turbine
@@ -261,6 +261,7 @@ def _actuators(design: TurbineDesign) -> list[SummaryRow]:
         _row(
             "actuators",
             (
+                "neither command jumps",
                 f"pitch moves at most at {at_most(degrees(pitch))} deg/s (limit {limits[0]:.3g})",
                 f"torque at most at {at_most(torque / 1e3)} kN m/s (limit {limits[1]:.3g})",
             ),

@@ -43,9 +43,9 @@ CLAIMS = {
         "How fast a measured wind may change",
         "Says in terms of the wind alone when the wind limits are kept.",
     ),
-    "actuator-rates": (
-        "Rates of pitch and torque",
-        "Within the wind limits the drives are asked for no more than they can do.",
+    "bumpless": (
+        "Hand-over without bumps",
+        "Neither command jumps, and within the wind limits both drives can follow.",
     ),
     "running-loop": (
         "Settling with the wind observer",

@@ -39,8 +39,7 @@ WIDER = replace(WIDE, power_coefficient=Interval.of("0.98", "1.02"))
 FAST = LoopBox(Fraction("0.045"), Fraction("0.04"), Fraction("0.04"), Fraction("0.03"))
 # Of the differences along the vector field.  Exactly, the loop lies in its family.
 ROUNDING = 2e-8
-# Wind rates [m/s^2] that reach every limit of the feed-forward: g, rated torque, the lower pitch
-# limit and the pitch drive's rate.
+# Wind rates [m/s^2].
 RATES_OVER = ((3.0, 10.6, 11.5, 12.5, 13.0, 25.0), (0.1, 0.2, 0.3, 1.0, 1.5, 2.0))
 
 

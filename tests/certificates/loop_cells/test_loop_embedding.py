@@ -17,7 +17,6 @@ from takagi.models.laws.effort_sharing.law import (
     LoopUncertainty,
     loop_vertices,
 )
-from takagi.models.laws.effort_sharing.schedule import Feedforward, known_rate_feedforward
 from tests.certificates.loop_cells.loop_points import (
     BOX,
     FAST,
@@ -142,14 +141,6 @@ def test_corners_span_the_family(cells: list[LoopCell]) -> None:
     assert np.abs(signs) == pytest.approx(float(cell.lag_disturbance))
 
 
-def test_a_schedule_that_moves_too_fast_is_misuse(turbine: Turbine, law: EffortSharingLaw) -> None:
-    """40 m/s^2 asks for more than the pitch rate limit by itself."""
-    fast = [40.0 for _ in rates_of(law)]
-
-    with pytest.raises(ModelError, match="wind cell .* pitch rate .* lower the wind rate"):
-        effort_sharing_cells(turbine, law, BOX, WIDE, fast)
-
-
 @pytest.mark.parametrize(
     ("box", "words"),
     [
@@ -165,28 +156,3 @@ def test_a_box_beyond_actuators_or_tables_is_misuse(
     with pytest.raises(ModelError, match="wind cell") as raised:
         effort_sharing_cells(turbine, law, box, WIDE, rates_of(law))
     assert words in str(raised.value)
-
-
-def leads(turbine: Turbine, law: EffortSharingLaw, lead: float, inertia: float) -> EffortSharingLaw:
-    """Return the law with another pitch lead [s] and share of the torque's feed-forward."""
-    ahead = known_rate_feedforward(turbine, law.schedule, inertia_share=inertia)
-    return replace(law, feedforward=Feedforward(ahead.inertia, ahead.effort_limit, lead))
-
-
-@pytest.mark.parametrize(
-    ("lead", "inertia"),
-    [
-        (0.1, 0.5),
-        *(pytest.param(*c, marks=pytest.mark.slow) for c in ((0.0, 0.0), (0.3, 1.0))),
-    ],
-)
-def test_another_feedforward_has_its_own_family(
-    lead: float, inertia: float, turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell]
-) -> None:
-    """The loop lies in the family of its own law, and not in that of the law it was before."""
-    other = leads(turbine, law, lead, inertia)
-    own = effort_sharing_cells(turbine, other, BOX, WIDE, rates_of(law))
-    found = [(p, derivative(turbine, other, p)) for p in points(other, BOX, 1000, seed=8)]
-
-    assert max(distance(own[p.k], p, rates) for p, rates in found) < ROUNDING
-    assert max(distance(cells[p.k], p, rates) for p, rates in found) > 100 * ROUNDING

@@ -59,7 +59,7 @@ def test_axes_change_what_they_say() -> None:
     at = {"pitch-lag": 0.4, "frozen-wake": 0.0, "wind-rate": 1.0}
     plant, law, covered = points.loop_at(TURBINE, {**at, "inertia": 0.2})
 
-    assert plant.pitch_time_constant == law.feedforward.pitch_lead == 0.4
+    assert plant.pitch_time_constant == 0.4
     assert not law.schedule.effectiveness_limit.any()
     assert not covered["uncertainty"].frozen_wake
     assert [float(end) for end in (covered["uncertainty"].inertia.lower,)] == [0.8]

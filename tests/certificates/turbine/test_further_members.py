@@ -29,7 +29,6 @@ Way = tuple[str, ...]
 KINDS = sorted(claim_kinds.TURBINE_KINDS)
 # Members that some claims leave out.
 OPTIONAL: dict[str, set[Way]] = {
-    "actuator-rates": {("wind_rate",)},
     "paper-loop": {("unproved", "wind"), ("unproved", "reason")},
 }
 

@@ -47,9 +47,6 @@ GAINS: dict[str, Any] = {
     "effectiveness_limit": [6, 7, 8],
     "proportional": [0.5, 0.25, 0.75],
     "integral_rate": [0.1, 0.2],
-    "inertia_feedforward": [0.3, -0.4],
-    "feedforward_limit": [0.6, 0.7],
-    "pitch_lead": 0.125,
     "overlap": 0.5,
     "rated_torque": 43,
     "effort_torque": 12,
@@ -95,10 +92,8 @@ def test_what_is_read_is_what_is_written() -> None:
     for column, name in zip(columns, (*expected, "proportional"), strict=True):
         assert tuple(column) == exact(*GAINS[name])
     assert tuple(10 * nu for nu in law.nu) == exact(1, 2)
-    assert tuple(10 * f for f in law.inertia) == exact(3, -4)
-    assert tuple(10 * g for g in law.inertia_limit) == exact(6, 7)
-    numbers = (law.lead, law.overlap, law.rated_torque, law.effort_torque, law.integral_limit)
-    assert numbers == exact(0.125, 0.5, 43, 12, 2)
+    numbers = (law.overlap, law.rated_torque, law.effort_torque, law.integral_limit)
+    assert numbers == exact(0.5, 43, 12, 2)
     assert (law.pitch_min, law.pitch_max) == exact(-0.125, 1.5)
     box = Box.read(as_read(CLAIM), "claim")
     sides = (box.speed_error, box.effort_lag, box.speed_signal, box.wind_share)
@@ -151,8 +146,6 @@ POSITIVE_ROWS = ("rotor_speed", "effectiveness", "proportional", "integral_rate"
         ("wind", [-1, 6, 9]),
         ("wind", [4, 4, 9]),
         ("wind", [4, 9, 6]),
-        ("pitch_lead", -0.125),
-        ("feedforward_limit", [0.6, -0.1]),
         *((name, GAINS[name][:-1]) for name, row in GAINS.items() if isinstance(row, list)),
         *((name, [*row, 9]) for name, row in GAINS.items() if isinstance(row, list)),
     ],
@@ -175,26 +168,6 @@ def test_there_are_two_to_two_thousand_winds() -> None:
     for count in (1, 2001):
         with pytest.raises(CertificateError):
             Law.read(table(count))
-
-
-@pytest.mark.parametrize(
-    ("lead", "feedforward", "needed"),
-    [(0, [0, 0], False), (0.1, [0, 0], True), (0, [0, 0.1], True), (0, [-0.1, 0], True)],
-)
-def test_a_filter_is_needed_by_what_is_fed_forward(
-    lead: float, feedforward: list[float], needed: bool
-) -> None:
-    """By the lead or by the inertia, each alone; a filter of 0 s knows no rate."""
-    given = {"pitch_lead": lead, "inertia_feedforward": feedforward}
-
-    for time in (0, -1):
-        law = as_read(GAINS, wind_filter=time, **given)
-        if needed:
-            with pytest.raises(CertificateError, match="wind_filter"):
-                Law.read(law)
-        else:
-            assert Law.read(law).lead == 0
-    assert Law.read(as_read(GAINS, wind_filter=0.001, **given)).lead == Fraction(str(lead))
 
 
 @pytest.mark.parametrize(
@@ -228,8 +201,6 @@ def test_an_uncertainty_is_refused(name: str, value: Any) -> None:
 def test_ends_that_are_allowed() -> None:
     """Pitch held at one angle, limits of zero, nearly all of the wind, intervals of one number."""
     assert Plant.read(as_read(MODEL, pitch_max=-0.125)).pitch_max == Fraction(-1, 8)
-    law = Law.read(as_read(GAINS, feedforward_limit=[0, 0], pitch_lead=0))
-    assert law.inertia_limit == [0, 0] and law.lead == 0
     assert Box.read(part("box", wind_share=0.999), "claim").wind_share < 1
     found = Uncertainty.read(
         part("uncertainty", inertia=[0.5, 0.5], power_coefficient=[1, 1], frozen_wake=False),
@@ -264,7 +235,7 @@ def test_settling_is_refused(changes: Any) -> None:
 
 
 Document = dict[str, Any]
-PER_INTERVAL = ("integral_rate", "inertia_feedforward", "feedforward_limit")
+PER_INTERVAL = ("integral_rate",)
 
 
 @pytest.fixture(scope="session")

@@ -165,7 +165,7 @@ def said(document: Data) -> str:
 
 
 def factor_without_multiplier(document: Data) -> None:
-    document["claims"][0]["cells"][0]["multipliers"][0].pop("lead")
+    document["claims"][0]["cells"][0]["multipliers"][0].pop("gamma")
 
 
 @pytest.mark.parametrize(
@@ -175,13 +175,13 @@ def factor_without_multiplier(document: Data) -> None:
         (entry("gains", "pitch_max", value=1), "pitch limits differ"),
         (entry("gains", "pitch_min", value=-0.01), "pitch limits differ"),
         (entry("model", "pitch_max", value=1), "pitch limits differ"),
-        (factor_without_multiplier, "UNDECIDED: there is no multiplier of the lead"),
+        (factor_without_multiplier, "UNDECIDED: there is no multiplier of the gamma"),
         (
-            entry(*CLAIM, "cells", 0, "multipliers", 0, "lead", value=0),
+            entry(*CLAIM, "cells", 0, "multipliers", 0, "gamma", value=0),
             "UNDECIDED: a multiplier is not positive",
         ),
         (
-            entry(*CLAIM, "cells", 0, "multipliers", 0, "lead", value=-1),
+            entry(*CLAIM, "cells", 0, "multipliers", 0, "gamma", value=-1),
             "UNDECIDED: a multiplier is not positive",
         ),
         (

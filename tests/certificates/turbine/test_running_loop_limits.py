@@ -49,28 +49,24 @@ def largest(column: Any, cell: Cell) -> Fraction:
 def test_rates_of_the_commands_by_their_formula(k: int) -> None:
     """The module's text, written out once more, for columns that differ from node to node."""
     cell = cell_of(k)
-    _ = cell.lead, cell.ramp_share, cell.shed
+    _ = cell.ramp_share, cell.shed
     cell.near = [*range(cell.near[0], cell.near[0] + 4)]
     tilted: dict[str, Any] = {
         name: [(j + 2) * value for j, value in enumerate(getattr(cell.law, name))]
         for name in ("nu", "speed")
     }
-    inertia = [F(-1, 3) * (-1) ** j * (j + 1) for j in range(len(cell.law.wind))]
-    cell.law = replace(cell.law, inertia=inertia, **tilted)
+    cell.law = replace(cell.law, **tilted)
     law, sides, machine = cell.law, cell.sides, cell.machine
     rho = (sides.estimate + sides.schedule) / machine.wind_filter
-    twice = (machine.l2 * sides.innovation + rho) / machine.wind_filter
     w, q, b = (largest(c, cell) for c in (law.speed, law.effort, law.effectiveness))
     bend = largest(law.gamma, cell)
     nu = max(law.nu[j] for j in cell.near)
     gamma, least = cell.over(law.gamma, cell.reach)[1], cell.over(law.effectiveness, cell.reach)[0]
     moved = q * rho + bend * rho * (sides.signal + cell.rest_integral)
     moved += gamma * (sides.measured_rate + w * rho + nu * (sides.measured + w * sides.schedule))
-    lead = max(abs(end) for end in cell.lead) / cell.b0
-    fed = max(abs(law.inertia[j]) for j in cell.near)
-    torque = law.effort_torque * (share(-cell.efforts[0], law.overlap) * moved + fed * twice)
+    torque = law.effort_torque * share(-cell.efforts[0], law.overlap) * moved
     most, part = psi(cell.efforts[1], law.overlap), share(cell.efforts[1], law.overlap)
-    pitch = (part * moved + most * b * rho / least) / least + lead * twice
+    pitch = (part * moved + most * b * rho / least) / least
 
     assert command_rates(cell) == (torque, pitch)
 
@@ -92,12 +88,11 @@ def at(cell: Cell, **parts: Any) -> str:
 def test_each_limit_counts_from_its_own_threshold(k: int) -> None:
     """Exactly at a limit nothing is beyond it; a hair less of it is too little."""
     cell = cell_of(k)
-    law, sides, rho = cell.law, cell.sides, cell.schedule_rate
-    _ = cell.pitches, cell.ramp_share, cell.shed, cell.lead  # of the honest numbers, once for all
+    law, sides = cell.law, cell.sides
+    _ = cell.pitches, cell.ramp_share, cell.shed  # of the honest numbers, once for all
     assert first_failure(limits(cell)) == ""
     torque, pitch = command_rates(cell)
-    taken = max(min(abs(law.inertia[j]) * rho, law.inertia_limit[j]) for j in cell.near)
-    rated = law.effort_torque * (psi(-cell.efforts[0], law.overlap) + taken)
+    rated = law.effort_torque * psi(-cell.efforts[0], law.overlap)
     for place, least, words in (
         ("law__rated_torque", rated, "negative torque"),
         ("law__integral_limit", sides.integral + cell.rest_integral, "the integral"),
@@ -109,26 +104,12 @@ def test_each_limit_counts_from_its_own_threshold(k: int) -> None:
 
 
 @pytest.mark.parametrize("k", CELLS)
-def test_the_feed_forward_is_cut_at_its_own_limit(k: int) -> None:
-    cell = cell_of(k)
-    law, rho = cell.law, cell.schedule_rate
-    shed, nodes = psi(-cell.efforts[0], law.overlap), len(law.wind)
-    for inertia, limit, taken in ((2, 9 * rho, 2 * rho), (-2, 9 * rho, 2 * rho), (9, rho, rho)):
-        law_parts: Any = {"law__inertia": [F(inertia)] * nodes, "machine__torque_rate": F(10**15)}
-        law_parts["law__inertia_limit"] = [F(limit)] * nodes
-        rated = law.effort_torque * (shed + taken)
-        assert at(cell, **law_parts, law__rated_torque=rated) == ""
-        assert at(cell, **law_parts, law__rated_torque=rated - HAIR).startswith("negative torque")
-
-
-@pytest.mark.parametrize("k", CELLS)
 def test_pitch_keeps_its_upper_limit(k: int) -> None:
     """What the law asks for, and where the pitch itself may be."""
     cell = cell_of(k)
-    law, lead = cell.law, max(abs(end) for end in cell.lead)
+    law = cell.law
     least = cell.over(law.effectiveness, cell.reach)[0]
     asked = psi(cell.efforts[1], law.overlap) / least + law.pitch_min
-    asked += lead * cell.schedule_rate / cell.b0
     _ = cell.ramp_share, cell.shed
     cell.__dict__["pitches"] = Interval(0, 0)
     assert at(cell, law__pitch_max=asked) == ""
@@ -244,20 +225,6 @@ def test_intervals_near_a_set_are_those_that_it_meets() -> None:
     assert other.estimate_is_free
 
 
-def test_the_largest_feed_forward_near_the_set_counts() -> None:
-    cell = cell_of(3)
-    law, rho, nodes = cell.law, cell.schedule_rate, len(cell.law.wind)
-    _ = cell.pitches, cell.ramp_share, cell.shed, cell.lead
-    cell.near = [3, 4, 5]
-    inertia = [F(9)] * nodes
-    inertia[3:6] = [F(1), F(-2), F(3, 2)]
-    rated = law.effort_torque * (psi(-cell.efforts[0], law.overlap) + 2 * rho)
-    parts: Any = {"law__inertia": inertia, "law__inertia_limit": [F(10**9)] * nodes}
-    parts["machine__torque_rate"] = F(10**15)
-    assert at(cell, **parts, law__rated_torque=rated) == ""
-    assert at(cell, **parts, law__rated_torque=rated - HAIR).startswith("negative torque")
-
-
 def test_pitch_follows_from_its_lower_limit() -> None:
     cell = cell_of(3)
     before = cell.pitch(cell.psi(cell.efforts))
@@ -312,7 +279,6 @@ def test_the_sides_of_sums_by_their_formula() -> None:
         ("signal", signal2, away),
         ("effort", effort2, spread),
         ("measured_rate", rate2, F(0)),
-        ("innovation", F(2), F(0)),
     ):
         root = F(round(float(square) ** 0.5 * 10**9), 10**9)
         words = f"the set leaves its box in {name.replace('_', ' ')}"
@@ -331,21 +297,6 @@ def test_a_shape_that_is_not_definite_has_no_set() -> None:
         first_failure(inside_box(cell, factors(cell), unit))
         == "P is not symmetric positive definite"
     )
-
-
-@pytest.mark.parametrize(
-    ("inertia", "ends"),
-    [((1, -2, 3), (-2, 3)), ((1, 2, 3), (0, 3)), ((-1, -2, -3), (-3, 0))],
-)
-def test_the_feed_forward_may_be_any_near_the_set_or_none(
-    inertia: tuple[int, ...], ends: tuple[int, int]
-) -> None:
-    cell = cell_of(3)
-    column = [F(9)] * len(cell.law.wind)
-    column[3:6] = [F(value) for value in inertia]
-    cell.near = [3, 4, 5]
-    cell.law = replace(cell.law, inertia=column)
-    assert factors(cell)["feed-forward"] == (F(ends[0]), F(ends[1]))
 
 
 def test_the_observed_stiffness_is_that_of_the_larger_error() -> None:

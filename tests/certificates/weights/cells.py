@@ -76,7 +76,7 @@ EVIDENCE: dict[str, Data] = {
     "coherent-loop": SET,
     "paper-loop": SET,
     "wind-rate": {"loop": 0},
-    "actuator-rates": {"loop": 0},
+    "bumpless": {"loop": 0},
     "running-loop": {},
 }
 # Asked of the plant by itself: with gains it would be refused for another reason.

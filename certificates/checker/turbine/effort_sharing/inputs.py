@@ -27,7 +27,7 @@ NAME = "coherent"  # of the effort-sharing law in a file
 FINEST = Fraction(1, 2**50)
 MEMBERS = plain(
     "name wind rotor_speed trim_effort effectiveness effectiveness_limit overlap proportional "
-    "integral_rate inertia_feedforward feedforward_limit pitch_lead rated_torque effort_torque "
+    "integral_rate rated_torque effort_torque "
     "pitch_min pitch_max wind_filter integral_limit"
 )
 
@@ -40,10 +40,7 @@ def increasing_in_floats(values: Sequence[Fraction], where: str) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Law:
-    """The law's tables, one entry per wind node; per interval ``nu`` and the torque's feed-forward.
-
-    ``inertia`` f and ``inertia_limit`` g: f v_s' limited to +-g;  ``lead`` tau_lead of the pitch.
-    """
+    """The law's tables, one entry per wind node; ``nu`` has one per interval."""
 
     wind: list[Fraction]
     speed: list[Fraction]
@@ -52,9 +49,6 @@ class Law:
     limit: list[Fraction]
     gamma: list[Fraction]
     nu: list[Fraction]
-    inertia: list[Fraction]
-    inertia_limit: list[Fraction]
-    lead: Fraction
     overlap: Fraction
     rated_torque: Fraction
     effort_torque: Fraction
@@ -66,9 +60,7 @@ class Law:
     def read(cls, gains: Any) -> Law:
         """Return the law.
 
-        Refused are another law, winds that do not increase, gains that are not positive, and a
-        feed-forward of the schedule wind's rate by a law that has no filter, so that it cannot
-        know the rate.
+        Refused are another law, winds that do not increase, and gains that are not positive.
         """
         # The program of a gain file follows from this name.
         if text(gains, "name", "gains") != NAME:
@@ -86,9 +78,6 @@ class Law:
             limit=numbers(gains, "effectiveness_limit", "gains", count),
             gamma=numbers(gains, "proportional", "gains", count),
             nu=numbers(gains, "integral_rate", "gains", count - 1),
-            inertia=numbers(gains, "inertia_feedforward", "gains", count - 1),
-            inertia_limit=numbers(gains, "feedforward_limit", "gains", count - 1),
-            lead=number(gains, "pitch_lead", "gains"),
             overlap=positive(gains, "overlap", "gains"),
             rated_torque=positive(gains, "rated_torque", "gains"),
             effort_torque=positive(gains, "effort_torque", "gains"),
@@ -98,11 +87,6 @@ class Law:
         )
         if min(wind[0], *law.speed, *law.effectiveness, *law.gamma, *law.nu) <= 0:
             raise CertificateError("gains: winds, speeds, gains, effectiveness must be positive")
-        if min(law.lead, *law.inertia_limit) < 0:
-            raise CertificateError("gains: pitch_lead and feedforward_limit must not be negative")
-        if law.lead > 0 or any(law.inertia):
-            # Without the filter the law does not know the wind rate that it feeds forward.
-            positive(gains, "wind_filter", "gains")
         return law
 
     def slope(self, column: list[Fraction], k: int) -> Fraction:

@@ -84,24 +84,6 @@ class Range:
         share = (wind - self.wind[i]) / (self.wind[i + 1] - self.wind[i])
         return column[i] + (column[i + 1] - column[i]) * share
 
-    def largest(self, column: list[Fraction], low: Fraction, high: Fraction) -> Fraction:
-        """Return a column's largest value from low to high: at an end, or at a node between."""
-        inside = [value for s, value in zip(self.wind, column, strict=True) if low < s < high]
-        return max(self.at(column, low), self.at(column, high), *inside)
-
-    def bend(self, low: Fraction, high: Fraction, wind_filter: Fraction) -> Fraction:
-        """Return a bound of |v_s''| = |w' - v_s'| / tau_f [m/s^3] while v_s is from low to high.
-
-        (max phi + max r) / tau_f, r over the estimates that are then within tau_f phi of v_s; 0
-        where the range has no such winds.
-        """
-        low, high = max(low, self.wind[0]), min(high, self.wind[-1])
-        if low > high:
-            return Fraction(0)
-        fastest = self.largest(self.schedule, low, high)
-        ahead = wind_filter * fastest
-        return (fastest + self.largest(self.estimate, low - ahead, high + ahead)) / wind_filter
-
 
 def read_ranges(claim: Any, where: str) -> list[Range]:
     """Return the ranges of a claim ``wind-rate``."""

@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import cached_property
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
-from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose, hull, point
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose, point
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.effort_sharing.wind_cell import FULL, NIL, WindCell
@@ -137,32 +137,12 @@ class Cell(WindCell):
         """A bound of |v_s'| [m/s^2]; the limit of the estimate does not increase it."""
         return (self.sides.estimate + self.sides.schedule) / self.machine.wind_filter
 
-    @cached_property
-    def feed_forward(self) -> Span:
-        """The range of the torque's feed-forward per v_s'; with 0, as rated torque may cut it."""
-        fed = [self.law.inertia[j] for j in self.near]
-        return min(NIL, *fed), max(NIL, *fed)
-
-    @cached_property
-    def lead(self) -> Span:
-        """The range of b0 times the pitch lead per v_s', with 0: the lower pitch limit may cut it.
-
-        b0 lead (F (q*' + gamma' (omega_m - omega* - x)) - psi(U) b' / b) / b
-        """
-        law = self.law
-        signal = self.sides.signal + self.rest_integral
-        bend, b = enclose(*self.slopes(law.effectiveness)), enclose(*self.b_reach)
-        moved = enclose(*self.slopes(law.effort))
-        moved += enclose(-signal, signal) * enclose(*self.slopes(law.gamma))
-        asked = self.share(self.efforts) * moved - self.psi(self.efforts) * (bend / b)
-        return span(hull(asked * point(self.b0) / b * point(law.lead), Interval(0, 0)))
-
 
 def factors(cell: Cell) -> dict[str, Span]:
     """Return each factor's range by the names of ``equations``, without the share of pitch.
 
     A factor is a secant between a state of the set and the rest, so it lies in the range of the
-    derivative over the box; where a limit may cut a term, the range is extended to 0.
+    derivative over the box.
     """
     law, machine, sides = cell.law, cell.machine, cell.sides
     b0 = point(cell.b0)
@@ -181,10 +161,8 @@ def factors(cell: Cell) -> dict[str, Span]:
         "effort slope": (down(q[0] - steep), up(q[1] + steep)),
         "gamma": _outward(cell.over(law.gamma, cell.reach)),
         "held estimate": (FULL if cell.estimate_is_free else NIL, FULL),
-        "feed-forward": cell.feed_forward,
         "pitch per effort": span(b0 / b_law),
         "pitch by schedule": span(shed_rest * bend * b0 / (b_law * b)),
-        "lead": cell.lead,
         "integral rate": cell.steps(law.nu),
         "stiffness": span(cell.speed_gain(sides.speed)),
         "pitch gain": span(sigma),
@@ -201,8 +179,8 @@ def factors(cell: Cell) -> dict[str, Span]:
 def _drive_secant(cell: Cell) -> Fraction:
     """Return the least secant of the drive's rate limit: h tau |y| <= limit, |y| as below.
 
-    tau |y| = |beta_ref - beta| is at most the deviation of the law's pitch, with its lead, from the
-    rest, plus the deviation of the pitch from the rest.
+    tau |y| = |beta_ref - beta| is at most the deviation of the law's pitch from the rest, plus the
+    deviation of the pitch from the rest.
     """
     law, sides, plant = cell.law, cell.sides, cell.plant
     shed = max(psi(U, law.overlap) for U in cell.efforts_at_rest)
@@ -211,8 +189,7 @@ def _drive_secant(cell: Cell) -> Fraction:
         cell.ramp_share[1] * sides.effort
         + shed * bend / cell.over(law.effectiveness)[0] * sides.schedule
     )
-    led = size(cell.lead) / cell.b0 * cell.schedule_rate
-    most = moved / cell.b_reach[0] + led + sides.pitch / cell.b0
+    most = moved / cell.b_reach[0] + sides.pitch / cell.b0
     return down(min(FULL, plant.rate_limit * plant.lag / most))
 
 

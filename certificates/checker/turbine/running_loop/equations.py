@@ -13,10 +13,10 @@ with kappa nominal over true inertia, and all of [.] a factor from a range:
     u    = [q*'] s + [gamma] (error - x)                     U - U_rest
     g    = [f] u                                             psi(U) - psi(U_rest)
     rate = ([1; 0 to 1 at a table's end] z - s) / tau_f
-    E    = m_E (u - g - [feed-forward] rate)                 the generator's torque over J
+    E    = m_E (u - g)                                       the generator's torque over J
     A    = [a] e - [sigma] p                                 the table's torque over J
     e'   = [kappa] (A - [h] (p - eta) - E)
-    p'   = [drive] ([b0 / b] g - [psi b0 b'/ b^2] s + [lead] rate - p) / tau
+    p'   = [drive] ([b0 / b] g - [psi b0 b'/ b^2] s - p) / tau
     x'   = -[nu] error,   s' = rate
     m'   = c (e - 2 (1 - passed) (y1 - y2) - m),   y1' = w (e - y1),   y2' = w (y1 - y2)
     o'   = [J / J_o] (A + [a2] (m - e) + [d] z - E) + l_1 (m - o),   z' = l_2 (m - o)
@@ -55,10 +55,9 @@ Rows = list[list[Fraction]]
 Factors = Mapping[str, Span]
 # The names of the factors; each is used once.
 FACTORS = frozenset({
-    "speed slope", "effort slope", "gamma", "share", "held estimate", "feed-forward", "stiffness",
-    "pitch gain", "late pitch gain", "pitch per effort", "pitch by schedule", "lead",
-    "observed stiffness", "wind gain", "inertia", "drive", "integral rate", "observer inertia",
-    "wake rate",
+    "speed slope", "effort slope", "gamma", "share", "held estimate", "stiffness", "pitch gain",
+    "late pitch gain", "pitch per effort", "pitch by schedule", "observed stiffness", "wind gain",
+    "inertia", "drive", "integral rate", "observer inertia", "wake rate",
 })  # fmt: skip
 
 
@@ -120,13 +119,12 @@ def equations(cell: Cell, span: Factors, held: Span) -> tuple[Signals, list[Sign
     seen = times("held estimate", z)
     rate = combined((1 / machine.wind_filter, seen), (-1 / machine.wind_filter, s))
     unit = cell.effort_unit
-    braking = combined((unit, u), (-unit, g), (-unit, times("feed-forward", rate)))
+    braking = combined((unit, u), (-unit, g))
     table = combined((1, times("stiffness", e)), (-1, times("pitch gain", p)))
     late = times("late pitch gain", combined((1, p), (-1, eta)))
     distance = combined(
         (1, times("pitch per effort", g)),
         (-1, times("pitch by schedule", s)),
-        (1, times("lead", rate)),
         (-1, p),
     )
     seen_torque = combined(
@@ -187,7 +185,6 @@ def rows(cell: Cell, span: Factors) -> dict[str, tuple[list[Fraction], Fraction]
         "estimate": ({Z: FULL}, sides.estimate),
         "integral": ({X: FULL}, sides.integral),
         "measured_rate": (measured_rate(machine), sides.measured_rate),
-        "innovation": ({M: FULL, SEEN: -FULL}, sides.innovation),
     }
     count = states(machine)
     return {

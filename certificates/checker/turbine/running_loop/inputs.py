@@ -35,7 +35,6 @@ class Sides:
     schedule, estimate : of v_s and of the observer's wind [m/s].
     integral : of x [rad/s].
     measured_rate : of the filtered speed's rate [rad/s^2].
-    innovation : of the filtered speed less the observer's [rad/s].
     """
 
     speed: Fraction
@@ -47,7 +46,6 @@ class Sides:
     estimate: Fraction
     integral: Fraction
     measured_rate: Fraction
-    innovation: Fraction
 
     @classmethod
     def read(cls, cell: Any, where: str) -> Sides:

@@ -126,8 +126,7 @@ class RunningLoop(TurbineClaim):
         "cells": {
             **plain("wind P"),
             "sides": plain(
-                "speed measured pitch signal effort schedule estimate integral measured_rate "
-                "innovation"
+                "speed measured pitch signal effort schedule estimate integral measured_rate"
             ),
             # The reader of ``multipliers`` refuses a name that is not a factor's.
             "multipliers": None,

@@ -1,0 +1,231 @@
+"""The hand-over without bumps: jumps and rates against the law itself, and damaged claims."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import CertificateError
+from takagi.certificates.checker import check_document
+from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.turbine.effort_sharing.bumpless import Bumpless
+from takagi.certificates.claims.turbine.loop_claims import bumpless_claim
+from takagi.models.laws.protocol import Measurement
+from takagi.models.ramps import effort_ramp
+from takagi.models.turbine.data import rotor_torque
+from tests.certificates.kinds.claims import resealed
+
+PROVED, UNDECIDED = "PROVED", "UNDECIDED"
+SLOW_GENERATOR = 5000.0  # N m/s; the turbine has 15000
+
+
+@pytest.fixture(scope="session")
+def rates(built: Any) -> dict[str, Any]:
+    """Return the claim about the whole loop."""
+    document = built.document
+    return bumpless_claim(document["model"], document["gains"], document["claims"][0])
+
+
+@pytest.fixture(scope="session")
+def short_rates(short_document: dict[str, Any]) -> dict[str, Any]:
+    """Return the short certificate with its own claim about rates."""
+    document = deepcopy(short_document)
+    loop = document["claims"][0]
+    claim = bumpless_claim(document["model"], document["gains"], loop)
+    return dict(resealed(document | {"claims": [loop, claim]}))
+
+
+def verdict_on_rates(document: dict[str, Any]) -> str:
+    """Return the verdict on the claim about rates."""
+    return check_document(resealed(document)).claims[1].verdict.name
+
+
+def test_the_default_loop_is_proved(built: Any, rates: dict[str, Any]) -> None:
+    """No wind asks for torque faster than the turbine allows."""
+    document = resealed(built.document | {"claims": [built.document["claims"][0], rates]})
+    found = check_document(document).claims[1]
+
+    assert verdict_on_rates(document) == PROVED
+    limit = built.turbine.torque_rate_limit
+    beyond = [cell["torque_rate"] > limit for cell in rates["cells"]]
+    assert not any(beyond)
+    assert "and in 70 within the turbine's limit of 15000 N m/s" in found.text
+    assert all(figure.value == 0 for figure in found.figures if "jump" in figure.name)
+    assert all(cell["pitch_rate"] <= built.turbine.pitch_rate_limit for cell in rates["cells"])
+
+
+def test_winds_beyond_the_generators_rate_are_named(built: Any) -> None:
+    """A generator that is slower: the words name the winds that ask for more than it can."""
+    document = deepcopy(built.document)
+    document["model"]["torque_rate_limit"] = limit = SLOW_GENERATOR
+    loop = document["claims"][0]
+    rates = bumpless_claim(document["model"], document["gains"], loop)
+    found = check_document(resealed(document | {"claims": [loop, rates]})).claims[1]
+    beyond = [cell["torque_rate"] > limit for cell in rates["cells"]]
+    assert 0 < sum(beyond) < 30
+    low = loop["cells"][beyond.index(True)]["wind"][0]
+    high = loop["cells"][len(beyond) - 1 - beyond[::-1].index(True)]["wind"][1]
+    assert f"{low:g} to " in found.text and f" {high:g} m/s" in found.text
+    assert ", NOT for " in found.text
+    within = f"in {len(beyond) - sum(beyond)} within the turbine's limit of {limit:g} N m/s"
+    assert within in found.text
+
+
+def test_no_limit_is_told_higher_than_it_is(built: Any, rates: dict[str, Any]) -> None:
+    """8 deg/s are 0.139626... rad/s: told as 0.139626, and what is below it is below that."""
+    document = resealed(built.document | {"claims": [built.document["claims"][0], rates]})
+    own = built.turbine.pitch_rate_limit
+
+    text = check_document(document).claims[1].text
+
+    told = text.split("stays below the drive's limit of ")[1].split(" rad/s")[0]
+    below = int(text.split("rad/s, and in ")[1].split(" stays below")[0])
+    assert own - 1e-6 < float(told) <= own
+    assert below == sum(cell["pitch_rate"] < float(told) for cell in rates["cells"])
+
+
+@pytest.mark.parametrize("limit", ["15000.00001", "14999.99999"])
+def test_a_limit_of_torque_is_told_as_it_is_stated(limit: str) -> None:
+    """With more digits than other numbers: a cell at the limit itself is within it."""
+    text = torque_words(limit)
+
+    assert f"in 1 within the turbine's limit of {limit} N m/s" in text
+
+
+def torque_words(limit: str) -> str:
+    """Return the sentence about one cell of wind whose torque moves at the limit."""
+    cell = {"pitch_rate": Number("0.1"), "torque_rate": Number(limit)}
+    model = {"pitch_rate_limit": Number("0.2"), "torque_rate_limit": Number(limit)}
+    claim = {"loop": 0, "cells": [cell]}
+    rates = Bumpless(claim, {"model": model}, "here", "rates", None, "")
+    law = SimpleNamespace(wind=[Fraction(5), Fraction(8)])
+    rates.__dict__.update(subject=SimpleNamespace(law=law), bounds=[SimpleNamespace()])
+    return rates.sentence()
+
+
+def point(built: Any, k: int, draw: Any) -> tuple[Any, ...]:
+    """Return a state on the edge of the set in cell k, winds in its class, and the plant's motion.
+
+    Of the nominal turbine's equations, written out here.
+    """
+    turbine, law, loop = built.turbine, built.law, built.document["claims"][0]
+    table, cell = law.schedule, loop["cells"][k]
+    v_s = float(draw.uniform(*cell["wind"]))
+    rate = cell["wind_rate"] * draw.choice([-1.0, 1.0])
+    root = np.linalg.cholesky(np.linalg.inv(np.array(loop["P"])))
+    toward = draw.normal(size=3)
+    e, zeta, x = root @ (toward / np.linalg.norm(toward))
+    speed, q, b, gamma = (
+        float(np.interp(v_s, table.wind, column))
+        for column in (
+            table.rotor_speed,
+            table.trim_effort,
+            table.effectiveness,
+            law.gains.proportional,
+        )
+    )
+    shed = float(effort_ramp(q + gamma * (e - x), table.overlap))
+    pitch = turbine.pitch_min + max((shed - zeta) / b, 0.0)
+    v = v_s + cell["wind_error"] * draw.choice([-1.0, 1.0])
+    state, seen = np.array([x, v_s]), v_s + law.wind_filter * rate
+    measured = Measurement(speed + e, pitch, seen)
+    asked = law.command(state, measured)
+    inertia = turbine.inertia * draw.choice([0.9, 1.1])
+    torque = float(rotor_torque(turbine, speed + e, pitch, v))
+    turned = (torque - turbine.gear_ratio * asked.torque) / inertia
+    drive = (asked.pitch - pitch) / turbine.pitch_time_constant
+    limit = turbine.pitch_rate_limit
+    return state, measured, asked, turned, min(max(drive, -limit), limit), rate
+
+
+def test_the_law_on_the_plant_moves_no_faster(built: Any, rates: dict[str, Any]) -> None:
+    """Differences of the law's own commands along the plant's motion, 40 states in every cell."""
+    law, draw, step = built.law, np.random.default_rng(3), 1e-5
+    used, turned_most = [], []
+    for k, bound in enumerate(rates["cells"]):
+        edge = 0.0
+        for _ in range(40):
+            state, seen, asked, turned, drive, rate = point(built, k, draw)
+            assert abs(drive) <= bound["pitch_rate"] * (1 + 1e-9)
+            turned_most.append(abs(drive) / bound["pitch_rate"])
+            later = state + step * law.state_rate(state, seen)
+            wind = float(later[1]) + law.wind_filter * rate
+            if not built.document["claims"][0]["cells"][k]["wind"][0] < later[1]:
+                continue
+            if later[1] >= built.document["claims"][0]["cells"][k]["wind"][1]:
+                continue
+            after = Measurement(seen.rotor_speed + step * turned, seen.pitch + step * drive, wind)
+            moved = abs(law.command(later, after).torque - asked.torque) / step
+            edge = max(edge, moved)
+            # Second order in the step: far below the rounding up of a bound.
+            assert moved <= bound["torque_rate"] * (1 + 1e-6) + 1.0
+        used.append(edge / max(bound["torque_rate"], 1.0))
+    # The bounds are not idle: somewhere most of them is used.
+    assert max(used) > 0.5
+    assert max(turned_most) > 0.7
+
+
+DAMAGES: dict[str, Callable[[dict[str, float]], float]] = {
+    "pitch_rate": lambda cell: cell["pitch_rate"] * 0.999,
+    "signal_rate": lambda cell: cell["signal_rate"] * 0.9999,
+    "torque_rate": lambda cell: cell["torque_rate"] * 0.9999,
+}
+
+
+def test_the_short_certificate_is_proved(short_rates: dict[str, Any]) -> None:
+    """What the damages below begin from."""
+    assert verdict_on_rates(short_rates) == PROVED
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+@pytest.mark.parametrize("k", [0, pytest.param(2, marks=pytest.mark.slow)])
+def test_each_number_of_a_cell_counts(short_rates: dict[str, Any], name: str, k: int) -> None:
+    """A little less than what is needed is not proved."""
+    changed = deepcopy(short_rates)
+    cell = changed["claims"][1]["cells"][k]
+    cell[name] = DAMAGES[name](cell)
+
+    assert verdict_on_rates(changed) == UNDECIDED
+
+
+def test_commands_are_continuous_across_every_node(built: Any) -> None:
+    """Just below and just above each wind node, for speeds and integrals of the set: no jump.
+
+    A table that is constant between its nodes, in the place of a line, jumps by far more.
+    """
+    law, draw, near = built.law, np.random.default_rng(5), 1e-9
+    peak = built.document["claims"][0]["peaks"]
+    for node, speed in zip(law.schedule.wind[1:-1], law.schedule.rotor_speed[1:-1], strict=True):
+        e = float(draw.uniform(-1, 1)) * peak["speed_error"]
+        x = float(draw.uniform(-1, 1)) * peak["integral"]
+        below, above = (
+            law.command(np.array([x, v]), Measurement(float(speed) + e, 0.1, float(node)))
+            for v in (node - near, node + near)
+        )
+        assert abs(above.torque - below.torque) < 1e-2  # N m
+        assert abs(above.pitch - below.pitch) < 1e-7  # rad
+
+
+def test_what_is_no_claim_is_refused(short_rates: dict[str, Any]) -> None:
+    """A cell too few, a turbine without a stated torque rate."""
+    few, bare = deepcopy(short_rates), deepcopy(short_rates)
+    few["claims"][1]["cells"].pop()
+    del bare["model"]["torque_rate_limit"]
+    with pytest.raises(CertificateError, match="cells: a list of"):
+        check_document(resealed(few))
+    with pytest.raises(CertificateError, match="torque_rate_limit"):
+        check_document(resealed(bare))
+
+
+def test_a_loop_that_is_not_proved_carries_no_rates(short_rates: dict[str, Any]) -> None:
+    """The loop's verdict comes first."""
+    changed = deepcopy(short_rates)
+    changed["claims"][0]["cells"][1]["decay_rate"] = 3.0
+
+    assert verdict_on_rates(changed) == UNDECIDED
