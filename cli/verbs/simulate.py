@@ -40,8 +40,8 @@ def simulate(
     duration: Annotated[
         float | None,
         typer.Option(
-            help="Of every run [s]; turbines 60 (paper), 120 (step), 90 (gust) or 180 (ramp), "
-            "plants some time constants."
+            help="Of every run [s]; turbines 60 (paper), 600 (turbulent), 120 (steady, step), 90 "
+            "(gusts), 180 (ramp) or that of the wind's file, plants some time constants."
         ),
     ] = None,
     as_json: AsJson = False,

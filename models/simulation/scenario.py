@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from takagi.models.errors import ModelError
 from takagi.models.simulation.closed_loop import History
-from takagi.models.simulation.wind import WindSeries, same_turbulence
+from takagi.models.simulation.wind import PERIOD, WindSeries, same_turbulence
 from takagi.models.turbine.data import Turbine
 
 # Wohler exponent of welded steel towers; 10 is usual for composite blades.
@@ -124,7 +124,6 @@ PAPER_INTENSITY = 0.18
 # quarters of the time and leaves it once, the middle one crosses rated, the lowest never does.
 PAPER_SEED = 59
 PAPER_DURATION = 60.0
-PAPER_PERIOD = 600.0
 
 
 def published_winds(
@@ -147,5 +146,5 @@ def published_winds(
         seed,
         rotor_radius=turbine.rotor_radius,
         hub_height=turbine.hub_height,
-        period=max(duration, PAPER_PERIOD),
+        period=max(duration, PERIOD),
     )

@@ -20,11 +20,10 @@ from takagi.models.simulation.closed_loop import History, simulate
 from takagi.models.simulation.scenario import Metrics, measure
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.simulation.wind import (
-    REFERENCE_INTENSITY,
     WindSeries,
+    class_turbulence,
     gust_wind,
     ramp_wind,
-    same_turbulence,
     step_wind,
 )
 from takagi.models.turbine.data import Turbine
@@ -101,20 +100,15 @@ def design_runs(design: TurbineDesign) -> tuple[DesignRun, ...]:
             winds.append(("", mean, gust))
     for mean in TURBULENT:
         if turbine.cut_in < mean < turbine.cut_out:
-            winds.append(("turbulence", mean, _turbulence(design, mean)))
+            turbulent = class_turbulence(
+                mean,
+                TURBULENT_DURATION,
+                SEED,
+                rotor_radius=radius,
+                hub_height=turbine.hub_height,
+            )
+            winds.append(("turbulence", mean, turbulent))
     return tuple(_run(design, *each) for each in winds)
-
-
-def _turbulence(design: TurbineDesign, mean: float) -> WindSeries:
-    return same_turbulence(
-        [mean],
-        REFERENCE_INTENSITY * (0.75 + 5.6 / mean),
-        TURBULENT_DURATION,
-        SEED,
-        rotor_radius=design.turbine.rotor_radius,
-        hub_height=design.turbine.hub_height,
-        period=600.0,
-    )[0]
 
 
 def _run(design: TurbineDesign, name: str, mean: float, wind: WindSeries) -> DesignRun:

@@ -88,11 +88,12 @@ class Run:
 class Simulation:
     """What was simulated, and what came out: laws in their order, winds within.
 
+    ``asked`` has the words of the winds, see ``takagi.reports.simulation.winds``.
     ``sample_time`` [s] is how often the laws run, ``computation_time`` [s] how late they send.
     """
 
     turbine: Turbine
-    scenario: str
+    asked: tuple[str, ...]
     parts: PlantParts
     winds: tuple[WindSeries, ...]
     chosen: ChosenLaws
@@ -178,7 +179,7 @@ def run_simulation(
     chosen: ChosenLaws,
     winds: Sequence[WindSeries],
     *,
-    scenario: str,
+    asked: Sequence[str] = (),
     parts: PlantParts | None = None,
     sample_time: float = TIME_STEP,
     computation_time: float = 0.0,
@@ -188,7 +189,7 @@ def run_simulation(
 
     Parameters
     ----------
-    scenario : its name, for titles.
+    asked : the words of the winds, for titles; their names unless given.
     parts : of the plant; None takes all that the turbine's file states.
     sample_time, computation_time : of the laws' program [s], see ``SampledLaw``.
     tell : called with the step in words and the share done.
@@ -204,8 +205,9 @@ def run_simulation(
     }
     plants = {name: _with_own_filter(plant, name, chosen, parts) for name in sampled}
     runs = tuple(_runs(plants, sampled, chosen.observer, winds, tell))
+    words = tuple(asked) or tuple(wind.name for wind in winds)
     return Simulation(
-        turbine, scenario, parts, tuple(winds), chosen, runs, sample_time, computation_time
+        turbine, words, parts, tuple(winds), chosen, runs, sample_time, computation_time
     )
 
 
