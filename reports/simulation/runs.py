@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.laws.protocol import SampledLaw, require_times
-from takagi.models.simulation.closed_loop import (
-    TIME_STEP,
-    Diverged,
-    History,
-    Observer,
-    fitting_step,
-    simulate,
-)
+from takagi.models.laws.protocol import require_times
+from takagi.models.simulation.closed_loop import TIME_STEP, Diverged, History, fitting_step
+from takagi.models.simulation.compiled_loop import in_threads
 from takagi.models.simulation.scenario import Metrics, measure
-from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, ready, validation_plant
+from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, validation_plant
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
+from takagi.reports.simulation.compiled_law import SampledLoop
 from takagi.reports.simulation.laws import ChosenLaws
 
 WAKES = ("equilibrium", "dynamic")
@@ -200,11 +196,17 @@ def run_simulation(
     """
     parts = parts or PlantParts()
     plant = simulation_plant(turbine, parts)
-    sampled = {
-        name: SampledLaw(law, sample_time, computation_time) for name, law in chosen.laws.items()
+    loops = {
+        name: SampledLoop(
+            _with_own_filter(plant, name, chosen, parts),
+            law,
+            chosen.observer,
+            sample_time=sample_time,
+            computation_time=computation_time,
+        )
+        for name, law in chosen.laws.items()
     }
-    plants = {name: _with_own_filter(plant, name, chosen, parts) for name in sampled}
-    runs = tuple(_runs(plants, sampled, chosen.observer, winds, tell))
+    runs = tuple(_runs(loops, winds, tell))
     words = tuple(asked) or tuple(wind.name for wind in winds)
     return Simulation(
         turbine, words, parts, tuple(winds), chosen, runs, sample_time, computation_time
@@ -221,33 +223,23 @@ def _with_own_filter(
 
 
 def _runs(
-    plants: Mapping[str, SimulatedTurbine],
-    laws: Mapping[str, SampledLaw],
-    observer: Observer | None,
-    winds: Sequence[WindSeries],
-    tell: Tell | None,
+    loops: Mapping[str, SampledLoop], winds: Sequence[WindSeries], tell: Tell | None
 ) -> Iterator[Run]:
-    total, done = len(laws) * len(winds), 0
+    pairs = [(name, wind) for name in loops for wind in winds]
     if tell is not None:
         tell("the plant's equations, compiled once", 0.0)
-    for plant in plants.values():
-        ready(plant)
-    for name, law in laws.items():
-        for wind in winds:
-            progress = _part(tell, f"{name}, {wind.name}", done, total)
-            try:
-                history = simulate(plants[name], law, wind, observer=observer, progress=progress)
-            except Diverged as end:
-                yield Run(name, wind.name, diverged=end.time)
-            else:
-                yield Run(name, wind.name, history, measure(history, plants[name].turbine))
-            done += 1
 
+    def run(name: str, wind: WindSeries) -> Run:
+        try:
+            history = loops[name].run(wind)
+        except Diverged as end:
+            return Run(name, wind.name, diverged=end.time)
+        return Run(name, wind.name, history, measure(history, loops[name].plant.turbine))
 
-def _part(tell: Tell | None, step: str, done: int, total: int) -> Callable[[float], None] | None:
-    if tell is None:
-        return None
-    return lambda share: tell(step, (done + share) / total)
+    for done, result in enumerate(in_threads([partial(run, *pair) for pair in pairs]), 1):
+        if tell is not None:
+            tell(f"{result.law}, {result.wind}", done / len(pairs))
+        yield result
 
 
 def _percent(share: float) -> str:
