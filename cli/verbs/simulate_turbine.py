@@ -158,6 +158,7 @@ def _laws(
             winds,
             asked=words,
             computation_time=asked["computation_time"],
+            series=out is not None,
             sample_time=step,
             parts=parts,
             tell=lambda step, done: tell(step, begin + (_SIMULATING - begin) * done),

@@ -42,6 +42,8 @@ class History:
     torque_command : what the law asked for [N m].
     electrical_power : efficiency times torque times generator speed [W].
     rotor_torque [N m], thrust [N] : aerodynamic, at the sample.
+    shaft_torque : in the low-speed shaft: that of its twist, without torsion what the generator
+        and its inertia take from the rotor [N m].
     tower_displacement [m], tower_velocity [m/s] : fore-aft, at the top; 0 without a tower.
     tower_moment : fore-aft at the base [N m]: hub height times (stiffness x + damping x') over the
         turbine's ``tower_share``, which is thrust times hub height at rest.
@@ -64,6 +66,7 @@ class History:
     electrical_power: Floats
     rotor_torque: Floats
     thrust: Floats
+    shaft_torque: Floats
     tower_displacement: Floats
     tower_velocity: Floats
     tower_moment: Floats
@@ -366,6 +369,7 @@ def history_of(
         electrical_power=power,
         rotor_torque=turning,
         thrust=thrust,
+        shaft_torque=_shaft_torque(plant, record, turning),
         tower_displacement=top.copy(),
         tower_velocity=top_speed.copy(),
         tower_moment=turbine.hub_height
@@ -376,6 +380,18 @@ def history_of(
         flags=flags | _torque_flags(plant, record, period, first_torque),
         wind_name=wind.name,
     )
+
+
+def _shaft_torque(plant: SimulatedTurbine, record: Record, turning: Floats) -> Floats:
+    """Return the torque in the low-speed shaft [N m], (n,)."""
+    turbine, states = plant.turbine, record.states
+    at, lagged = plant.index("generator speed"), plant.index("generator torque")
+    if at is not None:
+        stiffness, damping = plant.shaft
+        return stiffness * states[:, at + 1] + damping * (states[:, 0] - states[:, at])
+    acting = record.torque if lagged is None else states[:, lagged]
+    surplus = turning - turbine.gear_ratio * acting
+    return turning - turbine.rotor_inertia / turbine.inertia * surplus
 
 
 def _torque_flags(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from takagi.models.errors import ModelError, did_you_mean
@@ -49,8 +49,10 @@ class Run:
     Attributes
     ----------
     law, wind : their names.
-    history, metrics : None where the loop diverged.
+    history : over time; None where the loop diverged, or where only the metrics are kept.
+    metrics : None where the loop diverged.
     diverged : when [s]; None where it did not.
+    flags : share of samples at which each one stands [-].
     """
 
     law: str
@@ -58,16 +60,17 @@ class Run:
     history: History | None = None
     metrics: Metrics | None = None
     diverged: float | None = None
+    flags: Mapping[Flag, float] = field(default_factory=dict)
 
     def remarks(self) -> tuple[str, ...]:
         """Return the remarks needed to read the numbers, most important first."""
-        if self.history is None or self.metrics is None:
+        if self.metrics is None:
             return (f"diverged: the states grew beyond all numbers before {self.diverged:g} s",)
         found = []
         if self.metrics.overspeed > RUNAWAY:
             found.append("runaway: a turbine's safety system would have stopped it")
         for flag, words in FLAG_WORDS.items():
-            share = self.history.share_flagged(flag)
+            share = self.flags[flag]
             if share >= WORTH_TELLING or (share > 0 and "table" in words):
                 found.append(f"{words} {_percent(share)} of the time")
         if self.metrics.pitch_rate >= RESTLESS:
@@ -179,6 +182,7 @@ def run_simulation(
     parts: PlantParts | None = None,
     sample_time: float = TIME_STEP,
     computation_time: float = 0.0,
+    series: bool = True,
     tell: Tell | None = None,
 ) -> Simulation:
     """Return every law in every wind on the validation plant, from rest at each first wind.
@@ -188,6 +192,7 @@ def run_simulation(
     asked : the words of the winds, for titles; their names unless given.
     parts : of the plant; None takes all that the turbine's file states.
     sample_time, computation_time : of the laws' program [s], see ``SampledLaw``.
+    series : False keeps the metrics alone, of many long runs (10 MB a run of 600 s).
     tell : called with the step in words and the share done.
 
     Raises
@@ -206,7 +211,7 @@ def run_simulation(
         )
         for name, law in chosen.laws.items()
     }
-    runs = tuple(_runs(loops, winds, tell))
+    runs = tuple(_runs(loops, winds, tell, series=series))
     words = tuple(asked) or tuple(wind.name for wind in winds)
     return Simulation(
         turbine, words, parts, tuple(winds), chosen, runs, sample_time, computation_time
@@ -223,7 +228,11 @@ def _with_own_filter(
 
 
 def _runs(
-    loops: Mapping[str, SampledLoop], winds: Sequence[WindSeries], tell: Tell | None
+    loops: Mapping[str, SampledLoop],
+    winds: Sequence[WindSeries],
+    tell: Tell | None,
+    *,
+    series: bool,
 ) -> Iterator[Run]:
     pairs = [(name, wind) for name in loops for wind in winds]
     if tell is not None:
@@ -234,7 +243,13 @@ def _runs(
             history = loops[name].run(wind)
         except Diverged as end:
             return Run(name, wind.name, diverged=end.time)
-        return Run(name, wind.name, history, measure(history, loops[name].plant.turbine))
+        return Run(
+            name,
+            wind.name,
+            history if series else None,
+            measure(history, loops[name].plant.turbine),
+            flags={flag: history.share_flagged(flag) for flag in Flag},
+        )
 
     for done, result in enumerate(in_threads([partial(run, *pair) for pair in pairs]), 1):
         if tell is not None:

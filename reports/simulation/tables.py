@@ -38,13 +38,17 @@ COLUMNS: dict[str, tuple[str, str, int]] = {
     "pitch_travel": ("pitch travel", "deg", 1),
     "torque_rate": ("torque rate, rms", "kN m/s", 2),
     "tower_del": ("tower DEL", "MN m", 2),
+    "shaft_del": ("shaft DEL", "MN m", 3),
+    "torque_change": ("largest torque change in 0.4 s", "kN m", 2),
+    "peak_power": ("peak power", "% of rated", 1),
     "both_active": ("actuators fight", "% of time", 1),
 }
 EXPLANATION = """\
 Energy and power are electrical. Overspeed and speed deviation are shares of rated rotor speed; an
 overspeed below zero means that rated speed was never reached. The tower's damage-equivalent load is
-that of the fore-aft moment at the base (rainflow counting, exponent 4, 1 Hz). The actuators fight
-while pitch is more than 0.5 deg above fine pitch and torque more than 5 % below rated."""
+that of the fore-aft moment at the base (rainflow counting, exponent 4, 1 Hz), the shaft's that of
+the torque in the low-speed shaft. The actuators fight while pitch is more than 0.5 deg above fine
+pitch and torque more than 5 % below rated."""
 WAKE_WORDS = {
     "equilibrium": "a wake that follows at once (coefficient tables)",
     "dynamic": "a wake that needs time, so that torque and thrust first answer by more",
@@ -197,11 +201,9 @@ def series_csv(history: History) -> str:
 def _row(run: Run) -> dict[str, Any]:
     row: dict[str, Any] = {"wind": run.wind, "law": run.law, "diverged": run.diverged}
     row |= {name: None for name in COLUMNS}
-    if run.metrics is not None and run.history is not None:
+    if run.metrics is not None:
         row |= asdict(run.metrics)
-        row["flags"] = {
-            flag.name.lower(): run.history.share_flagged(flag) for flag in Flag if flag.name
-        }
+        row["flags"] = {flag.name.lower(): run.flags[flag] for flag in Flag if flag.name}
     row["remarks"] = list(run.remarks())
     return row
 

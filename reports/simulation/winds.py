@@ -2,6 +2,7 @@
 
     15                      steady 15 m/s; 15m/s is the same
     turbulent:11:B:7        normal turbulence about 11 m/s, IEC class B (or A, C), seed 7
+    turbulent:11:B:1-6      the same with six seeds
     step:10:12.5            a step
     ramp:10:12.5:0.2        a ramp of 0.2 m/s a second
     gust:11                 the extreme operating gust, class I B
@@ -15,6 +16,7 @@ What stands behind a colon may be left out from the end: class B, and the seed o
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
@@ -46,6 +48,8 @@ HALF_STEP = 1.5
 RAMP_RATE = 0.2
 # Of turbulence of a class.
 CLASS_SEED = 1
+MOST_SEEDS = 1000
+_SEEDS = re.compile(r"(turbulent:[^:]*:[^:]*):(\d+)-(\d+)", re.ASCII)
 SUFFIXES = (".csv", ".bts")
 DEFAULT_WINDS = ("paper",)
 
@@ -231,6 +235,15 @@ def _winds(
             f"wind {text!r} is not known{did_you_mean(word, FORMS)}; give one such as {_EXAMPLES}, "
             f"or one of {', '.join(name for name, form in FORMS.items() if form.alone)}"
         )
+    if seeds := _SEEDS.fullmatch(text):
+        head, first, last = seeds[1], int(seeds[2]), int(seeds[3])
+        if not first <= last < first + MOST_SEEDS:
+            raise ModelError(
+                f"wind {text!r}: seeds from {first} to {last} were given; 1 to {MOST_SEEDS} seeds "
+                "are needed, the lower one first, such as 1-6"
+            )
+        texts = [f"{head}:{k}" for k in range(first, last + 1)]
+        return tuple(wind for each in texts for wind in _winds(turbine, each, duration, seed))
     form = FORMS[word]
     asked = _Asked(turbine, duration or form.duration, seed)
     if not values and form.alone is not None:

@@ -51,7 +51,7 @@ def test_winds_are_repeated_and_named(tmp_path: Path, capsys: Capture) -> None:
     table = tmp_path / "measured.csv"
     table.write_text("time,wind\n0,9\n3,9.5\n6,9\n", encoding="utf-8")
     asked = (*QUICK[:-1], "3", "--wind", "15m/s", "--wind", f"{table}", "--json")
-    assert main([*asked, "--wind", "turbulent:9:A:3", "--scenario", "turbulent:9:A:4"]) == 0
+    assert main([*asked, "--wind", "turbulent:9:A:3-4", "--scenario", "turbulent:9:A:4"]) == 0
     answer = json.loads(capsys.readouterr().out)
 
     names = ["steady 15 m/s", str(table), *(f"turbulent 9 m/s, class A, seed {k}" for k in (3, 4))]
@@ -176,6 +176,7 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
         (("--wind", "26"), "runs from 3 to 25 m/s"),
         (("--wind", "turbulent:9:D"), "A, B and C"),
         (("--wind", "turbulent:9:B:-1"), "'-1' is SEED"),
+        (("--wind", "turbulent:9:B:6-1"), "seeds from 6 to 1"),
         (("--wind", "step:9"), "written step:FROM:TO"),
         (("--wind", "gust:fast"), "'fast' is MEAN; a number"),
         (("--wind", "missing.csv"), "missing.csv"),
