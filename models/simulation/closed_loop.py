@@ -279,7 +279,7 @@ def _march(
         measurement = Measurement(float(state[speed_at]), float(state[1]), wind_seen)
         law_state = within.law_state
         command, within = program.step(within, measurement)
-        torque = _limit_torque(plant, previous.torque, float(command.torque), period)
+        torque = limit_torque(plant, previous.torque, float(command.torque), period)
         sent_command = Command(torque, float(command.pitch))
         yield _Sample(state, v, wind_seen, command, torque, law_state)
         if observer is not None:
@@ -314,7 +314,7 @@ def measured_speed(plant: SimulatedTurbine) -> int:
     return next(index for index in indices if index is not None)
 
 
-def _limit_torque(
+def limit_torque(
     plant: SimulatedTurbine, previous: float, commanded: float, period: float
 ) -> float:
     """Return the torque within its range and what the rate limit allows since."""

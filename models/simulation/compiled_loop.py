@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Law, require_times
 from takagi.models.simulation.closed_loop import (
     Diverged,
@@ -60,6 +61,11 @@ class CompiledLaw:
         if self.observer is not None:
             estimate = self.observer.initial_state(rotor_speed, wind)
         kept = np.concatenate([estimate, self.law.initial_state(wind)])
+        if len(kept) < len(self.program.kept):
+            raise ModelError(
+                f"law {self.name!r}: its program keeps {len(self.program.kept)} values and it has "
+                f"{len(kept)} states; they must be the same"
+            )
         # A law without its wind filter keeps the filter's state in Python alone.
         return kept[: len(self.program.kept)]
 
