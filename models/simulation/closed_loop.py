@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
-from math import ceil, isfinite
+from math import ceil, inf, isfinite
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -84,6 +84,11 @@ class History:
     def share_flagged(self, flag: Flag) -> float:
         """Return the share of samples at which the flag stands [-]."""
         return float(np.mean((self.flags & flag.value) != 0))
+
+    def first_flagged(self, flag: Flag) -> float:
+        """Return when the flag first stands [s]; inf if it never does."""
+        standing = (self.flags & flag.value) != 0
+        return float(self.time[np.argmax(standing)]) if standing.any() else inf
 
     def per_unit(self, turbine: Turbine) -> dict[str, Floats]:
         """Return the series over their bases [-], by name; ``time`` stays in s.

@@ -1,15 +1,12 @@
-"""A law that is a program on a plant in a wind, compiled; many of them side by side in threads.
+"""A law that is a program on a plant in a wind, compiled; it runs without the interpreter's lock.
 
 Sampling, holding, limits and observer are those of ``closed_loop``, and so are the results.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,8 +29,6 @@ from takagi.models.simulation.wind import WindSeries
 
 if TYPE_CHECKING:
     from takagi.models.simulation.equations import Instructions
-
-_Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,16 +123,3 @@ def simulate_compiled(
         keeps[:, own:].copy(),
     )
     return history_of(plant, wind, record, sample_time, point.torque)
-
-
-def in_threads(
-    tasks: Iterable[Callable[[], _Result]], workers: int | None = None
-) -> Iterator[_Result]:
-    """Yield the results of tasks in their order; compiled loops run side by side.
-
-    Parameters
-    ----------
-    workers : threads; as many as there are cores unless given.
-    """
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
-        yield from pool.map(lambda task: task(), tasks)

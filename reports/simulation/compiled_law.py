@@ -8,9 +8,10 @@ simulated, and a run starts where the law rests at its first wind.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from takagi.certificates.document.certificate_file import (
     published_law_data,
     turbine_data,
 )
+from takagi.certificates.sweep.tasks import cores
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Law, SampledLaw
@@ -53,6 +55,7 @@ from takagi.reports.code.run import floats
 if TYPE_CHECKING:
     from takagi.models.simulation.equations import Instructions
 
+_Result = TypeVar("_Result")
 # The programs of a file that are run; the others are the plant's.
 STAGES = ("observer", "law")
 
@@ -99,6 +102,19 @@ class SampledLoop:
             sample_time=sampled.sample_time,
             computation_time=sampled.computation_time,
         )
+
+
+def in_threads(
+    tasks: Iterable[Callable[[], _Result]], workers: int | None = None
+) -> Iterator[_Result]:
+    """Yield the results of tasks in their order; compiled loops run side by side.
+
+    Parameters
+    ----------
+    workers : threads; as many as there are cores unless given.
+    """
+    with ThreadPoolExecutor(workers or cores()) as pool:
+        yield from pool.map(lambda task: task(), tasks)
 
 
 def compiled_law(turbine: Turbine, law: Law, observer: Observer | None) -> CompiledLaw | None:

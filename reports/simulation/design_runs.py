@@ -19,7 +19,6 @@ from takagi.models.arrays import Floats
 from takagi.models.laws.protocol import Law, law_words
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History
-from takagi.models.simulation.compiled_loop import in_threads
 from takagi.models.simulation.scenario import Metrics, measure
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.simulation.wind import (
@@ -33,7 +32,7 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 from takagi.reports.figures.response import QUANTITIES, ResponseLine
 from takagi.reports.page.text import powers
-from takagi.reports.simulation.compiled_law import SampledLoop
+from takagi.reports.simulation.compiled_law import SampledLoop, in_threads
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign

@@ -9,12 +9,11 @@ from functools import partial
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.protocol import require_times
 from takagi.models.simulation.closed_loop import TIME_STEP, Diverged, History, fitting_step
-from takagi.models.simulation.compiled_loop import in_threads
 from takagi.models.simulation.scenario import Metrics, measure
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, validation_plant
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
-from takagi.reports.simulation.compiled_law import SampledLoop
+from takagi.reports.simulation.compiled_law import SampledLoop, in_threads
 from takagi.reports.simulation.laws import ChosenLaws
 
 WAKES = ("equilibrium", "dynamic")
@@ -52,7 +51,7 @@ class Run:
     history : over time; None where the loop diverged, or where only the metrics are kept.
     metrics : None where the loop diverged.
     diverged : when [s]; None where it did not.
-    flags : share of samples at which each one stands [-].
+    flags : share of samples at which each one stands [-];  first : when that begins [s].
     """
 
     law: str
@@ -61,6 +60,7 @@ class Run:
     metrics: Metrics | None = None
     diverged: float | None = None
     flags: Mapping[Flag, float] = field(default_factory=dict)
+    first: Mapping[Flag, float] = field(default_factory=dict)
 
     def remarks(self) -> tuple[str, ...]:
         """Return the remarks needed to read the numbers, most important first."""
@@ -72,7 +72,8 @@ class Run:
         for flag, words in FLAG_WORDS.items():
             share = self.flags[flag]
             if share >= WORTH_TELLING or (share > 0 and "table" in words):
-                found.append(f"{words} {_percent(share)} of the time")
+                begins = f" from {self.first[flag]:.1f} s on" if "table" in words else ""
+                found.append(f"{words} {_percent(share)} of the time{begins}")
         if self.metrics.pitch_rate >= RESTLESS:
             found.append(f"pitch is restless: {self.metrics.pitch_rate:.1f} deg/s on average")
         if self.metrics.both_active >= FIGHTING:
@@ -249,6 +250,7 @@ def _runs(
             history if series else None,
             measure(history, loops[name].plant.turbine),
             flags={flag: history.share_flagged(flag) for flag in Flag},
+            first={flag: history.first_flagged(flag) for flag in Flag},
         )
 
     for done, result in enumerate(in_threads([partial(run, *pair) for pair in pairs]), 1):

@@ -14,10 +14,11 @@ from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.laws.protocol import Law, SampledLaw
+from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
 from takagi.models.simulation import equations
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Diverged, History, simulate
-from takagi.models.simulation.compiled_loop import in_threads, simulate_compiled
+from takagi.models.simulation.compiled_loop import CompiledLaw, simulate_compiled
 from takagi.models.simulation.turbine_plant import (
     SimulatedTurbine,
     SpeedFilter,
@@ -41,7 +42,7 @@ from takagi.reports.code.controller_program import (
     parsed,
 )
 from takagi.reports.code.run import ProgramRun
-from takagi.reports.simulation.compiled_law import compiled_law, instructions
+from takagi.reports.simulation.compiled_law import compiled_law, in_threads, instructions
 from tests.models.test_coherent_law import gains
 from tests.models.test_paper_law import make_law
 
@@ -138,13 +139,23 @@ def test_both_loops_end_where_they_leave_all_numbers() -> None:
 
 
 def test_laws_without_a_program_are_left_to_python() -> None:
-    """A filter between the regions that gain files cannot express, and any other Python object."""
+    """A reference filter, which gain files cannot express, and any other Python object."""
 
     class Mine(BaselineLaw):
         pass
 
-    assert compiled_law(TURBINE, make_law("paper", variant="sector"), OBSERVER) is None
+    filtered = FilteredReferenceLaw(make_law("paper"), ReferenceFilter(2.0))
+    assert compiled_law(TURBINE, filtered, OBSERVER) is None
     assert compiled_law(TURBINE, Mine(TURBINE), OBSERVER) is None
+
+
+def test_a_program_of_another_law_is_refused() -> None:
+    """It keeps two integrals, and the law has one to start it with."""
+    other = compiled_law(TURBINE, law("two integrators"), OBSERVER)
+    assert other is not None
+    mixed = CompiledLaw(law("one integrator"), OBSERVER, other.program)
+    with pytest.raises(ModelError, match="keeps 4 values and it has 3 states"):
+        simulate_compiled(validation_plant(TURBINE), mixed, turbulence(1.0), sample_time=0.02)
 
 
 def test_threads_give_each_case_its_own_result() -> None:

@@ -16,6 +16,7 @@ from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Diverged, History
+from takagi.models.simulation.wind import step_wind
 from takagi.models.turbine.trim import rated_wind, trim
 from takagi.reports.simulation.laws import ChosenLaws, chosen_laws
 from takagi.reports.simulation.runs import PlantParts, Simulation, run_simulation
@@ -167,6 +168,23 @@ def test_remarks_count_the_flags() -> None:
     for name, share in row["flags"].items():
         told = any("torque at its rate limit" in remark for remark in row["remarks"])
         assert name != "torque_rate_limited" or told == (share >= 0.01)
+
+
+def test_a_run_that_leaves_the_tables_says_when() -> None:
+    """A gale on a rotor that turns slowly: tip-speed ratios below the table's."""
+    law = ChosenLaws({"baseline": BaselineLaw(TURBINE)}, None)
+    wind = step_wind(4.0, 60.0, 12.0, begin=3.0)
+    simulation = run_simulation(TURBINE, law, [wind])
+    history, (remark,) = (
+        record(simulation, 0),
+        [remark for remark in simulation.runs[0].remarks() if "tip-speed ratio" in remark],
+    )
+    ratio = history.rotor_speed * TURBINE.rotor_radius / history.wind
+    first = float(history.time[np.argmax(ratio < TURBINE.torque.x_range[0])])
+
+    assert 2.9 < first < 3.2
+    # What the blades meet differs a little from the wind, by the wake and the moving parts.
+    assert float(remark.split("from ")[1].split(" s")[0]) == pytest.approx(first, abs=0.2)
 
 
 @pytest.mark.parametrize("name", [name for name in FORMS if FORMS[name].alone])
