@@ -40,8 +40,8 @@ from takagi.reports.figures.style import (
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.simulation.laws import ChosenLaws
 from takagi.reports.simulation.runs import run_simulation
-from takagi.reports.simulation.scenarios import scenario_winds
 from takagi.reports.simulation.tables import table_rows
+from takagi.reports.simulation.winds import requested_winds
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
@@ -94,7 +94,7 @@ TURBINE_HEAD = """
 Wind turbines of public files, which name them. Neither has a reference controller or a published
 frozen wake in its file, so that the second is computed. The commands are `takagi design
 tests/gallery/turbines/NAME.toml --out build/NAME` and `takagi simulate
-tests/gallery/turbines/NAME.toml --law-from build/NAME/gains.json --scenario ramp`.
+tests/gallery/turbines/NAME.toml --law-from build/NAME/gains.json --wind ramp`.
 
 | turbine | verdict | winds [m/s] | wind error [m/s] | rotor speed | decay [1/s] | ramp |
 |---|---|---|---|---|---|---|
@@ -351,8 +351,8 @@ def turbine_row(file: Path) -> str:
     over = (max(document["gains"]["rotor_speed"]) + loop["peaks"]["speed_error"]) / rated - 1
     observer, filters = wind_observer_design(turbine, asked).observer, speed_filter(asked)
     chosen = ChosenLaws({law.name: law}, observer, {law.name: filters} if filters else {})
-    winds = scenario_winds(turbine, "ramp", duration=None, seed=None)
-    run = table_rows(run_simulation(turbine, chosen, winds, scenario="ramp"))[0]
+    winds = requested_winds(turbine, ["ramp"])
+    run = table_rows(run_simulation(turbine, chosen, winds))[0]
     cells = (
         f"[{turbine.name}](../tests/gallery/turbines/{file.name})",
         check_document(document).verdict.name,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 Floats: TypeAlias = NDArray[np.float64]
 Complex: TypeAlias = NDArray[np.complex128]
 Indices: TypeAlias = NDArray[np.intp]
+Places: TypeAlias = NDArray[np.int64]
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
@@ -20,12 +21,12 @@ def compiled(function: _Function) -> _Function:
     Numba keeps it beside the function's file, in the user's cache folder if that cannot be
     written, or where NUMBA_CACHE_DIR says; with no place at all every process compiles anew.  It
     knows a stored function by the date of its file, so compiled functions must not call those of
-    another file.
+    another file.  It runs without the interpreter's lock, so that threads work side by side.
     """
     import numba
 
     try:
-        compiled_function = numba.njit(cache=True, error_model="numpy")(function)
+        compiled_function = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
     except RuntimeError:
-        compiled_function = numba.njit(error_model="numpy")(function)
+        compiled_function = numba.njit(error_model="numpy", nogil=True)(function)
     return cast(_Function, compiled_function)

@@ -84,7 +84,7 @@ def run_tasks(
     ModelError : fewer than one worker, or a process that was killed from outside.
     OSError : a result cannot be written.
     """
-    count = _cores() if workers is None else workers
+    count = cores() if workers is None else workers
     if count < 1:
         raise ModelError(f"--workers {count} was given; at least 1 is needed")
     folder.mkdir(parents=True, exist_ok=True)
@@ -115,7 +115,8 @@ def _sha256(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _cores() -> int:
+def cores() -> int:
+    """Return how many cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

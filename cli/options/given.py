@@ -39,6 +39,7 @@ def option(
     *,
     default: Any = None,
     callback: Callable[..., Any] | None = None,
+    alias: str = "",
 ) -> Parameter:
     """Return the declaration of an option as a parameter, which ``run_command`` reads.
 
@@ -46,12 +47,14 @@ def option(
     ----------
     declared : name of the parameter, and behind a space what stands for its value in the help.
     words : the help;  kind : the type of its value, bool for one without.
+    alias : another spelling, an earlier one.
     """
     name, _, metavar = declared.partition(" ")
     if kind is bool:
         default = False
     taken = kind if default is not None else kind | None
-    stated = typer.Option(option_of(name), metavar=metavar or None, help=words, callback=callback)
+    spellings = (option_of(name), alias) if alias else (option_of(name),)
+    stated = typer.Option(*spellings, metavar=metavar or None, help=words, callback=callback)
     annotated: Any = Annotated
     annotation = annotated[taken, stated]
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)

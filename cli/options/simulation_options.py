@@ -21,7 +21,7 @@ _SHAPES = '"load=step 0.2 at 1s"'
 SHARED_SIMULATION: Options = (
     option(
         "seed",
-        "Of everything that is drawn, 0 or more: a turbine's turbulence (scenario paper) or random "
+        "Of everything that is drawn, 0 or more: a turbine's turbulence or random "
         "runs, a plant's noise.",
         int,
     ),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 # Width of the output in a pipe or a file, where there is no terminal with a width.
 _WIDTH = 100
 # Short headings in two or three lines, so that the table fits into 80 characters; the files have
-# the full titles.
+# the full titles, and more columns.
 _HEADS = {
     "energy": "energy\n[kWh]",
     "mean_power": "power\n[kW]",
@@ -38,7 +38,7 @@ def print_simulation(found: Simulation, written: Sequence[str]) -> None:
     terminal = sys.stdout.isatty()
     console = Console(file=sys.stdout, width=None if terminal else _WIDTH, highlight=False)
     console.print(
-        f"{found.turbine.name}, scenario {found.scenario}, {found.parts.wake} wake"
+        f"{found.turbine.name}, wind {', '.join(found.asked)}, {found.parts.wake} wake"
         f"{_without(found)}{_sampling(found)}"
     )
     console.print()
@@ -83,19 +83,20 @@ def _table(rows: Sequence[dict[str, object]], *, wide: bool) -> Table:
     from rich.table import Table
 
     from takagi.cli.options.turbine_options import typed_name
-    from takagi.reports.simulation.tables import COLUMNS, rounded_text
+    from takagi.reports.simulation.tables import rounded_text, short_names
 
     gap = (0, 2, 0, 0) if wide else (0, 1, 0, 0)
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=gap)
     table.add_column("wind\n  law", no_wrap=True, vertical="bottom")
-    for name in COLUMNS:
+    for name in _HEADS:
         table.add_column(_HEADS[name].replace("[", r"\["), justify="right", vertical="bottom")
-    wind = None
+    wind, short = None, short_names([str(row["wind"]) for row in rows])
     for row in rows:
         if row["wind"] != wind:
             wind = row["wind"]
-            table.add_row(f"[bold]{str(wind).split(',')[0]}[/bold]")
+            # A seed is told where it tells two winds apart.
+            table.add_row(f"[bold]{short[str(wind)]}[/bold]")
         table.add_row(
-            f"  {typed_name(str(row['law']))}", *(rounded_text(row, name) for name in COLUMNS)
+            f"  {typed_name(str(row['law']))}", *(rounded_text(row, name) for name in _HEADS)
         )
     return table

@@ -40,8 +40,8 @@ def simulate(
     duration: Annotated[
         float | None,
         typer.Option(
-            help="Of every run [s]; turbines 60 (paper), 120 (step), 90 (gust) or 180 (ramp), "
-            "plants some time constants."
+            help="Of every run [s]; turbines 60 (paper), 600 (turbulent), 120 (steady, step), 90 "
+            "(gusts), 180 (ramp) or that of the wind's file, plants some time constants."
         ),
     ] = None,
     as_json: AsJson = False,
@@ -51,7 +51,8 @@ def simulate(
 
     A wind turbine: the effort-sharing law, Schulte's and the reference controller side by side, on
     the validation plant: a dynamic wake, flap, tower and torsion modes, a second-order pitch drive,
-    a torque lag and the limits of both; the wind observer is in the loop. Another plant: its own
+    a torque lag and the limits of both; the wind observer is in the loop. --wind says in which
+    winds: steady, turbulent, gusts, steps, ramps, or those of a file. Another plant: its own
     equations under its law by rules, from corners of its box or from --start. Its inputs are cut
     at their ranges, and the summary says when. --disturbance and --noise add signals, and
     --sample-time says how often the law runs.

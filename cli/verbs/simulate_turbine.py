@@ -40,9 +40,13 @@ SCENARIO_OPTIONS: Options = (
         Path,
     ),
     option(
-        "scenario NAME",
-        "Turbines: paper (three turbulent winds), step, gust or ramp.",
-        default="paper",
+        "wind WIND",
+        "Turbines: 15 (steady), turbulent:11:B:7 (IEC class, seed), gust:11 (extreme operating), "
+        "coherent:8 (extreme coherent), step:10:12.5, ramp:10:12.5:0.2 [m/s, m/s^2], a CSV file of "
+        "time and wind, or a .bts field of TurbSim; paper, step, gust, coherent or ramp alone: "
+        "winds around rated. May be repeated; paper unless given.",
+        list[str],
+        alias="--scenario",
     ),
     option(
         "wake NAME", "Turbines: dynamic (a wake with states) or equilibrium.", default="dynamic"
@@ -119,7 +123,7 @@ def _laws(
         run_simulation,
         simulation_plant,
     )
-    from takagi.reports.simulation.scenarios import scenario_winds
+    from takagi.reports.simulation.winds import DEFAULT_WINDS, requested_winds
 
     # All that can be refused is refused before the long work.
     law, law_from = asked["law"], asked["law_from"]
@@ -131,7 +135,8 @@ def _laws(
         asked["wake"], tuple(asked["without"] or ()), asked["speed_filter"], asked["ripple"]
     )
     plant = simulation_plant(turbine, parts)
-    winds = scenario_winds(turbine, asked["scenario"], duration=duration, seed=asked["seed"])
+    words = tuple(asked["wind"] or DEFAULT_WINDS)
+    winds = requested_winds(turbine, words, duration=duration, seed=asked["seed"])
     step_text = asked["sample_time"]
     step = SAMPLE_TIME if step_text is None else time_asked("--sample-time", step_text)
     require_sampling(step, asked["computation_time"])
@@ -147,12 +152,13 @@ def _laws(
 
         laws = filed or chosen_laws(turbine, names, files=source.files, tell=making)
         begin = _MAKING if steps else 0.0
-        same = ("scenario", "computation_time")
         simulation = run_simulation(
             turbine,
             laws,
             winds,
-            **{name: asked[name] for name in same},
+            asked=words,
+            computation_time=asked["computation_time"],
+            series=out is not None,
             sample_time=step,
             parts=parts,
             tell=lambda step, done: tell(step, begin + (_SIMULATING - begin) * done),

@@ -1,4 +1,7 @@
-"""A law on a plant in a wind: fixed-step Runge-Kutta, the law sampled and held.
+"""A law that is a Python object on a plant in a wind: fixed-step Runge-Kutta, sampled and held.
+
+Laws of gain files run by ``compiled_loop``, which is some times faster and computes the same; this
+loop takes any other law.
 
 At every controller sample the law sees (speed, pitch, wind estimate) and what it sends holds until
 the next one, as in a digital controller (``takagi.models.laws.protocol``); with a computation time
@@ -10,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
-from math import ceil, isfinite
+from math import ceil, inf, isfinite
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -39,6 +42,8 @@ class History:
     torque_command : what the law asked for [N m].
     electrical_power : efficiency times torque times generator speed [W].
     rotor_torque [N m], thrust [N] : aerodynamic, at the sample.
+    shaft_torque : in the low-speed shaft: that of its twist, without torsion what the generator
+        and its inertia take from the rotor [N m].
     tower_displacement [m], tower_velocity [m/s] : fore-aft, at the top; 0 without a tower.
     tower_moment : fore-aft at the base [N m]: hub height times (stiffness x + damping x') over the
         turbine's ``tower_share``, which is thrust times hub height at rest.
@@ -61,6 +66,7 @@ class History:
     electrical_power: Floats
     rotor_torque: Floats
     thrust: Floats
+    shaft_torque: Floats
     tower_displacement: Floats
     tower_velocity: Floats
     tower_moment: Floats
@@ -78,6 +84,11 @@ class History:
     def share_flagged(self, flag: Flag) -> float:
         """Return the share of samples at which the flag stands [-]."""
         return float(np.mean((self.flags & flag.value) != 0))
+
+    def first_flagged(self, flag: Flag) -> float:
+        """Return when the flag first stands [s]; inf if it never does."""
+        standing = (self.flags & flag.value) != 0
+        return float(self.time[np.argmax(standing)]) if standing.any() else inf
 
     def per_unit(self, turbine: Turbine) -> dict[str, Floats]:
         """Return the series over their bases [-], by name; ``time`` stays in s.
@@ -122,6 +133,13 @@ def fitting_step(sample_time: float, computation_time: float, longest: float = T
         f"computation time {late:g} s was given with a sample time of {period:g} s; a simple "
         "fraction of the sample time is needed, such as a half or a quarter"
     )
+
+
+def plant_step(plant: SimulatedTurbine, sample_time: float, computation_time: float) -> float:
+    """Return the plant's time step [s], the largest that resolves its modes and fits the times."""
+    # The fastest mode limits the step: a fixed-step method is unstable with much longer ones.
+    longest = min(TIME_STEP, 1 / max(plant.fastest, 1e-9))
+    return fitting_step(sample_time, computation_time, longest)
 
 
 def step_counts(time_step: float, period: float, wind: WindSeries) -> tuple[int, int]:
@@ -186,8 +204,14 @@ class _Sample(NamedTuple):
     wind_estimate: float
     command: Command
     torque: float
-    flags: int
     law_state: Floats
+
+    @property
+    def row(self) -> tuple[Floats | float, ...]:
+        """The sample in the order of ``Record``."""
+        torque, pitch = (float(value) for value in self.command)
+        seen = float(self.wind_estimate)
+        return self.state, self.wind, seen, torque, pitch, self.torque, self.law_state
 
 
 def simulate(
@@ -217,17 +241,17 @@ def simulate(
     """
     program = law if isinstance(law, SampledLaw) else SampledLaw(law, time_step or TIME_STEP)
     if time_step is None:
-        # The fastest mode limits the step: a fixed-step method is unstable with much longer ones.
-        longest = min(TIME_STEP, 1 / max(plant.fastest, 1e-9))
-        time_step = fitting_step(program.sample_time, program.computation_time, longest)
+        time_step = plant_step(plant, program.sample_time, program.computation_time)
     inner, samples = step_counts(time_step, program.sample_time, wind)
     record: list[_Sample] = []
     for sample in _march(plant, program, wind, observer, time_step, inner, samples):
         record.append(sample)
         if progress is not None and len(record) % max(1, samples // 100) == 0:
             progress(min(len(record) / samples, 1.0))
-    time = wind.time[0] + program.sample_time * np.arange(samples + 1)
-    return _history(plant, program, wind, time, record)
+    columns = zip(*(sample.row for sample in record), strict=True)
+    rows = Record(*(np.array(column, dtype=np.float64) for column in columns))
+    _, point = plant.initial_state(float(wind.speed[0]))
+    return history_of(plant, wind, rows, program.sample_time, point.torque)
 
 
 def _march(
@@ -260,9 +284,9 @@ def _march(
         measurement = Measurement(float(state[speed_at]), float(state[1]), wind_seen)
         law_state = within.law_state
         command, within = program.step(within, measurement)
-        torque, limits = _limit_torque(plant, previous.torque, float(command.torque), period)
+        torque = limit_torque(plant, previous.torque, float(command.torque), period)
         sent_command = Command(torque, float(command.pitch))
-        yield _Sample(state, v, wind_seen, command, torque, limits, law_state)
+        yield _Sample(state, v, wind_seen, command, torque, law_state)
         if observer is not None:
             torques = previous.torque, torque
             estimator = observed(observer, estimator, measurement, torques, late / inner, period)
@@ -295,60 +319,97 @@ def measured_speed(plant: SimulatedTurbine) -> int:
     return next(index for index in indices if index is not None)
 
 
-def _limit_torque(
+def limit_torque(
     plant: SimulatedTurbine, previous: float, commanded: float, period: float
-) -> tuple[float, int]:
-    """Return the torque within its range and what the rate limit allows since, and flags."""
-    flags, largest_step = 0, plant.torque_rate_limit * period
+) -> float:
+    """Return the torque within its range and what the rate limit allows since."""
+    largest_step = plant.torque_rate_limit * period
     torque = min(max(commanded, 0.0), plant.turbine.maximum_torque)
-    if torque != commanded:
-        flags |= Flag.TORQUE_LIMITED.value
     if abs(torque - previous) > largest_step:
-        flags |= Flag.TORQUE_RATE_LIMITED.value
         torque = previous + (largest_step if torque > previous else -largest_step)
-    return torque, flags
+    return torque
 
 
-def _history(
-    plant: SimulatedTurbine, law: SampledLaw, wind: WindSeries, time: Floats, record: list[_Sample]
+class Record(NamedTuple):
+    """What a loop leaves, a row a sample: states, wind and its estimate, commands, torque sent."""
+
+    states: Floats
+    wind: Floats
+    wind_estimate: Floats
+    torque_command: Floats
+    pitch_reference: Floats
+    torque: Floats
+    law_states: Floats
+
+
+def history_of(
+    plant: SimulatedTurbine, wind: WindSeries, record: Record, period: float, first_torque: float
 ) -> History:
-    turbine = plant.turbine
-    states = np.array([sample.state for sample in record])
+    """Return the series of a record that was sampled every ``period`` [s].
+
+    Parameters
+    ----------
+    first_torque : in force before the first sample [N m].
+    """
+    turbine, states = plant.turbine, record.states
     speed, pitch = states[:, 0], states[:, 1]
-    references = np.array([float(sample.command.pitch) for sample in record])
-    winds = np.array([sample.wind for sample in record])
-    turning, thrust, flags = loads(plant, states, references, winds)
-    torque = np.array([sample.torque for sample in record])
+    turning, thrust, flags = loads(plant, states, record.pitch_reference, record.wind)
     generator_at, tower_at = plant.index("generator speed"), plant.index("tower")
     generator = speed if generator_at is None else states[:, generator_at]
-    zeros = np.zeros(len(record))
+    zeros = np.zeros(len(states))
     top = zeros if tower_at is None else states[:, tower_at]
     top_speed = zeros if tower_at is None else states[:, tower_at + 1]
-    power = turbine.generator_efficiency * turbine.gear_ratio * torque * generator
+    power = turbine.generator_efficiency * turbine.gear_ratio * record.torque * generator
     return History(
-        time=time,
-        wind=winds,
-        wind_estimate=np.array([float(sample.wind_estimate) for sample in record]),
+        time=wind.time[0] + period * np.arange(len(states)),
+        wind=record.wind,
+        wind_estimate=record.wind_estimate,
         rotor_speed=speed.copy(),
         generator_speed=generator.copy(),
         pitch=pitch.copy(),
-        pitch_reference=references,
-        pitch_rate=_pitch_rate(plant, states, references),
-        torque=torque,
-        torque_command=np.array([float(sample.command.torque) for sample in record]),
+        pitch_reference=record.pitch_reference,
+        pitch_rate=_pitch_rate(plant, states, record.pitch_reference),
+        torque=record.torque,
+        torque_command=record.torque_command,
         electrical_power=power,
         rotor_torque=turning,
         thrust=thrust,
+        shaft_torque=_shaft_torque(plant, record, turning),
         tower_displacement=top.copy(),
         tower_velocity=top_speed.copy(),
         tower_moment=turbine.hub_height
         / turbine.tower_share
         * (turbine.tower_stiffness * top + turbine.tower_damping * top_speed),
         plant_states=states,
-        law_states=np.array([sample.law_state for sample in record]),
-        flags=flags | np.array([sample.flags for sample in record], dtype=np.int64),
+        law_states=record.law_states,
+        flags=flags | _torque_flags(plant, record, period, first_torque),
         wind_name=wind.name,
     )
+
+
+def _shaft_torque(plant: SimulatedTurbine, record: Record, turning: Floats) -> Floats:
+    """Return the torque in the low-speed shaft [N m], (n,)."""
+    turbine, states = plant.turbine, record.states
+    at, lagged = plant.index("generator speed"), plant.index("generator torque")
+    if at is not None:
+        stiffness, damping = plant.shaft
+        return stiffness * states[:, at + 1] + damping * (states[:, 0] - states[:, at])
+    acting = record.torque if lagged is None else states[:, lagged]
+    surplus = turning - turbine.gear_ratio * acting
+    return turning - turbine.rotor_inertia / turbine.inertia * surplus
+
+
+def _torque_flags(
+    plant: SimulatedTurbine, record: Record, period: float, first_torque: float
+) -> NDArray[np.int64]:
+    """Return the flags of the torque's range and rate, a row a sample."""
+    inside = np.clip(record.torque_command, 0.0, plant.turbine.maximum_torque)
+    before = np.concatenate([[first_torque], record.torque[:-1]])
+    limited = inside != record.torque_command
+    slowed = np.abs(inside - before) > plant.torque_rate_limit * period
+    flags = np.where(limited, Flag.TORQUE_LIMITED.value, 0)
+    flags += np.where(slowed, Flag.TORQUE_RATE_LIMITED.value, 0)
+    return flags
 
 
 def _pitch_rate(plant: SimulatedTurbine, states: Floats, references: Floats) -> Floats:

@@ -1,4 +1,4 @@
-r"""The plant's equations, compiled: its right-hand side, limits, loads and time steps.
+r"""The plant's equations and the loop with a law, compiled: rates, limits, loads, time steps.
 
 Rotor and disc flow, all with the flow at the disc u = v_h - w - share_f f', v_h = v_r - share_y y':
 
@@ -19,20 +19,41 @@ Without a wake v_e = u.  Then the parts that move:
     filter   a' = w (measured speed - a),  b' = w (a - b),  w_m' = c (z - w_m),
              z = measured speed - 2 (1 - p) (a - b)      without a band-stop z is the speed
 
-A part whose place is -1 is absent.  All functions are in this file because numba stores what it
-compiled by the file's own date: a function of another file could change unnoticed.
+A part whose place is -1 is absent.  A law is a program of a few hundred instructions that a small
+machine runs, so that another law needs nothing compiled anew.
+
+All functions are in this file because numba stores what it compiled by the file's own date: a
+function of another file could change unnoticed.
 
 Sources: docs/validation-plant.md.
 """
 
 from __future__ import annotations
 
-from math import cos, sqrt
+from math import (
+    acos,
+    acosh,
+    asin,
+    asinh,
+    atan,
+    atanh,
+    cos,
+    cosh,
+    erf,
+    exp,
+    isfinite,
+    log,
+    sin,
+    sinh,
+    sqrt,
+    tan,
+    tanh,
+)
 from typing import NamedTuple
 
 import numpy as np
 
-from takagi.models.arrays import Floats, compiled
+from takagi.models.arrays import Floats, Places, compiled
 
 # A wind below this is no wind for a rotor; the tip-speed ratio is clipped long before [m/s].
 SMALLEST_WIND = 0.1
@@ -109,6 +130,18 @@ def _cell(corners: Floats, x: float) -> int:
 
 
 @compiled
+def _along(patches: Floats, i: int, j: int, y: float) -> tuple[float, float, float, float]:
+    """Return the cubic along x of a cell, at the distance y from the cell's corner."""
+    c = patches[i, j]
+    return (
+        c[0, 0] + y * (c[0, 1] + y * (c[0, 2] + y * c[0, 3])),
+        c[1, 0] + y * (c[1, 1] + y * (c[1, 2] + y * c[1, 3])),
+        c[2, 0] + y * (c[2, 1] + y * (c[2, 2] + y * c[2, 3])),
+        c[3, 0] + y * (c[3, 1] + y * (c[3, 2] + y * c[3, 3])),
+    )
+
+
+@compiled
 def _surface(
     corners_x: Floats, corners_y: Floats, patches: Floats, x: float, y: float
 ) -> tuple[float, float]:
@@ -117,11 +150,8 @@ def _surface(
     x = min(max(x, corners_x[0]), corners_x[-1])
     y = min(max(y, corners_y[0]), corners_y[-1])
     i, j = _cell(corners_x, x), _cell(corners_y, y)
-    c, x, y = patches[i, j], x - corners_x[i], y - corners_y[j]
-    a0 = c[0, 0] + y * (c[0, 1] + y * (c[0, 2] + y * c[0, 3]))
-    a1 = c[1, 0] + y * (c[1, 1] + y * (c[1, 2] + y * c[1, 3]))
-    a2 = c[2, 0] + y * (c[2, 1] + y * (c[2, 2] + y * c[2, 3]))
-    a3 = c[3, 0] + y * (c[3, 1] + y * (c[3, 2] + y * c[3, 3]))
+    a0, a1, a2, a3 = _along(patches, i, j, y - corners_y[j])
+    x -= corners_x[i]
     # Outside the table the value is constant, and so the slope is zero.
     slope = a1 + x * (2.0 * a2 + x * 3.0 * a3) if inside else 0.0
     return a0 + x * (a1 + x * (a2 + x * a3)), slope
@@ -142,16 +172,17 @@ def induction(thrust_coefficient: float) -> tuple[float, float]:
 
 
 @compiled
-def _disc_induction(p: Constants, speed: float, pitch: float, wind: float) -> tuple[float, float]:
-    """Return k_a a at a wind in equilibrium, and the slope of v (1 - k_a a) by v."""
-    ratio = speed * p.rotor_radius / wind
-    coefficient, by_ratio = _thrust_coefficient(p, ratio, pitch)
+def _disc_induction(k_a: float, coefficient: float, slope: float) -> tuple[float, float]:
+    """Return k_a a of a thrust coefficient, and the slope of v (1 - k_a a) by v.
+
+    ``slope`` is that of the coefficient by the tip-speed ratio, times the ratio.
+    """
     a, by_coefficient = induction(coefficient)
-    disc_share = p.disc_induction * a
+    disc_share = k_a * a
     # A heavily loaded rotor would leave almost no flow; the limit keeps the equivalent wind finite.
     if disc_share > 1.0 - LEAST_FLOW:
         return 1.0 - LEAST_FLOW, LEAST_FLOW
-    return disc_share, 1.0 - disc_share + p.disc_induction * by_coefficient * by_ratio * ratio
+    return disc_share, 1.0 - disc_share + k_a * by_coefficient * slope
 
 
 @compiled
@@ -160,13 +191,32 @@ def _equivalent_wind(p: Constants, speed: float, pitch: float, flow: float, gues
     low, high, wind = 0.0, flow / LEAST_FLOW, guess
     if not low < wind < high:
         wind = flow
+    # The row of the table is the same in all steps, and the cell in most.
+    corners, rows, tip_speed = p.thrust_x, p.thrust_y, speed * p.rotor_radius
+    y = min(max(pitch, rows[0]), rows[-1])
+    j = _cell(rows, y)
+    y -= rows[j]
+    i = _cell(corners, min(max(tip_speed / wind, corners[0]), corners[-1]))
+    a0, a1, a2, a3 = _along(p.thrust_patches, i, j, y)
     for _ in range(MOST_STEPS):
-        share, slope = _disc_induction(p, speed, pitch, wind)
+        ratio = tip_speed / wind
+        inside = corners[0] < ratio < corners[-1]
+        x = min(max(ratio, corners[0]), corners[-1])
+        if not corners[i] <= x <= corners[i + 1]:
+            i = _cell(corners, x)
+            a0, a1, a2, a3 = _along(p.thrust_patches, i, j, y)
+        x -= corners[i]
+        by_ratio = a1 + x * (2.0 * a2 + x * 3.0 * a3) if inside else 0.0
+        coefficient = a0 + x * (a1 + x * (a2 + x * a3))
+        share, slope = _disc_induction(p.disc_induction, coefficient, by_ratio * ratio)
         over = wind * (1.0 - share) - flow
         if over > 0.0:
             high = wind
         else:
             low = wind
+        # Where it has converged, rounding may put the next step on an end of the bracket.
+        if slope > 0.0 and abs(over) <= CLOSE * wind * slope:
+            return wind - over / slope
         next_wind = wind - over / slope if slope > 0.0 else low
         # Newton's method may leave the bracket where the slope is small; then the bracket is
         # halved.
@@ -238,8 +288,8 @@ def _drive(p: Constants, state: Floats, reference: float, rates: Floats) -> None
 def _wake(p: Constants, state: Floats, hub_wind: float, rates: Floats) -> None:
     """Write w'."""
     v = max(hub_wind, SMALLEST_WIND)
-    share, _ = _disc_induction(p, state[0], state[1], v)
     coefficient, _ = _thrust_coefficient(p, state[0] * p.rotor_radius / v, state[1])
+    share, _ = _disc_induction(p.disc_induction, coefficient, 0.0)
     time = p.wake_share * wake_time(coefficient, p.rotor_radius, v)
     rates[p.wake] = (share * v - state[p.wake]) / time
 
@@ -317,6 +367,35 @@ def hold(p: Constants, state: Floats) -> None:
 
 
 @compiled
+def _runge_kutta(
+    p: Constants,
+    x: Floats,
+    rates: Floats,
+    torque: float,
+    reference: float,
+    winds: Floats,
+    at: int,
+    step: float,
+) -> None:
+    """Take one classical step from the wind of place ``at``; ``rates`` is (5, size) of room."""
+    size, half = len(x), step / 2.0
+    k1, k2, k3, k4, y = rates[0], rates[1], rates[2], rates[3], rates[4]
+    rate(p, x, torque, reference, winds[at], k1)
+    for i in range(size):
+        y[i] = x[i] + half * k1[i]
+    rate(p, y, torque, reference, winds[at + 1], k2)
+    for i in range(size):
+        y[i] = x[i] + half * k2[i]
+    rate(p, y, torque, reference, winds[at + 1], k3)
+    for i in range(size):
+        y[i] = x[i] + step * k3[i]
+    rate(p, y, torque, reference, winds[at + 2], k4)
+    for i in range(size):
+        x[i] += step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
+    hold(p, x)
+
+
+@compiled
 def advance(
     p: Constants,
     state: Floats,
@@ -333,19 +412,10 @@ def advance(
         ``late`` on.
     winds : at half steps, (2 steps + 1,) [m/s].
     """
-    size, half = len(state), step / 2.0
-    k1, k2, k3, k4 = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    x = state.copy()
+    x, rates = state.copy(), np.empty((5, len(state)))
     for number in range(len(winds) // 2):
         act = 0 if number < late else 2
-        torque, reference = sent[act], sent[act + 1]
-        first, middle, last = winds[2 * number], winds[2 * number + 1], winds[2 * number + 2]
-        rate(p, x, torque, reference, first, k1)
-        rate(p, x + half * k1, torque, reference, middle, k2)
-        rate(p, x + half * k2, torque, reference, middle, k3)
-        rate(p, x + step * k3, torque, reference, last, k4)
-        x = x + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
-        hold(p, x)
+        _runge_kutta(p, x, rates, sent[act], sent[act + 1], winds, 2 * number, step)
     return x
 
 
@@ -361,3 +431,261 @@ def record(
         turning[k], thrust[k], ratio[k], _ = loads(p, states[k], winds[k])
         turned[k] = pitch_speed(p, states[k], references[k])
     return turning, thrust, ratio, turned
+
+
+class Instructions(NamedTuple):
+    """A law's program, as the machine of ``execute`` runs it.
+
+    Attributes
+    ----------
+    outputs : (n, 6) from measurements to commands; ``following`` : (m, 6) from what was sent to the
+        kept values of the next sample.  A row is the operation, the place of its result in the
+        memory, and what it reads: places, or where a table begins in ``tables``.
+    memory : (k,) constants at their places, room for everything else.
+    tables : (t,) rows of nodes and values; a spline is the number of knots of each argument, the
+        knots, then the coefficients.
+    inputs : (5,) places of speed, pitch, wind, sample time, and torque that acts until the next
+        sample.   commands : (3,) of torque, pitch reference, and the wind that the law sees.
+    kept, after : (q,) of the kept values, and of what they become.
+    """
+
+    outputs: Places
+    following: Places
+    memory: Floats
+    tables: Floats
+    inputs: Places
+    commands: Places
+    kept: Places
+    after: Places
+
+
+# Operations of the machine, of which ``LINE`` to ``SURFACE`` read tables.
+ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, NEGATIVE, MIN, MAX, LIMIT, CHOOSE, NEAR = range(11)
+LINE, SLOPE, HOLD, SPLINE, SURFACE = range(11, 16)
+ABS, SQRT, EXP, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN = range(16, 26)
+SINH, COSH, TANH, ASINH, ACOSH, ATANH, ERF = range(26, 33)
+
+
+@compiled
+def _interval(tables: Floats, begin: int, count: int, x: float, first: int) -> int:
+    """Return the last k from ``first`` on with nodes[k] <= x, at most the last interval."""
+    low, high = first, count - 1 - first
+    while high - low > 1:
+        middle = (low + high) // 2
+        if tables[begin + middle] <= x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@compiled
+def _basis(t: Floats, k: int, x: float) -> tuple[float, float, float, float]:
+    """Return the four cubic B-splines that are not 0 between the knots t[k] and t[k + 1].
+
+    Source: Piegl and Tiller (1997), The NURBS Book, algorithm A2.2.
+    """
+    l1, l2, l3 = x - t[k], x - t[k - 1], x - t[k - 2]
+    r1, r2, r3 = t[k + 1] - x, t[k + 2] - x, t[k + 3] - x
+    a0, a1 = r1 / (r1 + l1), l1 / (r1 + l1)
+    share = a0 / (r1 + l2)
+    b0, more = r1 * share, l2 * share
+    share = a1 / (r2 + l1)
+    b1, b2 = more + r2 * share, l1 * share
+    share = b0 / (r1 + l3)
+    c0, more = r1 * share, l3 * share
+    share = b1 / (r2 + l2)
+    c1, more = more + r2 * share, l2 * share
+    share = b2 / (r3 + l1)
+    return c0, c1, more + r3 * share, l1 * share
+
+
+@compiled
+def _spline(tables: Floats, begin: int, x: float) -> float:
+    count = int(tables[begin])
+    knots = tables[begin + 1 : begin + 1 + count]
+    x = min(max(x, knots[3]), knots[count - 4])
+    k = _interval(tables, begin + 1, count, x, 3)
+    w0, w1, w2, w3 = _basis(knots, k, x)
+    c = begin + 1 + count + k - 3
+    value: float = w0 * tables[c] + w1 * tables[c + 1] + w2 * tables[c + 2] + w3 * tables[c + 3]
+    return value
+
+
+@compiled
+def _spline_surface(tables: Floats, begin: int, x: float, y: float) -> float:
+    rows, columns = int(tables[begin]), int(tables[begin + 1])
+    first, second = begin + 2, begin + 2 + rows
+    t, u = tables[first : first + rows], tables[second : second + columns]
+    x, y = min(max(x, t[3]), t[rows - 4]), min(max(y, u[3]), u[columns - 4])
+    k, j = _interval(tables, first, rows, x, 3), _interval(tables, second, columns, y, 3)
+    weights, (w0, w1, w2, w3) = _basis(t, k, x), _basis(u, j, y)
+    total = 0.0
+    for i in range(4):
+        c = second + columns + (k - 3 + i) * (columns - 4) + j - 3
+        inner = w0 * tables[c] + w1 * tables[c + 1] + w2 * tables[c + 2] + w3 * tables[c + 3]
+        total += weights[i] * inner
+    return total
+
+
+@compiled
+def _tabled(op: int, tables: Floats, x: float, nodes: int, values: int, count: int) -> float:
+    """Return ``line``, ``slope`` or ``hold`` of the language."""
+    k = _interval(tables, nodes, count, x, 0)
+    if op == HOLD:
+        return float(tables[values + k])
+    low, high = tables[nodes + k], tables[nodes + k + 1]
+    slope: float = (tables[values + k + 1] - tables[values + k]) / (high - low)
+    if op == SLOPE:
+        return slope
+    inside = min(max(x, tables[nodes]), tables[nodes + count - 1])
+    return float(tables[values + k] + slope * (inside - low))
+
+
+@compiled
+def _elementary(op: int, x: float) -> float:
+    """Return a function of one number."""
+    if op == ABS:
+        return abs(x)
+    if op == SQRT:
+        return sqrt(x)
+    if op == EXP:
+        return exp(x)
+    if op == LOG:
+        return log(x)
+    if op == SIN:
+        return sin(x)
+    if op == COS:
+        return cos(x)
+    if op == TAN:
+        return tan(x)
+    if op == ASIN:
+        return asin(x)
+    if op == ACOS:
+        return acos(x)
+    if op == ATAN:
+        return atan(x)
+    if op == SINH:
+        return sinh(x)
+    if op == COSH:
+        return cosh(x)
+    if op == TANH:
+        return tanh(x)
+    if op == ASINH:
+        return asinh(x)
+    if op == ACOSH:
+        return acosh(x)
+    if op == ATANH:
+        return atanh(x)
+    return erf(x)
+
+
+@compiled
+def execute(code: Places, m: Floats, tables: Floats) -> None:
+    """Run rows of a program; the language is that of gain files (``LANGUAGE``)."""
+    for row in range(len(code)):
+        op, at = code[row, 0], code[row, 1]
+        a, b, c, e = code[row, 2], code[row, 3], code[row, 4], code[row, 5]
+        if op == ADD:
+            m[at] = m[a] + m[b]
+        elif op == SUBTRACT:
+            m[at] = m[a] - m[b]
+        elif op == MULTIPLY:
+            m[at] = m[a] * m[b]
+        elif op == DIVIDE:
+            m[at] = m[a] / m[b]
+        elif op == POWER:
+            m[at] = m[a] ** m[b]
+        elif op == NEGATIVE:
+            m[at] = -m[a]
+        elif op == MIN:
+            m[at] = min(m[a], m[b])
+        elif op == MAX:
+            m[at] = max(m[a], m[b])
+        elif op == LIMIT:
+            m[at] = min(max(m[a], m[b]), m[c])
+        elif op == CHOOSE:
+            m[at] = m[b] if m[a] < 0.0 else m[c]
+        elif op == NEAR:
+            m[at] = m[c] if abs(m[a]) <= m[b] else m[e]
+        elif op <= HOLD:
+            m[at] = _tabled(op, tables, m[a], b, c, e)
+        elif op == SPLINE:
+            m[at] = _spline(tables, b, m[a])
+        elif op == SURFACE:
+            m[at] = _spline_surface(tables, c, m[a], m[b])
+        else:
+            m[at] = _elementary(op, m[a])
+
+
+@compiled
+def march(
+    p: Constants,
+    law: Instructions,
+    state: Floats,
+    kept: Floats,
+    sent: Floats,
+    winds: Floats,
+    times: tuple[int, int, float],
+    measured: int,
+    limits: tuple[float, float],
+    states: Floats,
+    keeps: Floats,
+    signals: Floats,
+) -> int:
+    """Run plant and law; return the sample at which the loop grew beyond all numbers, or -1.
+
+    Parameters
+    ----------
+    state, kept, sent : at the start: of the plant, of the law's program, and the torque and pitch
+        reference in force.
+    winds : at half steps, (2 steps + 1,) [m/s].
+    times : steps a sample, steps until a command acts, and the step [s].
+    measured : the place of the measured speed.
+    limits : the generator's largest torque [N m] and torque rate [N m/s].
+    states, keeps : written, a row a sample.
+    signals : written, a row a sample: the wind that the law sees, its two commands, the torque that
+        is sent.
+    """
+    inner, late, step = times
+    period, m, x = inner * step, law.memory.copy(), state.copy()
+    rates, before, angle = np.empty((5, len(state))), sent[0], sent[1]
+    for q in range(len(kept)):
+        m[law.kept[q]] = kept[q]
+    m[law.inputs[3]] = period
+    for number in range(len(states)):
+        total = 0.0
+        for i in range(len(x)):
+            total += x[i]
+            states[number, i] = x[i]
+        for q in range(len(kept)):
+            total += m[law.kept[q]]
+            keeps[number, q] = m[law.kept[q]]
+        if not isfinite(total):
+            return number
+        first = 2 * inner * number
+        m[law.inputs[0]], m[law.inputs[1]], m[law.inputs[2]] = x[measured], x[1], winds[first]
+        execute(law.outputs, m, law.tables)
+        wanted, pitch = m[law.commands[0]], m[law.commands[1]]
+        torque, largest = min(max(wanted, 0.0), limits[0]), limits[1] * period
+        if abs(torque - before) > largest:
+            torque = before + (largest if torque > before else -largest)
+        signals[number, 0], signals[number, 1] = m[law.commands[2]], wanted
+        signals[number, 2], signals[number, 3] = pitch, torque
+        # The observer reads the mean of what acts until the next sample.
+        m[law.inputs[4]] = torque + late / inner * (before - torque)
+        execute(law.following, m, law.tables)
+        # All kept values take their next at once, and some of these are kept values themselves.
+        for q in range(len(kept)):
+            kept[q] = m[law.after[q]]
+        for q in range(len(kept)):
+            m[law.kept[q]] = kept[q]
+        if number + 1 == len(states):
+            break
+        for turn in range(inner):
+            if turn == late:
+                before, angle = torque, pitch
+            _runge_kutta(p, x, rates, before, angle, winds, first + 2 * turn, step)
+        # With a whole sample of computing the command acts from the next sample on.
+        before, angle = torque, pitch
+    return -1

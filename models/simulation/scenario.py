@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import degrees
+from math import degrees, nan
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.simulation.closed_loop import History
-from takagi.models.simulation.wind import WindSeries, same_turbulence
+from takagi.models.simulation.wind import PERIOD, WindSeries, same_turbulence
 from takagi.models.turbine.data import Turbine
 
 # Wohler exponent of welded steel towers; 10 is usual for composite blades.
 TOWER_EXPONENT = 4.0
 REFERENCE_FREQUENCY = 1.0
+# A change of torque within this time is a bump, not a motion of the loop [s].
+CHANGE_TIME = 0.4
 # Pitch counts as active this far above fine pitch [rad], torque as low below this share of rated.
 # A constant-power law lowers torque a little at overspeed; that is not the loops' quarrel.
 PITCH_ACTIVE = np.radians(0.5)
@@ -37,6 +40,9 @@ class Metrics:
         95 % of rated [%].
     torque_rate : root mean square, high-speed shaft [kN m/s].
     tower_del : damage-equivalent fore-aft moment at the base, exponent 4, 1 Hz [MN m].
+    shaft_del : the same of the torque in the low-speed shaft [MN m].
+    torque_change : largest change of the generator's torque within 0.4 s [kN m].
+    peak_power : electrical [% of rated].
     """
 
     duration: float
@@ -49,6 +55,10 @@ class Metrics:
     both_active: float
     torque_rate: float
     tower_del: float
+    # Records of designs that were kept by earlier versions lack the rest.
+    shaft_del: float = nan
+    torque_change: float = nan
+    peak_power: float = nan
 
 
 def measure(history: History, turbine: Turbine) -> Metrics:
@@ -76,7 +86,18 @@ def measure(history: History, turbine: Turbine) -> Metrics:
         both_active=100 * float(np.mean(both_actuators)),
         torque_rate=float(np.sqrt(np.mean(torque_rate**2))) / 1e3,
         tower_del=damage_equivalent_load(history.tower_moment, duration) / 1e6,
+        shaft_del=damage_equivalent_load(history.shaft_torque, duration) / 1e6,
+        torque_change=_largest_change(torque, round(CHANGE_TIME / float(time[1] - time[0]))) / 1e3,
+        peak_power=100 * float(np.max(history.electrical_power)) / turbine.rated_power,
     )
+
+
+def _largest_change(series: Floats, steps: int) -> float:
+    """Return the largest difference of two samples that are at most so many steps apart."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    size = max(steps, 1) + 1
+    return float(np.max(maximum_filter1d(series, size) - minimum_filter1d(series, size)))
 
 
 def damage_equivalent_load(
@@ -124,7 +145,6 @@ PAPER_INTENSITY = 0.18
 # quarters of the time and leaves it once, the middle one crosses rated, the lowest never does.
 PAPER_SEED = 59
 PAPER_DURATION = 60.0
-PAPER_PERIOD = 600.0
 
 
 def published_winds(
@@ -147,5 +167,5 @@ def published_winds(
         seed,
         rotor_radius=turbine.rotor_radius,
         hub_height=turbine.hub_height,
-        period=max(duration, PAPER_PERIOD),
+        period=max(duration, PERIOD),
     )

@@ -380,14 +380,6 @@ def advance(
     return equations.advance(constants(plant), state, sent, late, winds, step)
 
 
-def ready(plant: SimulatedTurbine) -> None:
-    """Compile what a simulation of the plant calls, or read it from the disk, before it runs."""
-    state, point = plant.initial_state(plant.turbine.cut_in)
-    sent = np.array([point.torque, point.pitch] * 2)
-    advance(plant, state, sent, 0, np.full(1, point.wind), 1.0)
-    loads(plant, state[None], np.array([point.pitch]), np.array([point.wind]))
-
-
 # Figures that the equations know by the turbine's own names.
 OF_TURBINE = (
     *("rotor_radius", "torque_constant", "rotor_inertia", "gear_ratio"),

@@ -23,9 +23,10 @@ probability, ch. 2 (two points in a disc).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import pi
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,7 +38,13 @@ TIME_STEP = 0.05
 # IEC 61400-1 (ed. 3), table 1: the NREL 5-MW is a class I B machine.
 REFERENCE_WIND = 50.0
 REFERENCE_INTENSITY = 0.14
+# Class of turbulence -> I_ref [-].
+INTENSITIES: Mapping[str, float] = MappingProxyType(
+    {"A": 0.16, "B": REFERENCE_INTENSITY, "C": 0.12}
+)
 GUST_DURATION = 10.5
+# Of the extreme coherent gust [m/s], [s].
+COHERENT_GUST, COHERENT_RISE = 15.0, 10.0
 LONGITUDINAL_SCALE = 42.0
 
 
@@ -88,6 +95,12 @@ class WindSeries:
         """Return the speed at these times [m/s]; the end values are held outside."""
         times = np.asarray(time, dtype=np.float64)
         return np.asarray(np.interp(times, self.time, self.speed), dtype=np.float64)
+
+
+def steady_wind(speed: float, duration: float) -> WindSeries:
+    """Return a constant wind [m/s] of this duration [s]."""
+    _check_duration(duration, 0.0)
+    return WindSeries(np.array([0.0, duration]), np.array([speed, speed]), f"steady {speed:g} m/s")
 
 
 def step_wind(before: float, after: float, duration: float, *, begin: float = 30.0) -> WindSeries:
@@ -174,6 +187,26 @@ def gust_wind(
     return WindSeries(time, mean - 0.37 * size * wave, f"gust at {mean:g} m/s")
 
 
+def coherent_gust_wind(mean: float, duration: float, *, begin: float = 30.0) -> WindSeries:
+    """Return the extreme coherent gust: 15 m/s more within 10 s, and the wind stays there.
+
+        v = V + V_cg / 2 (1 - cos(pi s / T)),  s = t - begin in [0, T],  V_cg = 15 m/s, T = 10 s
+
+    The direction of the wind does not change, unlike in the standard: there is no yaw here.
+
+    Raises
+    ------
+    ModelError : the gust does not end inside the duration, or the mean is not above 0.
+
+    Source: IEC 61400-1 (ed. 3, 2005), 6.3.2.5, eqs. 21 and 22.
+    """
+    _check_duration(duration, begin + COHERENT_RISE)
+    time = np.linspace(0.0, duration, max(2, round(duration / TIME_STEP) + 1))
+    s = np.clip(time - begin, 0.0, COHERENT_RISE) / COHERENT_RISE
+    rise = COHERENT_GUST / 2 * (1 - np.cos(pi * s))
+    return WindSeries(time, mean + rise, f"coherent gust at {mean:g} m/s")
+
+
 def _check_duration(duration: float, needed: float) -> None:
     if not (np.isfinite(duration) and duration > needed):
         raise ModelError(
@@ -182,6 +215,8 @@ def _check_duration(duration: float, needed: float) -> None:
         )
 
 
+# Of a realisation of turbulence from which shorter ones are cut [s].
+PERIOD = 600.0
 # Quadrature points for the mean over the disc: 1e-6 against 2000 points up to 10 Hz.
 NODES = 300
 
@@ -267,6 +302,43 @@ def same_turbulence(
         WindSeries(time, mean * (1 + intensity * shape), f"turbulent {mean:g} m/s, seed {seed}")
         for mean in means
     )
+
+
+def class_turbulence(
+    mean: float,
+    duration: float,
+    seed: int,
+    *,
+    turbulence_class: str = "B",
+    rotor_radius: float,
+    hub_height: float,
+) -> WindSeries:
+    """Return normal turbulence of IEC class A, B or C: sigma_1 = I_ref (0.75 V + 5.6 m/s).
+
+    It is cut from a period of 600 s or more, see ``same_turbulence``.
+
+    Raises
+    ------
+    ModelError : another class, or what ``same_turbulence`` refuses.
+
+    Source: IEC 61400-1 (ed. 3, 2005), table 1 and eq. 11.
+    """
+    if turbulence_class not in INTENSITIES:
+        raise ModelError(
+            f"turbulence class {turbulence_class!r} is not known; IEC 61400-1 has A, B and C"
+        )
+    intensity = INTENSITIES[turbulence_class] * (0.75 + 5.6 / mean)
+    (wind,) = same_turbulence(
+        [mean],
+        intensity,
+        duration,
+        seed,
+        rotor_radius=rotor_radius,
+        hub_height=hub_height,
+        period=max(duration, PERIOD),
+    )
+    name = f"turbulent {mean:g} m/s, class {turbulence_class}, seed {seed}"
+    return replace(wind, name=name)
 
 
 def _realisation(

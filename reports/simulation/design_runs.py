@@ -6,7 +6,9 @@ run says how long it is inside the proved wind limits, since its bounds hold the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,21 +18,21 @@ from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.arrays import Floats
 from takagi.models.laws.protocol import Law, law_words
 from takagi.models.simulation.baseline import BaselineLaw
-from takagi.models.simulation.closed_loop import History, simulate
+from takagi.models.simulation.closed_loop import History
 from takagi.models.simulation.scenario import Metrics, measure
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.simulation.wind import (
-    REFERENCE_INTENSITY,
     WindSeries,
+    class_turbulence,
     gust_wind,
     ramp_wind,
-    same_turbulence,
     step_wind,
 )
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 from takagi.reports.figures.response import QUANTITIES, ResponseLine
 from takagi.reports.page.text import powers
+from takagi.reports.simulation.compiled_law import SampledLoop, in_threads
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -101,31 +103,33 @@ def design_runs(design: TurbineDesign) -> tuple[DesignRun, ...]:
             winds.append(("", mean, gust))
     for mean in TURBULENT:
         if turbine.cut_in < mean < turbine.cut_out:
-            winds.append(("turbulence", mean, _turbulence(design, mean)))
-    return tuple(_run(design, *each) for each in winds)
-
-
-def _turbulence(design: TurbineDesign, mean: float) -> WindSeries:
-    return same_turbulence(
-        [mean],
-        REFERENCE_INTENSITY * (0.75 + 5.6 / mean),
-        TURBULENT_DURATION,
-        SEED,
-        rotor_radius=design.turbine.rotor_radius,
-        hub_height=design.turbine.hub_height,
-        period=600.0,
-    )[0]
-
-
-def _run(design: TurbineDesign, name: str, mean: float, wind: WindSeries) -> DesignRun:
-    plant = validation_plant(design.turbine)
+            turbulent = class_turbulence(
+                mean,
+                TURBULENT_DURATION,
+                SEED,
+                rotor_radius=radius,
+                hub_height=turbine.hub_height,
+            )
+            winds.append(("turbulence", mean, turbulent))
+    plant = validation_plant(turbine)
     filtered = replace(plant, speed_filter=design.speed_filter)
+    loops = [SampledLoop(filtered, design.law, design.observer.observer)]
+    if turbine.baseline is not None:
+        loops.append(SampledLoop(plant, BaselineLaw(turbine), None))
+    tasks = [partial(loop.run, wind) for _, _, wind in winds for loop in loops]
+    histories = iter(in_threads(tasks))
+    return tuple(_run(design, *each, [next(histories) for _ in loops]) for each in winds)
+
+
+def _run(
+    design: TurbineDesign, name: str, mean: float, wind: WindSeries, histories: Sequence[History]
+) -> DesignRun:
+    """Return the run of the design's law, and of the reference controller if it is there."""
     drawn, reference = name not in ("", "turbulence"), None
-    history = simulate(filtered, design.law, wind, observer=design.observer.observer)
-    if design.turbine.baseline is not None:
+    history, *beside = histories
+    if beside:
         baseline = BaselineLaw(design.turbine)
-        beside = simulate(plant, baseline, wind, observer=design.observer.observer)
-        reference = _law_run(baseline, beside, design.turbine, drawn=drawn)
+        reference = _law_run(baseline, beside[0], design.turbine, drawn=drawn)
     time, schedule = history.time, _schedule(design, history)
     inside = in_wind_class(design, time, history.wind, schedule)
     return DesignRun(

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.laws.protocol import SampledLaw, require_times
-from takagi.models.simulation.closed_loop import (
-    TIME_STEP,
-    Diverged,
-    History,
-    Observer,
-    fitting_step,
-    simulate,
-)
+from takagi.models.laws.protocol import require_times
+from takagi.models.simulation.closed_loop import TIME_STEP, Diverged, History, fitting_step
 from takagi.models.simulation.scenario import Metrics, measure
-from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, ready, validation_plant
+from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, validation_plant
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
+from takagi.reports.simulation.compiled_law import SampledLoop, in_threads
 from takagi.reports.simulation.laws import ChosenLaws
 
 WAKES = ("equilibrium", "dynamic")
@@ -53,8 +48,10 @@ class Run:
     Attributes
     ----------
     law, wind : their names.
-    history, metrics : None where the loop diverged.
+    history : over time; None where the loop diverged, or where only the metrics are kept.
+    metrics : None where the loop diverged.
     diverged : when [s]; None where it did not.
+    flags : share of samples at which each one stands [-];  first : when that begins [s].
     """
 
     law: str
@@ -62,18 +59,21 @@ class Run:
     history: History | None = None
     metrics: Metrics | None = None
     diverged: float | None = None
+    flags: Mapping[Flag, float] = field(default_factory=dict)
+    first: Mapping[Flag, float] = field(default_factory=dict)
 
     def remarks(self) -> tuple[str, ...]:
         """Return the remarks needed to read the numbers, most important first."""
-        if self.history is None or self.metrics is None:
+        if self.metrics is None:
             return (f"diverged: the states grew beyond all numbers before {self.diverged:g} s",)
         found = []
         if self.metrics.overspeed > RUNAWAY:
             found.append("runaway: a turbine's safety system would have stopped it")
         for flag, words in FLAG_WORDS.items():
-            share = self.history.share_flagged(flag)
+            share = self.flags[flag]
             if share >= WORTH_TELLING or (share > 0 and "table" in words):
-                found.append(f"{words} {_percent(share)} of the time")
+                begins = f" from {self.first[flag]:.1f} s on" if "table" in words else ""
+                found.append(f"{words} {_percent(share)} of the time{begins}")
         if self.metrics.pitch_rate >= RESTLESS:
             found.append(f"pitch is restless: {self.metrics.pitch_rate:.1f} deg/s on average")
         if self.metrics.both_active >= FIGHTING:
@@ -88,11 +88,12 @@ class Run:
 class Simulation:
     """What was simulated, and what came out: laws in their order, winds within.
 
+    ``asked`` has the words of the winds, see ``takagi.reports.simulation.winds``.
     ``sample_time`` [s] is how often the laws run, ``computation_time`` [s] how late they send.
     """
 
     turbine: Turbine
-    scenario: str
+    asked: tuple[str, ...]
     parts: PlantParts
     winds: tuple[WindSeries, ...]
     chosen: ChosenLaws
@@ -178,19 +179,21 @@ def run_simulation(
     chosen: ChosenLaws,
     winds: Sequence[WindSeries],
     *,
-    scenario: str,
+    asked: Sequence[str] = (),
     parts: PlantParts | None = None,
     sample_time: float = TIME_STEP,
     computation_time: float = 0.0,
+    series: bool = True,
     tell: Tell | None = None,
 ) -> Simulation:
     """Return every law in every wind on the validation plant, from rest at each first wind.
 
     Parameters
     ----------
-    scenario : its name, for titles.
+    asked : the words of the winds, for titles; their names unless given.
     parts : of the plant; None takes all that the turbine's file states.
     sample_time, computation_time : of the laws' program [s], see ``SampledLaw``.
+    series : False keeps the metrics alone, of many long runs (10 MB a run of 600 s).
     tell : called with the step in words and the share done.
 
     Raises
@@ -199,13 +202,20 @@ def run_simulation(
     """
     parts = parts or PlantParts()
     plant = simulation_plant(turbine, parts)
-    sampled = {
-        name: SampledLaw(law, sample_time, computation_time) for name, law in chosen.laws.items()
+    loops = {
+        name: SampledLoop(
+            _with_own_filter(plant, name, chosen, parts),
+            law,
+            chosen.observer,
+            sample_time=sample_time,
+            computation_time=computation_time,
+        )
+        for name, law in chosen.laws.items()
     }
-    plants = {name: _with_own_filter(plant, name, chosen, parts) for name in sampled}
-    runs = tuple(_runs(plants, sampled, chosen.observer, winds, tell))
+    runs = tuple(_runs(loops, winds, tell, series=series))
+    words = tuple(asked) or tuple(wind.name for wind in winds)
     return Simulation(
-        turbine, scenario, parts, tuple(winds), chosen, runs, sample_time, computation_time
+        turbine, words, parts, tuple(winds), chosen, runs, sample_time, computation_time
     )
 
 
@@ -219,33 +229,34 @@ def _with_own_filter(
 
 
 def _runs(
-    plants: Mapping[str, SimulatedTurbine],
-    laws: Mapping[str, SampledLaw],
-    observer: Observer | None,
+    loops: Mapping[str, SampledLoop],
     winds: Sequence[WindSeries],
     tell: Tell | None,
+    *,
+    series: bool,
 ) -> Iterator[Run]:
-    total, done = len(laws) * len(winds), 0
+    pairs = [(name, wind) for name in loops for wind in winds]
     if tell is not None:
         tell("the plant's equations, compiled once", 0.0)
-    for plant in plants.values():
-        ready(plant)
-    for name, law in laws.items():
-        for wind in winds:
-            progress = _part(tell, f"{name}, {wind.name}", done, total)
-            try:
-                history = simulate(plants[name], law, wind, observer=observer, progress=progress)
-            except Diverged as end:
-                yield Run(name, wind.name, diverged=end.time)
-            else:
-                yield Run(name, wind.name, history, measure(history, plants[name].turbine))
-            done += 1
 
+    def run(name: str, wind: WindSeries) -> Run:
+        try:
+            history = loops[name].run(wind)
+        except Diverged as end:
+            return Run(name, wind.name, diverged=end.time)
+        return Run(
+            name,
+            wind.name,
+            history if series else None,
+            measure(history, loops[name].plant.turbine),
+            flags={flag: history.share_flagged(flag) for flag in Flag},
+            first={flag: history.first_flagged(flag) for flag in Flag},
+        )
 
-def _part(tell: Tell | None, step: str, done: int, total: int) -> Callable[[float], None] | None:
-    if tell is None:
-        return None
-    return lambda share: tell(step, (done + share) / total)
+    for done, result in enumerate(in_threads([partial(run, *pair) for pair in pairs]), 1):
+        if tell is not None:
+            tell(f"{result.law}, {result.wind}", done / len(pairs))
+        yield result
 
 
 def _percent(share: float) -> str:

@@ -24,7 +24,7 @@ from takagi.reports.figures.style import figure_to_png, figure_to_svg
 from takagi.reports.output import csv_text
 from takagi.reports.simulation.laws import LAW_NAMES
 from takagi.reports.simulation.runs import Run, Simulation, simulation_plant
-from takagi.reports.simulation.scenarios import SCENARIOS
+from takagi.reports.simulation.winds import winds_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,13 +38,17 @@ COLUMNS: dict[str, tuple[str, str, int]] = {
     "pitch_travel": ("pitch travel", "deg", 1),
     "torque_rate": ("torque rate, rms", "kN m/s", 2),
     "tower_del": ("tower DEL", "MN m", 2),
+    "shaft_del": ("shaft DEL", "MN m", 3),
+    "torque_change": ("largest torque change in 0.4 s", "kN m", 2),
+    "peak_power": ("peak power", "% of rated", 1),
     "both_active": ("actuators fight", "% of time", 1),
 }
 EXPLANATION = """\
 Energy and power are electrical. Overspeed and speed deviation are shares of rated rotor speed; an
 overspeed below zero means that rated speed was never reached. The tower's damage-equivalent load is
-that of the fore-aft moment at the base (rainflow counting, exponent 4, 1 Hz). The actuators fight
-while pitch is more than 0.5 deg above fine pitch and torque more than 5 % below rated."""
+that of the fore-aft moment at the base (rainflow counting, exponent 4, 1 Hz), the shaft's that of
+the torque in the low-speed shaft. The actuators fight while pitch is more than 0.5 deg above fine
+pitch and torque more than 5 % below rated."""
 WAKE_WORDS = {
     "equilibrium": "a wake that follows at once (coefficient tables)",
     "dynamic": "a wake that needs time, so that torque and thrust first answer by more",
@@ -84,13 +88,13 @@ def notes(simulation: Simulation) -> list[str]:
 
 def as_markdown(simulation: Simulation, *, figures: Sequence[str] = ()) -> str:
     """Return the table with its explanations; ``figures`` are file names that it shows."""
-    about = SCENARIOS[simulation.scenario].about
+    about = winds_words(simulation.asked)
     titles = [f"{title} [{unit}]" for title, unit, _ in COLUMNS.values()]
     observer = "no law uses a wind estimate"
     if simulation.chosen.observer is not None:
         observer = "the wind estimate comes from the Takagi-Sugeno observer in the loop"
     lines = [
-        f"# {simulation.turbine.name}: scenario {simulation.scenario}",
+        f"# {simulation.turbine.name}: {', '.join(simulation.asked)}",
         "",
         f"{about[0].upper()}{about[1:]}. Nonlinear plant with second-order pitch drive, limits on "
         f"pitch, its rate and the torque rate; {_plant_words(simulation)}; "
@@ -142,10 +146,10 @@ def as_csv(simulation: Simulation) -> str:
 
 
 def as_json(simulation: Simulation, *, files: Sequence[str] = ()) -> str:
-    """Return scenario, units and rows for machines; the same simulation gives the same text."""
+    """Return winds, units and rows for machines; the same simulation gives the same text."""
     content = {
         "turbine": simulation.turbine.name,
-        "scenario": simulation.scenario,
+        "asked": list(simulation.asked),
         "wake": simulation.parts.wake,
         "without": list(simulation.parts.without),
         "speed_filter": simulation.parts.speed_filter,
@@ -197,11 +201,9 @@ def series_csv(history: History) -> str:
 def _row(run: Run) -> dict[str, Any]:
     row: dict[str, Any] = {"wind": run.wind, "law": run.law, "diverged": run.diverged}
     row |= {name: None for name in COLUMNS}
-    if run.metrics is not None and run.history is not None:
+    if run.metrics is not None:
         row |= asdict(run.metrics)
-        row["flags"] = {
-            flag.name.lower(): run.history.share_flagged(flag) for flag in Flag if flag.name
-        }
+        row["flags"] = {flag.name.lower(): run.flags[flag] for flag in Flag if flag.name}
     row["remarks"] = list(run.remarks())
     return row
 
@@ -213,11 +215,12 @@ POINTS = 40_000
 def simulation_figures(simulation: Simulation) -> dict[str, Figure]:
     """Return the figures by a name fit for files; runs that diverged are left out.
 
-    ``scenario`` shows all winds of one turbulence, one column a law; the others one wind each.
+    ``scenario`` shows all winds of one seed, one column a law; the others one wind each.
     """
     figures: dict[str, Figure] = {}
     finished = [(run, run.history) for run in simulation.runs if run.history is not None]
-    if simulation.scenario == "paper" and finished:
+    seeds = {wind.name.partition(", seed ")[2] for wind in simulation.winds}
+    if finished and len(simulation.winds) > 1 and len(seeds) == 1 and "" not in seeds:
         title = f"{simulation.turbine.name}: one turbulence, different mean winds"
         figures["scenario"] = scenario_figure(
             [(law_words(run.law), run.wind.split(",")[0], history) for run, history in finished],
@@ -230,6 +233,13 @@ def simulation_figures(simulation: Simulation) -> dict[str, Figure]:
         if runs:
             figures[slug(wind.name)] = _response(runs, wind, simulation.turbine)
     return figures
+
+
+def short_names(names: Sequence[str]) -> dict[str, str]:
+    """Return each name of a wind up to its first comma, or all of it if two are then the same."""
+    starts = {name: name.partition(",")[0] for name in names}
+    shared = list(starts.values())
+    return {name: start if shared.count(start) == 1 else name for name, start in starts.items()}
 
 
 def slug(text: str) -> str:
@@ -256,7 +266,7 @@ def simulation_files(simulation: Simulation) -> dict[str, bytes | str]:
     """
     figures: dict[str, bytes | str] = {}
     for name, figure in simulation_figures(simulation).items():
-        described = f"{simulation.turbine.name}, scenario {simulation.scenario}: {name}"
+        described = f"{simulation.turbine.name}: {name}"
         # The first writing settles the layout for the second.
         svg = figure_to_svg(figure, name=f"figure-{name}", description=described)
         figures[f"figures/{name}.svg"] = svg + "\n"

@@ -181,7 +181,7 @@ def test_a_motion_that_diverges_has_status_one(cubic: Path, gains: Path, capsys:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["simulate", "CUBIC", "--scenario", "gust"], "--scenario is about a wind turbine"),
+        (["simulate", "CUBIC", "--wind", "gust"], "--wind is about a wind turbine"),
         (["simulate", "nrel5mw", "--start", "x=1"], "--start is about a plant"),
         (["simulate", "CUBIC", "--start", "y=1"], "option --start: there is no y; the plant has x"),
         (["simulate", "CUBIC", "--start", "x"], "NAME=VALUE is needed"),

@@ -33,7 +33,7 @@ def test_table_stands_on_standard_output(capsys: Capture) -> None:
 
 def test_a_sampling_too_slow_for_torsion_is_told_first(capsys: Capture) -> None:
     """Six samples in a period of 0.61 s: 0.11 s is too slow, and the advised 0.1 s is not."""
-    asked = (*QUICK[:-1], "2", "--scenario", "step", "--sample-time")
+    asked = (*QUICK[:-1], "2", "--wind", "step", "--sample-time")
     assert main([*asked, "110ms"]) == 0
     told = capsys.readouterr().err
     assert told.startswith(
@@ -44,6 +44,22 @@ def test_a_sampling_too_slow_for_torsion_is_told_first(capsys: Capture) -> None:
     assert main([*asked, "100ms"]) == 0
     assert main([*asked, "110ms", "--without", "torsion"]) == 0
     assert capsys.readouterr().err == ""
+
+
+def test_winds_are_repeated_and_named(tmp_path: Path, capsys: Capture) -> None:
+    """A steady wind, one of a class, and a table; --scenario is an earlier name of --wind."""
+    table = tmp_path / "measured.csv"
+    table.write_text("time,wind\n0,9\n3,9.5\n6,9\n", encoding="utf-8")
+    asked = (*QUICK[:-1], "3", "--wind", "15m/s", "--wind", f"{table}", "--json")
+    assert main([*asked, "--wind", "turbulent:9:A:3-4", "--scenario", "turbulent:9:A:4"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+
+    names = ["steady 15 m/s", str(table), *(f"turbulent 9 m/s, class A, seed {k}" for k in (3, 4))]
+    assert [wind["name"] for wind in answer["winds"]] == names
+    assert [row["wind"] for row in answer["rows"]] == names
+    assert {wind["duration"] for wind in answer["winds"]} == {3.0}
+    # At rest in a steady wind nothing moves.
+    assert answer["rows"][0]["pitch_travel"] < 0.01
 
 
 @pytest.mark.slow
@@ -64,7 +80,7 @@ def test_same_seed_same_files_another_seed_others(tmp_path: Path, capsys: Captur
 def test_json_names_the_files_it_wrote(tmp_path: Path, capsys: Capture) -> None:
     """Paths as given, each of them there; a gust in the wake that needs time."""
     out = tmp_path / "deep" / "folder"
-    status = main([*QUICK[:-2], "--scenario", "gust", "--duration", "15", "--wake", "dynamic",
+    status = main([*QUICK[:-2], "--wind", "gust", "--duration", "15", "--wake", "dynamic",
                    "--json", "--out", str(out)])  # fmt: skip
     answer = json.loads(capsys.readouterr().out)
 
@@ -153,14 +169,23 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
         (("--duration", "-5"), "above 0"),
         (("--duration", "nan"), "above 0"),
         (("--duration", "1e9"), "at most 3600"),
-        (("--scenario", "gust", "--duration", "5"), "longer duration"),
+        (("--wind", "gust", "--duration", "5"), "longer duration"),
         (("--duration", "soon"), "a valid number"),
-        (("--scenario", "storm"), "paper, step, gust, ramp"),
+        (("--wind", "storm"), "paper, step, ramp, gust, coherent"),
+        (("--wind", "turbulant:9"), "did you mean 'turbulent'"),
+        (("--wind", "26"), "runs from 3 to 25 m/s"),
+        (("--wind", "turbulent:9:D"), "A, B and C"),
+        (("--wind", "turbulent:9:B:-1"), "'-1' is SEED"),
+        (("--wind", "turbulent:9:B:6-1"), "seeds from 6 to 1"),
+        (("--wind", "step:9"), "written step:FROM:TO"),
+        (("--wind", "gust:fast"), "'fast' is MEAN; a number"),
+        (("--wind", "missing.csv"), "missing.csv"),
+        (("--wind", "README.md"), "wind.csv"),
         (("--wake", "none"), "equilibrium, dynamic"),
         (("--without", "towr"), "did you mean 'tower'"),
         (("--speed-filter", "-1"), "speed_filter = -1"),
         (("--ripple", "3"), "0 to 0.2 of the wind"),
-        (("--scenario", "step", "--seed", "1"), "no turbulence"),
+        (("--wind", "step", "--wind", "9", "--seed", "1"), "step, 9 has no turbulence"),
         (("--seed", "-1"), "0 or more"),
     ],
 )

@@ -66,6 +66,49 @@ def test_a_wave_of_one_hertz_is_its_own_equivalent() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("torsion", "lag"), [(True, 0.05), (True, 0.0), (False, 0.05), (False, 0.0)]
+)
+def test_the_shaft_carries_generator_and_its_inertia(torsion: bool, lag: float) -> None:
+    """S = n_g T + n_g^2 J_g omega_g', with the derivative of the recorded speed; T lags by hand."""
+    turbine = nrel5mw()
+    plant = validation_plant(turbine, torsion=torsion, torque_lag=lag)
+    found = simulate(plant, BaselineLaw(turbine), step_wind(10.0, 13.0, 8.0, begin=1.0))
+    time = found.time
+    torque = found.torque.copy()
+    if lag:
+        # The command holds from a sample to the next, so the lag is exact from one to the next.
+        torque[0] = found.torque[0]
+        for k in range(1, len(time)):
+            decay = np.exp(-(time[k] - time[k - 1]) / lag)
+            torque[k] = found.torque[k - 1] + decay * (torque[k - 1] - found.torque[k - 1])
+    speed = np.gradient(found.generator_speed, time, edge_order=2)
+    inertia = turbine.gear_ratio**2 * turbine.generator_inertia
+    wanted = turbine.gear_ratio * torque + inertia * speed
+    # After the step of the wind, where a difference of samples is no derivative.
+    moving = slice(60, -2)
+
+    scale = turbine.gear_ratio * turbine.rated_torque
+    assert np.ptp(found.shaft_torque) > 0.1 * scale
+    assert found.shaft_torque[moving] / scale == pytest.approx(wanted[moving] / scale, abs=5e-3)
+
+
+def test_peaks_of_a_record_made_by_hand() -> None:
+    """A jump of 20 % of rated torque, half of it in a ramp of 0.8 s; power by its definition."""
+    turbine, record = nrel5mw(), sawtooth_record()
+    rated, time = turbine.rated_torque, record.time
+    ramp = replace(record, torque=rated * (1 - 0.2 * np.clip((time - 50.0) / 0.8, 0.0, 1.0)))
+    loud = replace(record, electrical_power=np.where(time == time[7], 5.5e6, 4e6))
+
+    assert measure(record, turbine).torque_change == pytest.approx(0.2 * rated / 1e3)
+    assert measure(ramp, turbine).torque_change == pytest.approx(0.1 * rated / 1e3)
+    assert measure(loud, turbine).peak_power == pytest.approx(110.0)
+    wave = replace(record, shaft_torque=2e6 * np.cos(np.pi * np.round(time)))
+    # The tower's moment is the same wave, one and a half times as high.
+    found = measure(wave, turbine)
+    assert found.shaft_del == pytest.approx(found.tower_del / 1.5)
+
+
 @settings(max_examples=25)
 @given(
     st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=30),

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from takagi.models import ModelError
 from takagi.models.simulation.wind import (
     WindSeries,
+    class_turbulence,
+    coherent_gust_wind,
     gust_wind,
     kaimal_spectrum,
     ramp_wind,
@@ -144,3 +146,30 @@ def test_misuse_is_told() -> None:
         same_turbulence((10.0,), 0.1, 60.0, 1, period=30.0)[0]
     with pytest.raises(ModelError, match="no mean wind"):
         same_turbulence((), 0.1, 60.0, 1)
+
+
+def test_coherent_gust_by_its_formula() -> None:
+    """IEC 61400-1 (ed. 3), eq. 21: half of 15 m/s after half of 10 s, and no way back."""
+    wind = coherent_gust_wind(9.0, 60.0, begin=20.0)
+
+    assert wind.at([0.0, 20.0, 22.5, 25.0, 30.0, 60.0]) == pytest.approx(
+        [9.0, 9.0, 9.0 + 7.5 * (1 - np.sqrt(0.5)), 16.5, 24.0, 24.0]
+    )
+    with pytest.raises(ModelError, match="longer duration"):
+        coherent_gust_wind(9.0, 25.0, begin=20.0)
+
+
+def test_turbulence_of_a_class_has_its_deviation() -> None:
+    """Before the rotor's filter sigma_1 = I_ref (0.75 V + 5.6 m/s): classes differ by I_ref."""
+    winds = {
+        name: class_turbulence(
+            10.0, 600.0, 1, turbulence_class=name, rotor_radius=1e-4, hub_height=90.0
+        )
+        for name in "ABC"
+    }
+    moving = {name: winds[name].speed - 10.0 for name in "ABC"}
+
+    assert moving["A"] / moving["B"] == pytest.approx(0.16 / 0.14)
+    assert moving["C"] / moving["B"] == pytest.approx(0.12 / 0.14)
+    # What is slower than the period and faster than the samples is missing from the deviation.
+    assert 0.9 < np.std(moving["B"]) / (0.14 * (7.5 + 5.6)) < 1.0

@@ -121,7 +121,7 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> A
         )
         within = program.start(wind, before)._replace(law_state=s[n : n + k])
         command, later = program.step(within, seen)
-        torque, _ = closed_loop._limit_torque(
+        torque = closed_loop.limit_torque(
             machine, before.torque, command.torque, program.sample_time
         )
         mean = torque + late / inner * (before.torque - torque)
