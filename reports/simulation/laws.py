@@ -29,15 +29,9 @@ LAW_NAMES: Mapping[str, str] = MappingProxyType(
     {
         "coherent": "one effort, shared between torque and pitch; constant torque above rated wind",
         "paper": (
-            "one integrator for both regions: near rated wind it can "
-            "rest only with too much pitch and too little torque, and the blending adds pitch gain "
-            "that its regional gains do not know of, so that pitch oscillates on this plant "
-            "(docs/laws.md, how Schulte's law was read)"
-        ),
-        "paper-two-integrators": (
-            "an integrator for each region: above rated wind it rests at a "
-            "small overspeed that both carry, and the pitch gain that the blending adds excites "
-            "the tower, which its design does not know (docs/laws.md)"
+            "one integrator for both regions: from 9 m/s to rated wind it rests with a little more "
+            "pitch and less torque than the trim, and spares the tower (docs/laws.md, Schulte's "
+            "law)"
         ),
         "baseline": (
             "the turbine's own controller, K w^2 torque and scheduled PI pitch, with constant "
@@ -100,7 +94,8 @@ def chosen_laws(
     asked = replace(default_settings(turbine), law="coherent", synthesis="two-step")
     design = design_turbine(turbine, asked, files=files, tell=tell)
     laws = {name: _law(name, design) for name in asked_for}
-    filters = {"coherent": design.speed_filter} if design.speed_filter else {}
+    stopped = design.speed_filter
+    filters = dict.fromkeys(("coherent", "paper"), stopped) if stopped else {}
     return ChosenLaws(laws, design.observer.observer, filters)
 
 

@@ -102,7 +102,7 @@ def test_projects_and_papers_laws_run_with_the_observer(
     tmp_path: Path, capsys: Capture, asked: Mapping[str, Any]
 ) -> None:
     """Across rated wind neither law leaves the tables; the coherent one does not fight itself."""
-    names = ("coherent", "paper-two-integrators")
+    names = ("coherent", "paper")
     given = [word for name in names for word in ("--law", name)]
     status = main(["simulate", "nrel5mw", *given, "--duration", "8", "--out", str(tmp_path)])
     answer = json.loads((tmp_path / "simulation.json").read_text())

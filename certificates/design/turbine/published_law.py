@@ -103,8 +103,6 @@ def designed_law(
             shape=settings.ramp_shape,
             speed_setpoint=settings.speed_setpoint,
         ),
-        tracking_time=settings.tracking_time,
-        name="paper" if settings.law == "paper" else "paper-two-integrators",
         speed_setpoint=settings.speed_setpoint,
     )
 
