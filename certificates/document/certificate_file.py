@@ -157,7 +157,7 @@ def published_law_data(law: PublishedLaw) -> dict[str, Any]:
     turbine, coupling = law.turbine, law.coupling
     data: dict[str, Any] = {
         "name": law.name,
-        "states": 3 if law.tracking_time is None else 4,
+        "states": 3,
         "speed_setpoint": law.speed_setpoint,
         "minimum_rotor_speed": turbine.minimum_rotor_speed,
         "optimal_tip_speed_ratio": optimal_tip_speed_ratio(turbine),
@@ -179,8 +179,6 @@ def published_law_data(law: PublishedLaw) -> dict[str, Any]:
         "partial": _region(law, law.partial),
         "full": _region(law, law.full),
     }
-    if law.tracking_time is not None:
-        data["tracking_time"] = law.tracking_time
     return data
 
 

@@ -254,7 +254,7 @@ def certified_windows(law: PublishedLaw, winds: Sequence[Span]) -> list[dict[str
     Cells are searched in floating point and written as decimals. A window is proved only if the
     checker proves it.  ``decay_rate`` is the least of its cells', ``half_width`` in speed that of
     the smallest box.  ``rest`` says where the law rests at the window's lower end: "intended" (at
-    the trim), "shifted" (elsewhere), "continuum" or "none"; ``power_ratio`` is the power there
+    the trim), "shifted" (elsewhere) or "none"; ``power_ratio`` is the power there
     over that of the trim.
     """
     narrowest = min(high - low for low, high in winds)

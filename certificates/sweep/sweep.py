@@ -31,7 +31,7 @@ from takagi.models.turbine.loader import TurbineFile, load_turbine, model_files
 
 # The laws that can be swept, by their names in files, with the quantities that --over knows.
 LAWS: Mapping[str, tuple[AxisKind, ...]] = MappingProxyType(
-    {"paper": PUBLISHED, "paper-two-integrators": PUBLISHED, "coherent": EFFORT_SHARING}
+    {"paper": PUBLISHED, "coherent": EFFORT_SHARING}
 )
 Row = dict[str, Any]
 # Values between the ends are short decimals, because they identify the point.

@@ -15,11 +15,10 @@ Given = TypeVar("Given", str, list[str], None)
 IN_FILES = {
     "effort-sharing": "coherent",
     "schulte": "paper",
-    "schulte-two-integrators": "paper-two-integrators",
 }
 _REFERENCE = {"reference": "baseline"}
 # Former names, which may still be typed.
-_ALIASES = {"published": "paper", "published-two-integrators": "paper-two-integrators"}
+_ALIASES = {"published": "paper"}
 
 Model = Annotated[
     str,
@@ -60,8 +59,8 @@ TURBINE_OPTIONS: Options = (
     option(
         "law NAME",
         "Turbines: effort-sharing (one law for all winds, which hands its effort from torque to "
-        "pitch), or the law of Schulte (2024), with regions and filters between them: schulte (one "
-        "integrator) or schulte-two-integrators (one a region); effort-sharing unless given.",
+        "pitch), or the law of Schulte (2024), with regions and filters between them, schulte; "
+        "effort-sharing unless given.",
         callback=law_in_files,
     ),
     option(
@@ -72,14 +71,14 @@ TURBINE_OPTIONS: Options = (
     ),
     option(
         "speed_overlap",
-        "Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.1 unless given. "
-        "Schulte's laws.",
+        "Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.5 unless given. "
+        "Schulte's law.",
         float,
     ),
     option(
         "torque_overlap",
-        "Turbines: overlap of the coupling filter in torque [N m]; 2000 unless given. Schulte's "
-        "laws.",
+        "Turbines: overlap of the coupling filter in torque [N m]; 4000 unless given. Schulte's "
+        "law.",
         float,
     ),
     option(
@@ -101,18 +100,12 @@ TURBINE_OPTIONS: Options = (
     option(
         "ramp_shape NAME",
         "Turbines: ramp of the coupling filter in speed: smooth (C1) or linear; smooth unless "
-        "given. Schulte's laws.",
+        "given. Schulte's law.",
     ),
     option(
         "ramp_placement SHARE",
-        "Turbines: share of the speed overlap that lies above the set-point [-], 0 to 1; 0.5 "
-        "unless given. Schulte's laws.",
-        float,
-    ),
-    option(
-        "tracking_time SECONDS",
-        "Turbines: time constant of the anti-windup [s]; 5 unless given. Law "
-        "schulte-two-integrators.",
+        "Turbines: share of the speed overlap that lies above the set-point [-], 0 to 1; 0 "
+        "unless given. Schulte's law.",
         float,
     ),
     option(
@@ -126,7 +119,7 @@ TURBINE_OPTIONS: Options = (
         "speed_filter RAD/S",
         "Turbines: corner of the low-pass on the measured rotor speed [rad/s], which the gain file "
         "contains, 0 for none; 30 unless given, 8 without a torsion filter. Only the claim "
-        "running-loop covers it. Effort-sharing law.",
+        "running-loop covers it.",
         float,
     ),
     option(
@@ -134,7 +127,7 @@ TURBINE_OPTIONS: Options = (
         "Turbines: frequency of the band-stop on the measured rotor speed [rad/s], which the gain "
         "file contains, 0 for none; 0.9 of the drivetrain's torsion mode unless given, if the "
         "turbine's file states one. It removes that mode from the loop. Only the claim "
-        "running-loop covers it. Effort-sharing law.",
+        "running-loop covers it.",
         float,
     ),
     option(

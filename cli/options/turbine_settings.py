@@ -30,13 +30,11 @@ _OF_EFFORT_SHARING = (
     "equilibrium_wake",
     "pitch_effectiveness_share",
     "wind_filter",
-    "speed_filter",
-    "torsion_filter",
     "two_step",
     "one_step",
     "objective",
 )
-_OF_PUBLISHED = ("speed_overlap", "torque_overlap", "ramp_shape", "ramp_placement", "tracking_time")
+_OF_PUBLISHED = ("speed_overlap", "torque_overlap", "ramp_shape", "ramp_placement")
 # A slower filter suits no turbine, and the design would search for minutes before failing.
 LONGEST_FILTER = 100.0  # s
 # Lower limits in rad/s.  A slower filter would delay the speed at frequencies where the law acts.
@@ -89,7 +87,7 @@ def _check_law(law: str, given: Mapping[str, object]) -> None:
     """Refuse options that the law does not have; ignoring them would mislead the user."""
     for name in _OF_PUBLISHED if law == EFFORT_SHARING else _OF_EFFORT_SHARING:
         if given[name] is not None and given[name] is not False:
-            owner = "Schulte's laws" if law == EFFORT_SHARING else "the effort-sharing law"
+            owner = "Schulte's law" if law == EFFORT_SHARING else "the effort-sharing law"
             raise ModelError(
                 f"option {option_of(name)} belongs to {owner}, but --law {typed_name(law)} "
                 "was asked for; leave it out or choose the other law"
@@ -115,14 +113,6 @@ def _law_fields(
         needed = "0 (below the set-point) to 1 (above it) is needed"
         _require(0 <= place <= 1, f"--ramp-placement: {place:g} was given; {needed}")
         fields["ramp_placement"] = place
-    if (time := given["tracking_time"]) is not None:
-        _require(
-            law == "paper-two-integrators",
-            "--tracking-time belongs to the law schulte-two-integrators, but "
-            f"--law {typed_name(law)} was asked for; leave it out or choose that law",
-        )
-        _require(0 < time < math.inf, f"--tracking-time: {time:g} was given; it must be positive")
-        fields["tracking_time"] = time
     if (time := given["wind_filter"]) is not None:
         _require(
             0 < time <= LONGEST_FILTER,

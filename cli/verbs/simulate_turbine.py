@@ -14,6 +14,7 @@ from takagi.cli.options.simulation_options import SHARED_SIMULATION
 from takagi.cli.options.turbine_options import law_in_files
 from takagi.cli.progress import progress
 from takagi.cli.verbs.simulate_campaign import CAMPAIGN_OPTIONS, without_campaign
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.models.simulation.turbine_plant import SimulatedTurbine
@@ -27,9 +28,9 @@ _DESIGN_STEPS = 7
 SCENARIO_OPTIONS: Options = (
     option(
         "law NAME",
-        "Turbines: effort-sharing (one law for all winds), schulte or schulte-two-integrators "
-        "(with one integrator or one a region), or reference (the reference controller, K w^2 + "
-        "PI); may be repeated. Without it: effort-sharing, schulte and reference.",
+        "Turbines: effort-sharing (one law for all winds), schulte, or reference (the reference "
+        "controller, K w^2 + PI); may be repeated. Without it: effort-sharing, schulte and "
+        "reference.",
         list[str],
         callback=law_in_files,
     ),
@@ -38,6 +39,11 @@ SCENARIO_OPTIONS: Options = (
         "Turbines: simulate the law of a gain file, with its observer; of the named laws, only "
         "reference can be simulated with it.",
         Path,
+    ),
+    option(
+        "coupling_filter NAME",
+        "Turbines: saturated, which is proved, or sector, the filter as it was printed; saturated "
+        "unless given. Schulte's law.",
     ),
     option(
         "wind WIND",
@@ -129,6 +135,11 @@ def _laws(
     law, law_from = asked["law"], asked["law_from"]
     turbine, filed = source.model, None
     names = () if law_from and not law else require_law_names(law or default_laws(turbine))
+    if law_from and asked["coupling_filter"] is not None:
+        raise ModelError(
+            "--coupling-filter was given with --law-from; the gain file has a filter of its own: "
+            "leave the option out"
+        )
     if law_from:
         turbine, filed = filed_laws(turbine, law_from, names)
     parts = PlantParts(
@@ -150,7 +161,13 @@ def _laws(
             tell(step, _MAKING * min(steps / _DESIGN_STEPS, 1.0))
             steps += 1
 
-        laws = filed or chosen_laws(turbine, names, files=source.files, tell=making)
+        laws = filed or chosen_laws(
+            turbine,
+            names,
+            coupling_filter=asked["coupling_filter"],
+            files=source.files,
+            tell=making,
+        )
         begin = _MAKING if steps else 0.0
         simulation = run_simulation(
             turbine,

@@ -32,7 +32,7 @@ def sweep(
         typer.Option(
             metavar="AXIS",
             help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,...; numbers in SI, or with their unit "
-            "(0.5kNm). Give it once for each axis. Schulte's laws: speed-overlap [rad/s], "
+            "(0.5kNm). Give it once for each axis. Schulte's law: speed-overlap [rad/s], "
             "torque-overlap [N m], wind [m/s]; an unknown name lists those of another law.",
         ),
     ] = None,

@@ -187,8 +187,11 @@ class Requirement:
             )
 
 
-PARTIAL_LOAD = Requirement(decay_rate=0.1, speed_error=0.02)
-FULL_LOAD = Requirement(decay_rate=0.05, speed_error=0.0125, pitch_error=0.0025)
+# With one integrator for both regions, pitch at rest is f_1 k_I^c / k_I^b times the torque, divided
+# by 1 + f_1 k_p^c. Pitch rests near its trim in partial load only if torque is integrated much
+# faster than pitch, hence these rates.
+PARTIAL_LOAD = Requirement(decay_rate=0.3, speed_error=0.01)
+FULL_LOAD = Requirement(decay_rate=0.02, speed_error=0.02, pitch_error=0.0025)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -288,13 +291,14 @@ def _pitch_bounds(turbine: Turbine, points: list[TrimPoint]) -> tuple[ActuatorBo
             "pitch command has room on both sides; begin the wind range above rated wind"
         )
     drive = np.array([0.0, 1.0, 0.0])
+    # The reference is made small, not the rate: the least rate would need a reference that follows
+    # the pitch, and such a positive feedback makes the drive of the blended loop slow.
     return (
-        ActuatorBound("pitch reference above the smallest pitch", room, np.zeros(3)),
+        ActuatorBound("pitch reference above the smallest pitch", room, np.zeros(3), True),
         # u = -K x, so |u - delta_beta| is |(K + (0, 1, 0)) x|.
         ActuatorBound(
             "demanded pitch rate (times the drive's time constant) within its limit",
             turbine.pitch_rate_limit * turbine.pitch_time_constant,
             drive,
-            True,
         ),
     )

@@ -216,7 +216,7 @@ def region_gains(
     """Return the gains of the region that a model describes.
 
     Of all gains that meet the requirement, these need the least actuator effort on the ellipsoid:
-    the smallest torque (partial load), the smallest demanded pitch rate (full load).
+    the smallest torque (partial load), the smallest pitch reference (full load).
 
     Raises
     ------

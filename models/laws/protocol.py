@@ -85,7 +85,6 @@ _WORDS = MappingProxyType(
     {
         "coherent": "effort-sharing law",
         "paper": "Schulte's law",
-        "paper-two-integrators": "Schulte's law with two integrators",
         "baseline": "reference controller (K w^2 + PI)",
     }
 )

@@ -64,7 +64,7 @@ class PaperLawTables(BaseModel):
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False)
 
-    name: Literal["paper", "paper-two-integrators"]
+    name: Literal["paper"]
 
 
 class Columns(Strict):

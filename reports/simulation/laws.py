@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from takagi.certificates.checker.kernel.reader import member, number, numbers, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
@@ -23,21 +23,16 @@ from takagi.models.turbine.wind_observer import WindObserver
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.models.laws.published.regional_schedule import Variant
 
 # The law's name, and what a reader of its numbers should know.
 LAW_NAMES: Mapping[str, str] = MappingProxyType(
     {
         "coherent": "one effort, shared between torque and pitch; constant torque above rated wind",
         "paper": (
-            "one integrator for both regions: near rated wind it can "
-            "rest only with too much pitch and too little torque, and the blending adds pitch gain "
-            "that its regional gains do not know of, so that pitch oscillates on this plant "
-            "(docs/laws.md, how Schulte's law was read)"
-        ),
-        "paper-two-integrators": (
-            "an integrator for each region: above rated wind it rests at a "
-            "small overspeed that both carry, and the pitch gain that the blending adds excites "
-            "the tower, which its design does not know (docs/laws.md)"
+            "one integrator for both regions: from 9 m/s to rated wind it rests with a little more "
+            "pitch and less torque than the trim, and spares the tower (docs/laws.md, Schulte's "
+            "law)"
         ),
         "baseline": (
             "the turbine's own controller, K w^2 torque and scheduled PI pitch, with constant "
@@ -75,6 +70,7 @@ def chosen_laws(
     turbine: Turbine,
     names: Sequence[str],
     *,
+    coupling_filter: str | None = None,
     files: Sequence[Path] = (),
     tell: Tell | None = None,
 ) -> ChosenLaws:
@@ -83,13 +79,16 @@ def chosen_laws(
     Parameters
     ----------
     names : from ``LAW_NAMES``.
+    coupling_filter : "saturated" or "sector", of Schulte's law; None takes the first.
     files, tell : see ``design_turbine``.
 
     Raises
     ------
-    ModelError : no or an unknown name, or a design that cannot be made.
+    ModelError : no or an unknown name, a filter that is unknown or that no law has, or a design
+        that cannot be made.
     """
     asked_for = require_law_names(names)
+    variant = _require_variant(coupling_filter, asked_for)
     if asked_for == ("baseline",):
         return ChosenLaws({"baseline": BaselineLaw(turbine)}, None)
     # Imported here: the reference's own controller needs no solver.
@@ -99,9 +98,29 @@ def chosen_laws(
     # Gains in two steps take seconds.
     asked = replace(default_settings(turbine), law="coherent", synthesis="two-step")
     design = design_turbine(turbine, asked, files=files, tell=tell)
-    laws = {name: _law(name, design) for name in asked_for}
-    filters = {"coherent": design.speed_filter} if design.speed_filter else {}
+    laws = {name: _law(name, design, variant) for name in asked_for}
+    stopped = design.speed_filter
+    filters = dict.fromkeys(("coherent", "paper"), stopped) if stopped else {}
     return ChosenLaws(laws, design.observer.observer, filters)
+
+
+def _require_variant(given: str | None, names: Sequence[str]) -> Variant:
+    from takagi.models.laws.published.regional_schedule import Variant
+
+    if given is None:
+        return "saturated"
+    if "paper" not in names:
+        raise ModelError(
+            f"coupling filter {given!r} was given, which is an option of Schulte's law alone; ask "
+            "for that law too, or leave the filter out"
+        )
+    for variant in get_args(Variant):
+        if given == variant:
+            return variant  # type: ignore[no-any-return]
+    raise ModelError(
+        f"coupling filter {given!r} was given; choose one of {', '.join(get_args(Variant))}"
+        f"{did_you_mean(given, get_args(Variant))}"
+    )
 
 
 def require_law_names(names: Sequence[str]) -> tuple[str, ...]:
@@ -117,7 +136,7 @@ def require_law_names(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _law(name: str, design: TurbineDesign) -> Law:
+def _law(name: str, design: TurbineDesign, variant: Variant) -> Law:
     if name == "coherent":
         return design.law
     if name == "baseline":
@@ -127,7 +146,7 @@ def _law(name: str, design: TurbineDesign) -> Law:
     # The emitted law: what is certified and what is simulated read the same gains.
     asked = replace(design.settings, law=name)
     return designed_law(
-        design.turbine, asked, (design.partial_load, design.full_load, design.regional)
+        design.turbine, asked, (design.partial_load, design.full_load, design.regional), variant
     )
 
 

@@ -106,7 +106,7 @@ def told(asked: DesignSettings, turbine: Turbine = TURBINE) -> str:
 
 
 @pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])
-@pytest.mark.parametrize("law", ["coherent", "paper", "paper-two-integrators"])
+@pytest.mark.parametrize("law", ["coherent", "paper"])
 def test_the_defaults_pass(name: str, law: str) -> None:
     """Each built-in turbine with each law."""
     turbine = load_turbine(name)
@@ -149,7 +149,7 @@ def test_so_does_a_bandwidth_that_has_grown() -> None:
         ({"torque_overlap": 9000.0}, "at most 8618.72 N m is needed"),
         ({"speed_overlap": 5.0}, "pitch would act at every wind from 3 m/s on"),
         ({"speed_overlap": 0.6, "ramp_placement": 0.99}, "pitch acts fully at no speed"),
-        ({"ramp_placement": 1.0}, "no equilibrium at 11.45 to 25 m/s; try 0.5"),
+        ({"ramp_placement": 1.0}, "no equilibrium at 11.45 to 25 m/s; try 0"),
     ],
 )
 def test_overlaps_of_the_coupling_filter_that_leave_no_law(
@@ -157,11 +157,6 @@ def test_overlaps_of_the_coupling_filter_that_leave_no_law(
 ) -> None:
     """What is needed, and at which winds."""
     assert words in told(replace(ASKED, law="paper", **changes))  # type: ignore[arg-type]
-
-
-def test_two_integrators_may_have_the_ramp_above_rated_speed() -> None:
-    """They rest at a small overspeed there (docs/turbulence.md)."""
-    check_limits(TURBINE, replace(ASKED, law="paper-two-integrators", ramp_placement=1.0))
 
 
 @pytest.mark.parametrize(

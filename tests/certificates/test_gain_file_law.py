@@ -114,13 +114,12 @@ def test_a_law_that_fed_the_winds_rate_forward_is_refused(version: int, tmp_path
 def test_laws_of_the_paper_come_back_with_their_turbine(
     turbine_design: TurbineDesign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Two integrators, linear ramp off centre, another tracking time; other tables are refused."""
+    """Linear ramp off centre; other tables are refused."""
     asked = replace(
         turbine_design.settings,
-        law="paper-two-integrators",
+        law="paper",
         ramp_shape="linear",
         ramp_placement=0.25,
-        tracking_time=3.0,
     )
     models = (turbine_design.partial_load, turbine_design.full_load, turbine_design.regional)
     law = designed_law(TURBINE, asked, models)
@@ -129,7 +128,7 @@ def test_laws_of_the_paper_come_back_with_their_turbine(
     read = law_from_gains(path, TURBINE)
 
     require_same(law, read)
-    assert law.coupling.speed_ramp.shape == "linear" and law.tracking_time == 3.0
+    assert law.coupling.speed_ramp.shape == "linear"
     assert law.coupling.speed_ramp.at(TURBINE.rated_rotor_speed) == pytest.approx(0.75)
     with pytest.raises(ModelError, match="give the turbine too"):
         law_from_gains(path)

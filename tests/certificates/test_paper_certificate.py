@@ -1,4 +1,4 @@
-"""Claims about the paper's laws: proved where they hold, refused or undecided where they do not."""
+"""Claims about Schulte's law: proved where they hold, refused or undecided where they do not."""
 
 from __future__ import annotations
 
@@ -29,7 +29,6 @@ from takagi.certificates.document.certificate_file import (
 from takagi.models import nrel5mw
 from takagi.models.laws.published.law import (
     PublishedLaw,
-    PublishedLawName,
     equilibrium,
     published_law,
 )
@@ -41,7 +40,6 @@ from takagi.models.laws.published.regional_schedule import (
 from tests.paper_models import loop_rate, regional_models
 
 TURBINE = nrel5mw()
-LAWS: tuple[PublishedLawName, PublishedLawName] = ("paper", "paper-two-integrators")
 WINDOWS = ((6.0, 6.2), (13.0, 13.06), (20.0, 20.06))
 
 
@@ -65,17 +63,17 @@ def schedules() -> tuple[RegionalSchedule, RegionalSchedule]:
 
 
 @cache
-def make_law(name: PublishedLawName, placement: float = 0.5) -> PublishedLaw:
+def make_law(placement: float = 0.5) -> PublishedLaw:
     """Return the law with a filter placed around rated speed, or beside it."""
     partial, full = schedules()
     coupling = coupling_filter(TURBINE, placement=placement)
-    return published_law(TURBINE, partial=partial, full=full, coupling=coupling, name=name)
+    return published_law(TURBINE, partial=partial, full=full, coupling=coupling)
 
 
 @cache
-def candidate(name: PublishedLawName) -> PublishedCandidate:
+def candidate() -> PublishedCandidate:
     """Return what is found in three short windows of partial and full load."""
-    return published_candidate(make_law(name), winds=WINDOWS)
+    return published_candidate(make_law(), winds=WINDOWS)
 
 
 def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
@@ -89,35 +87,33 @@ def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
 
 
 @cache
-def proved(name: PublishedLawName) -> Claim:
+def proved() -> Claim:
     """Return the checker's answer to the candidate."""
-    found = candidate(name)
+    found = candidate()
     return check_document(document(found.law, published_claim(found))).claims[0]
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_candidates_are_proved(name: PublishedLawName) -> None:
+def test_candidates_are_proved() -> None:
     """Every window is proved, with its overlaps and winds in the claim's words."""
-    claim = proved(name)
+    claim = proved()
     assert claim.verdict is Verdict.PROVED, claim.text
     assert "winds 6 to 6.2, 13 to 13.06, 20 to 20.06 m/s" in claim.text
     assert "speed overlap 0.1 rad/s, torque overlap 2000 N m" in claim.text
     assert "pitch not below its lower limit" in claim.text and "no lag of torque" in claim.text
-    assert candidate(name).covered == list(WINDOWS)
+    assert candidate().covered == list(WINDOWS)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", LAWS)
-def test_motions_from_the_boundary_stay_and_settle(name: PublishedLawName) -> None:
+def test_motions_from_the_boundary_stay_and_settle() -> None:
     """From V = 1 the real loop stays inside, and approaches its equilibrium at the stated rate."""
-    law, rng = make_law(name), np.random.default_rng(7)
-    for found in candidate(name).cells:
+    law, rng = make_law(), np.random.default_rng(7)
+    for found in candidate().cells:
         cell, P = found.cell, found.P
         v = float(rng.uniform(*cell.wind))
         share = (v - cell.wind[0]) / (cell.wind[1] - cell.wind[0])
         centre = cell.centre[0] + share * (cell.centre[1] - cell.centre[0])
         point = equilibrium(law, v)
-        rest = np.array([point.rotor_speed, point.pitch, *point.integrals])
+        rest = np.array([point.rotor_speed, point.pitch, point.integral])
 
         def norm(z: Any, origin: Any, box: Any = cell.box, P: Any = P) -> float:
             y = (z - origin) / box
@@ -144,7 +140,7 @@ def test_no_equilibrium_no_proof() -> None:
 
     Source: docs/laws.md, "One integrator", placement 1.
     """
-    law = make_law("paper", placement=1.0)
+    law = make_law(placement=1.0)
     found = published_candidate(law, winds=[(15.0, 15.1)])
     assert not found.cells
     assert all("no equilibrium" in gap.reason for gap in found.unproved)
@@ -155,7 +151,7 @@ def test_no_equilibrium_no_proof() -> None:
 
 def test_cells_of_another_placement_prove_nothing() -> None:
     """Cells of a law with equilibria, claimed of the one without, are not proved."""
-    good, law = candidate("paper"), make_law("paper", placement=1.0)
+    good, law = candidate(), make_law(placement=1.0)
     claim = published_claim(replace(good, law=law, winds=WINDOWS[2:]))
     claim["cells"] = [cell for cell in claim["cells"] if cell["wind"][0] >= 20]
     found = check_document(document(law, claim)).claims[0]
@@ -248,10 +244,9 @@ def _inside_the_corner(parts: dict[str, Any]) -> float:
 
 
 @pytest.mark.parametrize("what", MUTATIONS)
-@pytest.mark.parametrize("name", LAWS)
-def test_damage_is_refused_or_not_proved(name: PublishedLawName, what: str) -> None:
+def test_damage_is_refused_or_not_proved(what: str) -> None:
     """A changed certificate, hashes made good again, is never PROVED."""
-    parts = _last_window(name)
+    parts = _last_window()
     damaged = copy.deepcopy(parts)
     MUTATIONS[what](damaged)
     again = certificate_document(
@@ -268,9 +263,9 @@ def test_damage_is_refused_or_not_proved(name: PublishedLawName, what: str) -> N
 
 
 @cache
-def _last_window(name: PublishedLawName) -> dict[str, Any]:
+def _last_window() -> dict[str, Any]:
     """Return the certificate about full load alone: quick to replay."""
-    found = candidate(name)
+    found = candidate()
     cells = tuple(c for c in found.cells if c.cell.wind[0] >= 20)
     whole = document(found.law, published_claim(replace(found, winds=WINDOWS[2:], cells=cells)))
     assert check_document(whole).verdict is Verdict.PROVED
@@ -280,7 +275,7 @@ def _last_window(name: PublishedLawName) -> dict[str, Any]:
 @pytest.mark.slow
 def test_overlaps_move_the_ramp_with_its_placement() -> None:
     """Other overlaps keep the share of the ramp above rated speed."""
-    law = make_law("paper-two-integrators")
+    law = make_law()
     moved = with_overlaps(law, speed_overlap=0.2, torque_overlap=1000.0)
     assert moved.coupling.speed_ramp.at(law.speed_setpoint) == pytest.approx(0.5)
     assert moved.coupling.torque_overlap == 1000.0
@@ -297,8 +292,7 @@ def test_ranges_that_touch_are_one() -> None:
     assert merged([(2.0, 3.0), (1.0, 2.0), (4.0, 5.0)]) == [(1.0, 3.0), (4.0, 5.0)]
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_the_report_reads_every_number_of_the_checkers_words(name: PublishedLawName) -> None:
+def test_the_report_reads_every_number_of_the_checkers_words() -> None:
     """The page reads winds, rates and bounds in the claim's text; rewording would lose them."""
     from types import SimpleNamespace
     from typing import cast
@@ -306,7 +300,7 @@ def test_the_report_reads_every_number_of_the_checkers_words(name: PublishedLawN
     from takagi.certificates import TurbineDesign
     from takagi.reports.loops.overlap_claims import overlap_claims
 
-    found = candidate(name)
+    found = candidate()
     whole = document(found.law, published_claim(found))
     design = SimpleNamespace(document=whole, checked=check_document(whole))
 

@@ -24,24 +24,23 @@ def test_each_option_sets_its_field() -> None:
     coherent = design_settings(TURBINE, torque_setpoint="80%", pitch_effectiveness_share=0.8)
     paper = design_settings(
         TURBINE,
-        law="paper-two-integrators",
+        law="paper",
         ramp_shape="linear",
-        ramp_placement=0.0,
-        tracking_time=2.0,
+        ramp_placement=0.25,
         torque_setpoint="40 kNm",
     )
 
     assert coherent.torque_setpoint == pytest.approx(0.8 * TURBINE.rated_torque)
     assert coherent.effectiveness_share == 0.8
-    assert (paper.ramp_shape, paper.ramp_placement, paper.tracking_time) == ("linear", 0.0, 2.0)
+    assert (paper.ramp_shape, paper.ramp_placement) == ("linear", 0.25)
     assert paper.torque_setpoint == 40e3
     plain = design_settings(TURBINE)
     assert plain.torque_setpoint is None and plain.effectiveness_share == 1.0
-    assert (plain.ramp_shape, plain.ramp_placement, plain.tracking_time) == ("smooth", 0.5, 5.0)
+    assert (plain.ramp_shape, plain.ramp_placement) == ("smooth", 0.0)
 
 
-def test_the_speed_filter_may_be_none_and_is_the_coherent_laws() -> None:
-    """0 leaves it out; a corner that hides the speed, and one for another law, are refused."""
+def test_the_speed_filter_may_be_none() -> None:
+    """0 leaves it out; a corner that hides the speed is refused; both laws have it."""
     assert design_settings(TURBINE).speed_filter == 30.0
     none = design_settings(TURBINE, speed_filter=0.0)
     assert (none.speed_filter, none.torsion_filter) == (0.0, 0.0)
@@ -49,8 +48,7 @@ def test_the_speed_filter_may_be_none_and_is_the_coherent_laws() -> None:
     for given in (-1.0, 0.49, float("inf"), float("nan")):
         with pytest.raises(ModelError, match=r"--speed-filter: .* at least 0.5 rad/s"):
             design_settings(TURBINE, speed_filter=given)
-    with pytest.raises(ModelError, match="--speed-filter belongs to the effort-sharing law"):
-        design_settings(TURBINE, law="paper", speed_filter=4.0)
+    assert design_settings(TURBINE, law="paper", speed_filter=4.0).speed_filter == 4.0
 
 
 def test_the_torsion_filter_goes_with_a_low_pass() -> None:
@@ -66,8 +64,6 @@ def test_the_torsion_filter_goes_with_a_low_pass() -> None:
             design_settings(TURBINE, torsion_filter=given)
     with pytest.raises(ModelError, match="needs a low-pass behind it"):
         design_settings(TURBINE, torsion_filter=9.0, speed_filter=0.0)
-    with pytest.raises(ModelError, match="--torsion-filter belongs to the effort-sharing law"):
-        design_settings(TURBINE, law="paper", torsion_filter=9.0)
 
 
 def test_the_wind_filter_is_the_coherent_laws() -> None:
@@ -101,11 +97,9 @@ def test_a_low_torque_goes_with_a_low_speed() -> None:
         ({"pitch_effectiveness_share": float("nan")}, "--pitch-effectiveness-share: nan"),
         ({"wind_filter": 0.0}, "--wind-filter: 0 was given"),
         ({"wind_filter": 101.0}, "--wind-filter: 101 was given; .* at most 100 s"),
-        ({"ramp_shape": "linear"}, "--ramp-shape belongs to Schulte's laws"),
+        ({"ramp_shape": "linear"}, "--ramp-shape belongs to Schulte's law"),
         ({"law": "paper", "ramp_shape": "cubic"}, "smooth or linear"),
         ({"law": "paper", "ramp_placement": 1.5}, "--ramp-placement: 1.5"),
-        ({"law": "paper", "tracking_time": 2.0}, "law schulte-two-integrators"),
-        ({"law": "paper-two-integrators", "tracking_time": 0.0}, "--tracking-time: 0"),
         ({"law": "paper", "pitch_effectiveness_share": 0.6}, "belongs to the effort-sharing law"),
     ],
 )

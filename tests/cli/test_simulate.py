@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from takagi.cli.main import main
-from takagi.models import Turbine
+from takagi.models import Turbine, nrel5mw
 from takagi.reports.simulation import laws
 from takagi.reports.simulation.laws import ChosenLaws
 from tests.cli.conftest import contents
@@ -118,7 +118,7 @@ def test_projects_and_papers_laws_run_with_the_observer(
     tmp_path: Path, capsys: Capture, asked: Mapping[str, Any]
 ) -> None:
     """Across rated wind neither law leaves the tables; the coherent one does not fight itself."""
-    names = ("coherent", "paper-two-integrators")
+    names = ("coherent", "paper")
     given = [word for name in names for word in ("--law", name)]
     status = main(["simulate", "nrel5mw", *given, "--duration", "8", "--out", str(tmp_path)])
     answer = json.loads((tmp_path / "simulation.json").read_text())
@@ -136,6 +136,36 @@ def test_projects_and_papers_laws_run_with_the_observer(
     for line in next(series).read_text().splitlines()[1:]:
         wind, estimate = (float(cell) for cell in line.split(",")[1:3])
         assert abs(wind - estimate) < 1.0
+
+
+@pytest.mark.usefixtures("asked")
+def test_the_printed_filter_is_an_option_of_the_simulation(tmp_path: Path, capsys: Capture) -> None:
+    """It reaches the law, torque stays within rated, and other laws and names are refused."""
+    run = ("simulate", "nrel5mw", "--duration", "8", "--coupling-filter")
+    rated, chosen = nrel5mw().rated_torque, laws.chosen_laws
+    variants = {
+        name: chosen(nrel5mw(), ("paper",), coupling_filter=name, tell=print)
+        for name in (None, "sector")
+    }
+    assert [kind.laws["paper"].coupling.variant for kind in variants.values()] == [
+        "saturated",
+        "sector",
+    ]
+    assert main([*run, "sector", "--law", "schulte", "--out", str(tmp_path / "out")]) == 0
+    torques = []
+    for series in (tmp_path / "out" / "series").glob("*.csv"):
+        head, *lines = series.read_text().splitlines()
+        column = head.split(",").index("generator torque [N m]")
+        torques += [float(line.split(",")[column]) for line in lines]
+    assert max(torques) == pytest.approx(rated, rel=1e-6)
+    capsys.readouterr()
+    for words, needed in (
+        (("sektor", "--law", "schulte"), "did you mean 'sector'"),
+        (("sector", "--law", "reference"), "an option of Schulte's law alone"),
+        (("sector", "--law-from", str(tmp_path / "gains.json")), "has a filter of its own"),
+    ):
+        assert main([*run, *words]) == 2
+        assert needed in " ".join(capsys.readouterr().err.split())
 
 
 def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:

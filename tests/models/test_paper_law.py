@@ -17,7 +17,6 @@ from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Law, Measurement, sampled
 from takagi.models.laws.published.law import (
     PublishedLaw,
-    PublishedLawName,
     equilibrium,
     published_law,
 )
@@ -38,7 +37,6 @@ from tests.paper_models import loop_rate, regional_models
 TURBINE = nrel5mw()
 RATED = TURBINE.rated_rotor_speed
 WINDS = (4.5, 7.0, 9.5, 10.6, 11.2, 11.4, 11.6, 12.5, 15.0, 20.0, 25.0)
-LAWS: tuple[PublishedLawName, PublishedLawName] = ("paper", "paper-two-integrators")
 
 speeds = st.floats(0.6, 1.5)
 pitches = st.floats(0.0, 0.5)
@@ -61,7 +59,6 @@ def schedules(uniform: bool = False) -> tuple[RegionalSchedule, RegionalSchedule
 
 
 def make_law(
-    name: PublishedLawName = "paper",
     *,
     placement: float = 0.5,
     speed_overlap: float = 0.1,
@@ -74,7 +71,7 @@ def make_law(
     coupling = coupling_filter(
         TURBINE, placement=placement, speed_overlap=speed_overlap, variant=variant, shape=shape
     )
-    return published_law(TURBINE, partial=partial, full=full, coupling=coupling, name=name)
+    return published_law(TURBINE, partial=partial, full=full, coupling=coupling)
 
 
 @given(speeds, pitches, winds, integrals)
@@ -148,39 +145,35 @@ def test_fast_premises_agree_with_the_partial_load_model(error: float, wind: flo
         assert evaluate(speed, 0.0, wind) == pytest.approx(float(value), abs=1e-7)
 
 
-@given(speeds, pitches, winds, integrals, st.sampled_from(LAWS))
+@given(speeds, pitches, winds, integrals, st.sampled_from(["saturated", "sector"]))
 def test_commands_stay_within_the_limits(
-    speed: float, pitch: float, wind: float, integral: float, name: PublishedLawName
+    speed: float, pitch: float, wind: float, integral: float, variant: Variant
 ) -> None:
     """Torque lies in 0..T_rated and pitch in its range, whatever the integrals say."""
-    law = make_law(name)
-    state = np.full(len(law.state_names), integral)
-    command = law.command(state, Measurement(speed, pitch, wind))
+    law = make_law(variant=variant)
+    command = law.command(np.array([integral]), Measurement(speed, pitch, wind))
 
     assert 0.0 <= command.torque <= TURBINE.rated_torque
     assert TURBINE.pitch_min <= command.pitch <= TURBINE.pitch_max
 
 
 @pytest.mark.parametrize("variant", ["saturated", "sector"])
-@pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("placement", [0.0, 0.5, 1.0])
-def test_equilibria_are_rest_points(
-    name: PublishedLawName, placement: float, variant: Variant
-) -> None:
-    """At the computed equilibrium the nonlinear loop stands still, all integrals included."""
-    law = make_law(name, placement=placement, variant=variant)
+def test_equilibria_are_rest_points(placement: float, variant: Variant) -> None:
+    """At the computed equilibrium the nonlinear loop stands still, the integral included."""
+    law = make_law(placement=placement, variant=variant)
     for point in (equilibrium(law, wind) for wind in WINDS):
         if point.kind != "none":
-            z = np.array([point.rotor_speed, point.pitch, *point.integrals])
+            z = np.array([point.rotor_speed, point.pitch, point.integral])
             np.testing.assert_allclose(loop_rate(law, point.wind, z, clip=True), 0.0, atol=1e-8)
 
 
 def slope_eigenvalues(law: PublishedLaw, wind: float) -> NDArray[np.complex128]:
     """Return the eigenvalues [1/s] of the loop at its equilibrium, by one-sided differences."""
     point = equilibrium(law, wind)
-    z = np.array([point.rotor_speed, point.pitch, *point.integrals])
+    z = np.array([point.rotor_speed, point.pitch, point.integral])
     # At smallest pitch only more pitch is a direction in which the command can move.
-    ways = np.array([1.0, 1.0, *np.full(len(point.integrals), -1.0)]) * 1e-6
+    ways = np.array([1.0, 1.0, -1.0]) * 1e-6
     columns = [
         (loop_rate(law, wind, z + way * unit, clip=True) - loop_rate(law, wind, z, clip=True)) / way
         for way, unit in zip(ways, np.eye(len(z)), strict=True)
@@ -188,15 +181,12 @@ def slope_eigenvalues(law: PublishedLaw, wind: float) -> NDArray[np.complex128]:
     return np.asarray(np.linalg.eigvals(np.stack(columns, axis=1)), dtype=np.complex128)
 
 
-@pytest.mark.parametrize(
-    ("name", "wind"), [("paper", 11.0), ("paper-two-integrators", 11.0), LAWS[1:] + (14.0,)]
-)
-def test_the_loop_settles_where_it_was_computed(name: PublishedLawName, wind: float) -> None:
+def test_the_loop_settles_where_it_was_computed() -> None:
     """A simulation from a disturbed start ends at the equilibrium: found two independent ways."""
-    law = make_law(name, shape="linear")
+    law, wind = make_law(shape="linear"), 11.0
     point = equilibrium(law, wind)
-    z = np.array([point.rotor_speed, point.pitch, *point.integrals])
-    start = z + np.array([0.01, 0.005, *np.full(len(point.integrals), -0.05)])
+    z = np.array([point.rotor_speed, point.pitch, point.integral])
+    start = z + np.array([0.01, 0.005, -0.05])
     horizon = 6.0 / -slope_eigenvalues(law, wind).real.max()
     run = solve_ivp(
         lambda _, x: loop_rate(law, wind, x, clip=True),
@@ -225,47 +215,19 @@ def test_full_load_integral_is_the_published_balance() -> None:
     k_p, k_i = law.full.k_x[0, 1], law.full.k_I[0]
 
     assert point.kind == "intended"
-    assert point.integrals[0] == pytest.approx((1 + 0.5 * k_p) * point.trim.pitch / (0.5 * k_i))
-    assert law.partial.k_I[0] * point.integrals[0] > TURBINE.rated_torque
+    assert point.integral == pytest.approx((1 + 0.5 * k_p) * point.trim.pitch / (0.5 * k_i))
+    assert law.partial.k_I[0] * point.integral > TURBINE.rated_torque
 
 
-def test_two_integrators_hold_region_25_and_overspeed_a_little_above() -> None:
-    """Tracking frees the pitch integral below rated; above, both channels carry one overspeed."""
-    law = make_law("paper-two-integrators")
-    low, high = equilibrium(law, 11.0), equilibrium(law, 18.0)
-
-    assert low.kind == "intended"
-    assert high.kind == "shifted" and high.torque == pytest.approx(TURBINE.rated_torque)
-    assert 0 < high.rotor_speed - high.trim.rotor_speed < law.coupling.speed_ramp.end - RATED
-
-
-def test_two_integrators_without_leak_have_a_continuum() -> None:
-    """f_1 = 1 at rated speed makes both integrators content with any split: an eigenvalue at 0."""
-    law = make_law("paper-two-integrators", placement=0.0)
-
-    assert equilibrium(law, 14.0).kind == "continuum"
-    assert np.min(np.abs(slope_eigenvalues(law, 14.0))) < 1e-5
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_initial_state_rests_at_the_trim_in_region_2(name: PublishedLawName) -> None:
-    """At 8 m/s both laws start, and stay, at the turbine's own trim."""
-    law, point = make_law(name), trim(TURBINE, 8.0)
+def test_initial_state_rests_at_the_trim_in_region_2() -> None:
+    """At 8 m/s the law starts, and stays, at the turbine's own trim."""
+    law, point = make_law(), trim(TURBINE, 8.0)
     state = law.initial_state(8.0)
     seen = Measurement(point.rotor_speed, point.pitch, 8.0)
 
     assert len(state) == len(law.state_names)
     assert law.command(state, seen).torque == pytest.approx(point.torque)
     np.testing.assert_allclose(law.state_rate(state, seen), 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize("variant", ["saturated", "sector"])
-def test_two_integrators_rest_at_every_wind(variant: Variant) -> None:
-    """With 0 < f_1(omega_rated) < 1 there is an equilibrium at every wind, and it is stable."""
-    law = make_law("paper-two-integrators", variant=variant)
-
-    winds = [*np.arange(4.0, 25.1, 0.5), 11.4]
-    assert all(slope_eigenvalues(law, float(v)).real.max() < 0 for v in winds)
 
 
 def test_initial_state_without_equilibrium_gives_the_trim_torque() -> None:
@@ -296,22 +258,10 @@ def test_wrong_sign_of_the_integral_gain_is_refused() -> None:
 
 
 def test_misuse_is_explained() -> None:
-    """Unknown laws, gains of the wrong shape and models of other things are refused in words."""
-    partial, full = schedules()
-    coupling = coupling_filter(TURBINE)
-    with pytest.raises(ModelError, match="did you mean 'paper'"):
-        published_law(TURBINE, partial=partial, full=full, coupling=coupling, name="papr")  # type: ignore[arg-type]
+    """Gains of the wrong shape and models of other things are refused in words."""
+    partial, _ = schedules()
     with pytest.raises(ModelError, match="one row per rule"):
         regional_schedule(TURBINE, partial.model, k_x=np.zeros((3, 1)), k_I=np.zeros(4))
-    with pytest.raises(ModelError, match="must exceed 0"):
-        published_law(
-            TURBINE,
-            partial=partial,
-            full=full,
-            coupling=coupling,
-            name="paper-two-integrators",
-            tracking_time=0.0,
-        )
 
 
 Array = NDArray[np.float64]
@@ -348,11 +298,10 @@ def test_the_rate_and_the_sample_are_one_filter(filter_: ReferenceFilter) -> Non
     assert filter_.after(begin, 1.2, 1.7) == pytest.approx(solved.y[:, -1], abs=1e-8)
 
 
-@pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("filter_", FILTERS)
-def test_at_rest_it_is_the_law_itself(name: PublishedLawName, filter_: ReferenceFilter) -> None:
+def test_at_rest_it_is_the_law_itself(filter_: ReferenceFilter) -> None:
     """G_f(0) = 1: same commands, same integral rates, and the filter does not move."""
-    law = make_law(name)
+    law = make_law()
     filtered = FilteredReferenceLaw(law, filter_)
     for wind in (8.0, 18.0):
         measured, own = Measurement(1.2, 0.1, wind), np.full(len(law.state_names), -2.0)
@@ -363,7 +312,7 @@ def test_at_rest_it_is_the_law_itself(name: PublishedLawName, filter_: Reference
         assert rate[: len(own)] == pytest.approx(law.state_rate(own, measured), abs=0)
         assert rate[len(own) :] == pytest.approx(0.0, abs=1e-15)
     assert len(state) == len(filtered.state_names)
-    assert filtered.name.startswith(name)
+    assert filtered.name.startswith(law.name)
 
 
 def test_the_law_feels_the_filtered_reference() -> None:
@@ -397,7 +346,7 @@ def test_in_region_2_it_is_a_filter_on_the_wind() -> None:
 
 def test_a_filter_softens_the_step_of_torque() -> None:
     """A wind step in region 2 on the design plant: torque jumps less behind the filter."""
-    law, wind = make_law("paper-two-integrators"), step_wind(8.0, 9.0, 20.0, begin=5.0)
+    law, wind = make_law(), step_wind(8.0, 9.0, 20.0, begin=5.0)
     plant = design_plant(TURBINE)
     sharp = simulate(plant, law, wind)
     soft = simulate(plant, FilteredReferenceLaw(law, ReferenceFilter(2.0)), wind)

@@ -6,12 +6,16 @@ from dataclasses import replace
 from typing import Any
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws.published.law import PublishedLawName, published_law
-from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
+from takagi.models.laws.published.law import published_law
+from takagi.models.laws.published.regional_schedule import (
+    Variant,
+    coupling_filter,
+    regional_schedule,
+)
 
 
 def with_published_law(
-    design: TurbineDesign, name: PublishedLawName, **parts: Any
+    design: TurbineDesign, variant: Variant = "saturated", **parts: Any
 ) -> TurbineDesign:
     """Return the same turbine with this law and the parts given, and no law of its own."""
     turbine, regional = design.turbine, design.regional
@@ -20,6 +24,6 @@ def with_published_law(
         for region in (regional.partial, regional.full)
         for k_x, k_I in [region.require()]
     )
-    coupling = coupling_filter(turbine, variant="sector" if name == "paper" else "saturated")
-    law = published_law(turbine, partial=partial, full=full, coupling=coupling, name=name)
+    coupling = coupling_filter(turbine, variant=variant)
+    law = published_law(turbine, partial=partial, full=full, coupling=coupling)
     return replace(design, law=law, effort=None, candidate=None, **parts)

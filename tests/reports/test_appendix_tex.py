@@ -11,7 +11,7 @@ import pytest
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.models.laws.published.law import PublishedLawName
+from takagi.models.laws.published.regional_schedule import Variant
 from takagi.reports.appendix.design_files import appendix_files
 from tests.reports.published_designs import with_published_law
 from tests.reports.tex_runs import PAPERS, compiled, sound
@@ -31,12 +31,12 @@ def design(turbine_design: TurbineDesign) -> TurbineDesign:
     return turbine_design
 
 
-def paper_design(design: TurbineDesign, name: PublishedLawName) -> TurbineDesign:
+def paper_design(design: TurbineDesign, variant: Variant) -> TurbineDesign:
     """The same turbine with a published law and a claim of another kind, in hostile words."""
     wide = [[1234567.8901234 + 10 * i + j for j in range(7)] for i in range(7)]
     claim = {"name": HOSTILE, "kind": "other", "P": wide, "words": HOSTILE, "rate": 1e-9}
     checked = concluded([Claim(HOSTILE, Verdict.UNDECIDED, HOSTILE)], [HOSTILE])
-    return with_published_law(design, name, document={"claims": [claim]}, checked=checked)
+    return with_published_law(design, variant, document={"claims": [claim]}, checked=checked)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -61,12 +61,12 @@ def test_the_default_appendix_compiles(
     sound(compiled(tmp_path, files, paper))
 
 
-@pytest.mark.parametrize("law", ["paper", "paper-two-integrators"])
-def test_the_published_laws_compile(
-    design: TurbineDesign, tmp_path: Path, law: PublishedLawName
+@pytest.mark.parametrize("variant", ["sector", "saturated"])
+def test_the_published_law_compiles(
+    design: TurbineDesign, tmp_path: Path, variant: Variant
 ) -> None:
     """Other claims and words full of LaTeX's own characters do no harm."""
-    sound(compiled(tmp_path, appendix_files(paper_design(design, law))))
+    sound(compiled(tmp_path, appendix_files(paper_design(design, variant))))
 
 
 def test_an_open_certificate_compiles(design: TurbineDesign, tmp_path: Path) -> None:

@@ -188,14 +188,13 @@ def laws_of(design: TurbineDesign) -> dict[str, Law]:
         "fast filter": replace(plain, wind_filter=0.05),
         "no filter": replace(plain, wind_filter=0.0),
     }
-    for name in ("paper", "paper-two-integrators"):
-        asked = replace(design.settings, law=name)
-        found[name] = designed_law(turbine, asked, models)
-    linear = replace(design.settings, law="paper", ramp_shape="linear", ramp_placement=0.25)
+    asked = replace(design.settings, law="paper")
+    found["paper"] = designed_law(turbine, asked, models)
+    linear = replace(asked, ramp_shape="linear", ramp_placement=0.25)
     return {**found, "linear ramp": designed_law(turbine, linear, models)}
 
 
-LAWS = ("coherent", "fast filter", "no filter", "paper", "paper-two-integrators", "linear ramp")
+LAWS = ("coherent", "fast filter", "no filter", "paper", "linear ramp")
 # They differ from the first and the fourth by a number or a curve.
 VARIANTS = ("fast filter", "no filter", "linear ramp")
 

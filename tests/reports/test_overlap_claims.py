@@ -11,7 +11,6 @@ from takagi.certificates import Claim, DesignSettings, TurbineDesign, Verdict
 from takagi.certificates.design.turbine.result import claim_summary
 from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models import nrel5mw
-from takagi.models.laws.published.law import PublishedLawName
 from takagi.reports.loops import overlap_claims as overlap_module
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.sections.turbine.gains import gains_section
@@ -27,14 +26,12 @@ def _unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
-    """The shared design with the published law of two integrators in place of its own."""
-    name: PublishedLawName = "paper-two-integrators"
+    """The shared design with the published law in place of its own."""
     return with_published_law(
         design,
-        name,
-        settings=DesignSettings(law=name),
+        settings=DesignSettings(law="paper"),
         document={
-            "gains": {"name": name},
+            "gains": {"name": "paper"},
             "model": {},
             "claims": [{"kind": "decay", "name": "decay"}],
             "provenance": {"sha256": {}, "versions": {}},

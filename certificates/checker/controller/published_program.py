@@ -1,7 +1,7 @@
 r"""One sample of a published law as a program; premises are secants of the rotor's torque.
 
-    u_1 = -k^b_w e - k^b_p beta + k^b_I x_b      torque, gains of partial load
-    u_2 = -k^c_w e - k^c_p beta + k^c_I x_c      pitch, gains of full load
+    u_1 = -k^b_w e - k^b_p beta + k^b_I x        torque, gains of partial load
+    u_2 = -k^c_w e - k^c_p beta + k^c_I x        pitch, gains of full load
     torque = f_2(u_1) u_1,  pitch = f_1(omega) u_2,  both held within their limits
 
 A secant over less than a small step is computed over that step about the same midpoint.
@@ -19,8 +19,7 @@ UNITS = {"a": "1/s", "b": "1/s^2 per rad", "d": "1/s per m/s"}
 # Steps [rad/s, rad, m/s] below which a secant is taken over the step itself.
 STEPS = {"a": "0.0001", "b": "0.0001", "d": "0.001"}
 SHAPES = {"smooth": "s_1^2*(3 - 2*s_1)", "linear": "s_1"}
-INTEGRALS = {"paper": ("x", "x"), "paper-two-integrators": ("x_b", "x_c")}
-FIGURES = units_of(PUBLISHED_UNITS, without=("tracking_time",))
+FIGURES = units_of(PUBLISHED_UNITS)
 COUPLING = units_of(PUBLISHED_UNITS, of="coupling.", without=("minimum_torque",))
 ROTOR = {
     "torque_constant": "kg m",
@@ -31,27 +30,23 @@ ROTOR = {
 
 
 def published_program(law: Any) -> Item:
-    """Return the program of law ``paper`` or ``paper-two-integrators``.
+    """Return the program of law ``paper``.
 
     Raises
     ------
     CertificateError : a coupling filter or ramp that has no program.
     """
-    coupling, two = law["coupling"], law["name"] == "paper-two-integrators"
+    coupling = law["coupling"]
     shape = SHAPES.get(str(coupling["speed_ramp_shape"]))
     if coupling["variant"] != "saturated" or shape is None:
         raise CertificateError("gains.coupling: no program is written for this filter")
     names = {name: (f"law.{name}", unit) for name, unit in FIGURES.items()}
     names |= {name: (f"law.coupling.{name}", unit) for name, unit in COUPLING.items()}
     names |= {name: (f"rotor.{name}", unit) for name, unit in ROTOR.items()}
-    for k in range(2 if two else 1):
-        names[f"start_{k}"] = (f"start.integrals.{k}", "rad")
+    names["start_x"] = ("start.integrals.0", "rad")
     names["start_wind"] = ("start.wind", "m/s")
-    if two:
-        names["tracking_time"] = ("law.tracking_time", "s")
     for region in ("partial", "full"):
         names |= _region_names(law, region)
-    first, second = INTEGRALS["paper-two-integrators" if two else "paper"]
     return program(
         "law",
         names,
@@ -60,13 +55,21 @@ def published_program(law: Any) -> Item:
             read("pitch", "rad", "measured pitch"),
             read("wind_estimate", "m/s", "of the observer, or measured"),
         ],
-        keeps=_integrals(two),
+        keeps=[
+            keep(
+                "x",
+                "rad",
+                "line(wind_estimate, start_wind, start_x)",
+                "x - sample_time*e",
+                "integral of the speed deficit",
+            )
+        ],
         steps=[
             *_reference(),
             *_region(law, "partial"),
             *_region(law, "full"),
-            step("u_1", "N m", _command("partial", first), "torque that partial load asks for"),
-            step("u_2", "rad", _command("full", second), "pitch that full load asks for"),
+            step("u_1", "N m", _command("partial"), "torque that partial load asks for"),
+            step("u_2", "rad", _command("full"), "pitch that full load asks for"),
             *_blended(shape),
         ],
         sends=[
@@ -74,23 +77,6 @@ def published_program(law: Any) -> Item:
             send("pitch_reference", "rad", "pitch_held", "to the pitch drive"),
         ],
     )
-
-
-def _integrals(two: bool) -> list[Item]:
-    if not two:
-        return [keep("x", "rad", _start(0), "x - sample_time*e", "integral of the speed deficit")]
-    torque_gap = "(torque_held - u_1)/(tracking_time*partial_I)"
-    pitch_gap = "(pitch_held - u_2)/(tracking_time*full_I)"
-    return [
-        keep(
-            "x_b", "rad", _start(0), f"x_b + sample_time*({torque_gap} - e)", "integral of torque"
-        ),
-        keep("x_c", "rad", _start(1), f"x_c + sample_time*({pitch_gap} - e)", "integral of pitch"),
-    ]
-
-
-def _start(k: int) -> str:
-    return f"line(wind_estimate, start_wind, start_{k})"
 
 
 def _region_names(law: Any, region: str) -> dict[str, tuple[str, str]]:
@@ -165,8 +151,8 @@ def _secant(name: str, p: str, here: str, trim: str, at: tuple[str, str, str]) -
     ]  # fmt: skip
 
 
-def _command(region: str, integral: str) -> str:
-    return f"-{region}_w*e - {region}_p*pitch + {region}_I*{integral}"
+def _command(region: str) -> str:
+    return f"-{region}_w*e - {region}_p*pitch + {region}_I*x"
 
 
 def _blended(shape: str) -> list[Item]:

@@ -36,7 +36,6 @@ PUBLISHED_UNITS = {
     "rated_torque": "N m, high-speed shaft",
     "pitch_min": "rad",
     "pitch_max": "rad",
-    "tracking_time": "s",
     "coupling.speed_ramp_start": "rad/s",
     "coupling.speed_overlap": "rad/s",
     "coupling.torque_overlap": "N m, high-speed shaft",

@@ -22,17 +22,13 @@ FEW_SPANS = 3
 MOST_SPANS = 40
 # Just below 2 degrees.
 NEAR_PITCH = Fraction(349, 10000)
-LAW_WORDS = {
-    "paper": "Schulte's law",
-    "paper-two-integrators": "Schulte's law with two integrators",
-}
 # A set that is proved, and its decay rate.
 ProvedSet = tuple[Ends, Fraction]
 
 
 def loop_name(law: PublishedLaw, overlaps: Overlaps, winds: list[Span]) -> str:
     """Return the claim's name, from checked numbers."""
-    spans, shown = merged(winds), f"{LAW_WORDS[law.name]}, {_words(overlaps)}, "
+    spans, shown = merged(winds), f"Schulte's law, {_words(overlaps)}, "
     if len(spans) <= MOST_NAMED:
         return f"{shown}winds {winds_words(spans)} m/s"
     hull = winds_words([(spans[0][0], spans[-1][1])])

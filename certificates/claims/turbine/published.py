@@ -100,13 +100,12 @@ def with_overlaps(
 def published_claim(candidate: PublishedCandidate) -> dict[str, Any]:
     """Return the claim as plain data; numbers are decimals, written as they are proved."""
     coupling = candidate.law.coupling
-    n = 3 if candidate.law.tracking_time is None else 4
     return {
         "name": f"{law_words(candidate.law.name)}, "
         f"speed overlap {coupling.speed_ramp.width:g} rad/s, "
         f"torque overlap {coupling.torque_overlap:g} N m",
         "kind": "paper-loop",
-        "state": ["rotor speed [rad/s]", "pitch [rad]", *candidate.law.state_names][:n],
+        "state": ["rotor speed [rad/s]", "pitch [rad]", *candidate.law.state_names],
         "speed_ramp_start": coupling.speed_ramp.start,
         "speed_overlap": coupling.speed_ramp.width,
         "torque_overlap": coupling.torque_overlap,

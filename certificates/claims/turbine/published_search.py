@@ -36,7 +36,7 @@ LARGER = (0.002, 0.005, 0.015)
 # A proved decay rate suffices at this fraction of the slowest rate at the equilibrium.
 BRISK = 0.1
 # Scales that make the states comparable: rad/s, rad, rad, rad.
-UNITS = np.array([0.01, 0.01, 0.1, 0.1])
+UNITS = np.array([0.01, 0.01, 0.1])
 # Size of a tiny box, whose enclosure gives the matrix for which candidates of P are computed.
 PROBE = 1e-6
 NARROWEST = 0.002
@@ -165,20 +165,20 @@ class PublishedSearch:
     def cell(self, wind: tuple[float, float]) -> FoundCell | Unproved:
         """Return a cell with P, or why there is none."""
         ends = [self.rest(v) for v in wind]
-        without = [point for point in ends if point.kind in ("none", "continuum")]
+        without = [point for point in ends if point.kind == "none"]
         if without:
-            return Unproved(wind, _without(without[0]), hopeless=len(without) == len(ends))
+            reason = f"no equilibrium at {without[0].wind:.6g} m/s"
+            return Unproved(wind, reason, hopeless=len(without) == len(ends))
         centre = np.round(
-            [[p.rotor_speed, max(p.pitch, self.law.turbine.pitch_min), *p.integrals] for p in ends],
+            [[p.rotor_speed, max(p.pitch, self.law.turbine.pitch_min), p.integral] for p in ends],
             CENTRE_DIGITS,
         )
         return self._around(wind, centre, _kind(ends))
 
     def _around(self, wind: tuple[float, float], centre: Floats, kind: str) -> FoundCell | Unproved:
-        units = UNITS[: centre.shape[1]]
         try:
             bound = self.field_at(wind, centre)
-            probe = self.enclosed(wind, centre, units * PROBE, bound)
+            probe = self.enclosed(wind, centre, UNITS * PROBE, bound)
         except Refused as error:
             return Unproved(wind, str(error))
         # All units of the probe are scaled equally, which does not change A.
@@ -190,7 +190,7 @@ class PublishedSearch:
         def sized(size: float) -> FoundCell | None:
             for P in candidates:
                 try:
-                    contracting = self._with(wind, centre, units, P, size, bound)
+                    contracting = self._with(wind, centre, UNITS, P, size, bound)
                 except Refused:
                     # This box leaves the range that can be enclosed; another shape may stay inside.
                     continue
@@ -311,12 +311,6 @@ def _halved(search: PublishedSearch, wind: tuple[float, float]) -> Iterator[Foun
     middle = round((low + high) / 2, 9)
     yield from _halved(search, (low, middle))
     yield from _halved(search, (middle, high))
-
-
-def _without(point: Equilibrium) -> str:
-    if point.kind == "none":
-        return f"no equilibrium at {point.wind:.6g} m/s"
-    return f"a continuum of equilibria at {point.wind:.6g} m/s"
 
 
 def _kind(ends: list[Equilibrium]) -> str:

@@ -197,7 +197,7 @@ def certify_law(
 
 
 FORMAT, VERSIONS = "takagi-gains", (1, 2, 3)
-EFFORT_SHARING, PUBLISHED = "coherent", ("paper", "paper-two-integrators")
+EFFORT_SHARING, PUBLISHED = "coherent", "paper"
 
 
 def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingLaw | PublishedLaw:
@@ -219,19 +219,19 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
     _require_format(document, path)
     data = member(document, "law", str(path))
     name = text(data, "name", f"{path}: law")
-    if name not in (EFFORT_SHARING, *PUBLISHED):
+    if name not in (EFFORT_SHARING, PUBLISHED):
         raise CertificateError(
             f"{path}: the law is {name!r}, not a wind turbine's; give the gains.json of a "
             "turbine's design"
         )
-    if name not in PUBLISHED:
+    if name == EFFORT_SHARING:
         return effort_sharing_law_from_data(data, source=f"{path}: law")
     if turbine is None:
         raise ModelError(
             f"{path}: law {name!r} computes its premises from a turbine's coefficient table; give "
             "the turbine too, law_from_gains(path, load_turbine(...))"
         )
-    return _published_law(turbine, name, data, path)
+    return _published_law(turbine, data, path)
 
 
 def _require_format(document: Any, path: Path) -> None:
@@ -248,23 +248,14 @@ def _require_format(document: Any, path: Path) -> None:
         )
 
 
-def _published_law(turbine: Turbine, name: str, data: Any, path: Path) -> PublishedLaw:
+def _published_law(turbine: Turbine, data: Any, path: Path) -> PublishedLaw:
     where = f"{path}: law"
     setpoint = float(number(data, "speed_setpoint", where))
     other_setpoint = None if setpoint == turbine.rated_rotor_speed else setpoint
     torque = float(number(data, "rated_torque", where))
     derated_turbine = derated(turbine, torque, speed_setpoint=other_setpoint)
-    tracking = None if name == "paper" else float(number(data, "tracking_time", where))
     partial, full = _schedules(derated_turbine, other_setpoint, data, where)
-    law = PublishedLaw(
-        "paper" if name == "paper" else "paper-two-integrators",
-        derated_turbine,
-        _coupling(data, where),
-        partial,
-        full,
-        tracking,
-        setpoint,
-    )
+    law = PublishedLaw(derated_turbine, _coupling(data, where), partial, full, setpoint)
     _require_same(published_law_data(law), data, path)
     return law
 

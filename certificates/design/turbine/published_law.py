@@ -29,6 +29,7 @@ from takagi.models.turbine.region_models import full_load_model, partial_load_mo
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.models.laws.published.law import PublishedLaw
+    from takagi.models.laws.published.regional_schedule import Variant
 
 # Decimals of the emitted gains: N m s/rad and N m/rad; s, - and 1/rad.
 TORQUE_DIGITS, PITCH_DIGITS = 1, 6
@@ -65,7 +66,10 @@ def claimed_law(
 
 
 def designed_law(
-    turbine: Turbine, settings: DesignSettings, models: tuple[TSModel, TSModel, RegionalGains]
+    turbine: Turbine,
+    settings: DesignSettings,
+    models: tuple[TSModel, TSModel, RegionalGains],
+    variant: Variant = "saturated",
 ) -> PublishedLaw:
     """Return the law with emitted decimals as gains, equal at the two corners of the premise d.
 
@@ -97,14 +101,13 @@ def designed_law(
         full=schedules[1],
         coupling=coupling_filter(
             turbine,
+            variant=variant,
             speed_overlap=settings.speed_overlap,
             torque_overlap=settings.torque_overlap,
             placement=settings.ramp_placement,
             shape=settings.ramp_shape,
             speed_setpoint=settings.speed_setpoint,
         ),
-        tracking_time=settings.tracking_time,
-        name="paper" if settings.law == "paper" else "paper-two-integrators",
         speed_setpoint=settings.speed_setpoint,
     )
 

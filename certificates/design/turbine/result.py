@@ -98,7 +98,7 @@ def speed_filter(settings: DesignSettings) -> SpeedFilter | None:
     # Imported here: reading a design needs no simulation.
     from takagi.models.simulation.turbine_plant import SpeedFilter
 
-    if settings.law != "coherent" or not settings.speed_filter:
+    if not settings.speed_filter:
         return None
     return SpeedFilter(settings.speed_filter, settings.torsion_filter)
 

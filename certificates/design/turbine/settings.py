@@ -31,7 +31,7 @@ DEFAULT_SPEED_FILTER = 30.0
 SPEED_FILTER_ALONE = 8.0
 Synthesis = Literal["one-step", "two-step"]
 SYNTHESES: tuple[Synthesis, ...] = ("one-step", "two-step")
-LAWS = ("coherent", "paper", "paper-two-integrators")
+LAWS = ("coherent", "paper")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +42,7 @@ class DesignSettings:
 
     Attributes
     ----------
-    law : "coherent", "paper" or "paper-two-integrators".
+    law : "coherent" or "paper".
     overlap : eps of the effort ramp [rad/s^2] (coherent).
     speed_overlap : eps_omega of the coupling filter [rad/s] (published laws).
     torque_overlap : eps_T of the coupling filter [N m] (published laws).
@@ -56,7 +56,6 @@ class DesignSettings:
     torsion_filter : frequency of the band-stop before that low-pass [rad/s]; 0 for none.
     ramp_shape, ramp_placement : shape and place of the coupling filter's ramp in speed, see
         ``coupling_filter`` (published laws).
-    tracking_time : time constant of the anti-windup [s] (paper-two-integrators).
     effort : requirements on the effort-sharing gains; None takes the defaults.
     synthesis : "two-step" finds the gains wind by wind, and the loop's quadratic functions
         afterwards; "one-step" changes the gains together with the functions, for a larger claim.
@@ -66,8 +65,8 @@ class DesignSettings:
 
     law: str = "coherent"
     overlap: float = 0.01
-    speed_overlap: float = 0.1
-    torque_overlap: float = 2000.0
+    speed_overlap: float = 0.5
+    torque_overlap: float = 4000.0
     speed_setpoint: float | None = None
     torque_setpoint: float | None = None
     wind_filter: float = DEFAULT_WIND_FILTER
@@ -75,8 +74,7 @@ class DesignSettings:
     speed_filter: float = DEFAULT_SPEED_FILTER
     torsion_filter: float = DEFAULT_TORSION_FILTER
     ramp_shape: Shape = "smooth"
-    ramp_placement: float = 0.5
-    tracking_time: float = 5.0
+    ramp_placement: float = 0.0
     effort: EffortSettings | None = None
     synthesis: Synthesis = "two-step"
     objective: Objective = OBJECTIVES["balanced"]
@@ -91,7 +89,7 @@ class DesignSettings:
                 f"synthesis {self.synthesis!r} was given; choose one of {', '.join(SYNTHESES)}"
             )
         overlaps = ("overlap", "speed_overlap", "torque_overlap")
-        for name in (*overlaps, "wind_filter", "effectiveness_share", "tracking_time"):
+        for name in (*overlaps, "wind_filter", "effectiveness_share"):
             if not getattr(self, name) > 0:
                 raise ModelError(f"{name} = {getattr(self, name)!r} was given; it must be positive")
         if not 0 <= self.speed_filter < math.inf:
@@ -129,8 +127,8 @@ def check_limits(turbine: Turbine, settings: DesignSettings) -> None:
     coherent    overlap < n_g T_rated / J, the effort that torque can hold in reserve, and
                 bandwidth, grown too, <= 1 / tau, the rate of the pitch drive
     published   torque overlap below half of rated torque, its rounded corner below the largest
-                torque; the ramp of f_1 above the smallest speed; and, with one integrator,
-                f_1 > 0 at the set-point, or nothing acts above rated wind
+                torque; the ramp of f_1 above the smallest speed; and f_1 > 0 at the
+                set-point, or nothing acts above rated wind
 
     Raises
     ------
@@ -263,13 +261,13 @@ def _check_speed_ramp(turbine: Turbine, settings: DesignSettings) -> None:
             f"above the set-point; at most {room:.4g} rad/s is needed there, or pitch acts fully "
             f"at no speed that the rotor should reach; try {_short(setpoint / 12)}"
         )
-    if settings.law == "paper" and placement >= 1:
+    if placement >= 1:
         rated = rated_wind(turbine, speed_setpoint=settings.speed_setpoint)
         raise ModelError(
             f"ramp placement {placement:.4g} was given; below 1 is needed for Schulte's "
             "law: at the set-point torque is held at rated and f_1 is 0, so that no actuator "
             f"acts; the loop has no equilibrium at {rated:.4g} to {turbine.cut_out:.4g} m/s; "
-            "try 0.5"
+            "try 0"
         )
 
 

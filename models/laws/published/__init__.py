@@ -1,1 +1,1 @@
-"""The published multi-region laws (``paper`` and ``paper-two-integrators`` on the command line)."""
+"""The published multi-region law (``schulte`` on the command line, ``paper`` in files)."""

@@ -93,7 +93,7 @@ class FilteredReferenceLaw:
 
     Attributes
     ----------
-    law : "paper" or "paper-two-integrators".   filter : G_f.
+    law : Schulte's law.   filter : G_f.
     """
 
     law: PublishedLaw

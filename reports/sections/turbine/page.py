@@ -51,7 +51,7 @@ def _makers(design: TurbineDesign) -> dict[str, Callable[[], Section]]:
     from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
 
     summary = claim_summary(design)
-    # The law's own models and gains alone: regions and their filter belong to Schulte's laws.
+    # The law's own models and gains alone: regions and their filter belong to Schulte's law.
     of_law = {
         "regional models": lambda: regions_section(design),
         "blending": lambda: blending_section(design),

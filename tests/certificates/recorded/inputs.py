@@ -1,10 +1,10 @@
 """Turbines, laws, plants and their files, recorded once: what tests of single answers begin with.
 
 ``turbine_laws.json`` holds the 5-MW turbine, the laws ``torque``, ``rated`` and ``pitch`` (one wind
-cell each of the effort-sharing law), ``paper`` and ``paper-two-integrators``, and claims about
-them, as ``takagi design`` made them.  ``model_files.json`` holds three plants (a cart with tables
-and a mass matrix, a plant with a sample time, one with a blend) and two turbines, each as its files
-and as its certificate has it.  They are inputs: newer designs have other numbers.
+cell each of the effort-sharing law) and ``paper``, and claims about them, as ``takagi design`` made
+them.  ``model_files.json`` holds three plants (a cart with tables and a mass matrix, a plant with a
+sample time, one with a blend) and two turbines, each as its files and as its certificate has it.
+They are inputs: newer designs have other numbers.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
+from takagi.certificates.checker.turbine.published.inputs import STATES, Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
 from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.document.certificate_file import (
@@ -34,16 +34,13 @@ from tests.paper_models import loop_rate, regional_models
 
 Floats = NDArray[np.float64]
 TURBINE = nrel5mw()
-CASES: list[tuple[model.PublishedLawName, Shape]] = [
-    ("paper", "smooth"),
-    ("paper-two-integrators", "linear"),
-]
+SHAPES: tuple[Shape, Shape] = ("smooth", "linear")
 # Some boxes leave the coefficient table.
 BOXES, FEWEST, POINTS = 24, 18, 10
 
 
 @cache
-def law_of(name: model.PublishedLawName, shape: Shape) -> model.PublishedLaw:
+def law_of(shape: Shape) -> model.PublishedLaw:
     """Return a law whose gains differ from corner to corner by much, so that a mix-up shows."""
     partial = regional_schedule(
         TURBINE,
@@ -62,18 +59,17 @@ def law_of(name: model.PublishedLawName, shape: Shape) -> model.PublishedLaw:
         partial=partial,
         full=full,
         coupling=coupling_filter(TURBINE, shape=shape, speed_overlap=0.125),
-        name=name,
     )
 
 
 @cache
-def read_of(name: model.PublishedLawName, shape: Shape) -> tuple[Plant, PublishedLaw]:
+def read_of(shape: Shape) -> tuple[Plant, PublishedLaw]:
     """Return plant and law as the checker reads them."""
     from json import dumps
 
     document = certificate_document(
         model=turbine_data(TURBINE, ()),
-        gains=published_law_data(law_of(name, shape)),
+        gains=published_law_data(law_of(shape)),
         claims=[{}],
         provenance={},
     )
@@ -86,8 +82,8 @@ def read_of(name: model.PublishedLawName, shape: Shape) -> tuple[Plant, Publishe
 def drawn(rng: np.random.Generator, law: PublishedLaw, asked: float) -> Ends:
     """Return a short span of winds, and a box near where the regions meet or anywhere.
 
-    The integrals are such that torque and pitch commands lie about their corners and limits; the
-    last one is ``asked`` times as large.
+    The integral is such that the torque command lies about its corners and limits; it is ``asked``
+    times as large.
     """
     near_rated = rng.random() < 0.5
     v = rng.uniform(10.5, 12.5) if near_rated else rng.uniform(4.0, 24.0)
@@ -95,13 +91,11 @@ def drawn(rng: np.random.Generator, law: PublishedLaw, asked: float) -> Ends:
     pitch = max(0.0, rng.uniform(-0.02, 0.06) if v < 13 else rng.uniform(0.05, 0.4))
     torque = float(law.rated_torque) + rng.uniform(-3000, 3000) if v > 11 else rng.uniform(0, 4e4)
     first = [reference + rng.uniform(-0.06, 0.06), pitch, -torque / 9000]
-    if law.states == 4:
-        first.append(-pitch * rng.uniform(1.2, 2.5) / 0.08)
     first[-1] *= asked
     last = [a + rng.uniform(-1, 1) * 0.002 * max(abs(a), 0.1) for a in first]
     last[1] = max(last[1], 0.0)
     size = 10 ** rng.uniform(-2, 0)
-    widths = [size * width for width in (0.02, 0.01, 0.2, 0.1)[: law.states]]
+    widths = [size * width for width in (0.02, 0.01, 0.2)]
 
     def exact(values: list[float]) -> list[Fraction]:
         return [Fraction(round(value * 10**6), 10**6) for value in values]
@@ -130,12 +124,10 @@ def outside(value: float, low: float, high: float) -> float:
     return max(low - value, value - high) - 1e-6 * (1 + abs(value))
 
 
-def violations(
-    name: model.PublishedLawName, shape: Shape, seed: int, asked: float = 1.0
-) -> tuple[list[Any], int]:
+def violations(shape: Shape, seed: int, asked: float = 1.0) -> tuple[list[Any], int]:
     """Return what leaves its brackets, and in how many boxes it was looked for."""
     rng = np.random.default_rng(seed)
-    law, (plant, read) = law_of(name, shape), read_of(name, shape)
+    law, (plant, read) = law_of(shape), read_of(shape)
     found: list[Any] = []
     looked = 0
     for _ in range(BOXES):
@@ -158,7 +150,7 @@ def violations(
             zip(states, rates, strict=True), zip(states[1:], rates[1:], strict=False), strict=False
         ):
             step = (a - b) / widths
-            for i in range(read.states):
+            for i in range(STATES):
                 spans = [
                     [sorted(s * y for s in bracket(slope))
                      for slope, y in zip(rows[i].slopes, step, strict=True)]
@@ -172,12 +164,10 @@ def violations(
 
 
 @pytest.mark.parametrize("asked", [1.0, 40.0], ids=["about the limits", "beyond the upper one"])
-@pytest.mark.parametrize(("name", "shape"), CASES)
-def test_law_and_its_differences_lie_in_the_brackets(
-    name: model.PublishedLawName, shape: Shape, asked: float
-) -> None:
+@pytest.mark.parametrize("shape", SHAPES)
+def test_law_and_its_differences_lie_in_the_brackets(shape: Shape, asked: float) -> None:
     """The pitch that is asked for may lie beyond its upper limit, of which the integral learns."""
-    found, looked = violations(name, shape, seed=11, asked=asked)
+    found, looked = violations(shape, seed=11, asked=asked)
 
     assert found == []
     assert looked >= FEWEST
@@ -188,15 +178,13 @@ def test_brackets_are_not_so_wide_that_anything_passes(monkeypatch: pytest.Monke
     weights = vars(Loop)["full_weights"].func
     monkeypatch.setattr(Loop, "full_weights", property(lambda self: weights(self)[::-1]))
 
-    assert violations(*CASES[0], seed=11)[0]
+    assert violations(SHAPES[0], seed=11)[0]
 
 
-@pytest.mark.parametrize(("name", "shape"), CASES)
-def test_the_ramp_over_speed_has_its_values_and_slopes(
-    name: model.PublishedLawName, shape: Shape
-) -> None:
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_ramp_over_speed_has_its_values_and_slopes(shape: Shape) -> None:
     """Speeds below, on and above the ramp and across both corners: its quotients, and no more."""
-    plant, law = read_of(name, shape)
+    plant, law = read_of(shape)
     start, width = float(law.overlaps.start), float(law.overlaps.width)
 
     def ramp(speed: Floats) -> Floats:
@@ -206,8 +194,8 @@ def test_the_ramp_over_speed_has_its_values_and_slopes(
     for low, high in [(-9, -1), (-3, 4), (2, 7), (6, 8), (-2, 12), (7, 13), (10, 12), (11, 15)]:
         middle = Fraction(round((start + (low + high) / 20 * width) * 10**6), 10**6)
         half = Fraction(round((high - low) / 20 * width * 10**6), 10**6)
-        states = [middle, Fraction(0), *[Fraction(0)] * (law.states - 2)]
-        widths = [half, *[Fraction(1, 1000)] * (law.states - 1)]
+        states = [middle, Fraction(0), *[Fraction(0)] * (STATES - 2)]
+        widths = [half, *[Fraction(1, 1000)] * (STATES - 1)]
         wind = (Fraction(12), Fraction("12.01"))
         share = Loop(plant, law, law.overlaps, Ends(wind, (states, states), widths), "states").share
         omega = np.linspace(float(middle - half), float(middle + half), 60)

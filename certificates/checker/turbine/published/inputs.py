@@ -19,7 +19,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.effort_sharing.inputs import increasing_in_floats
 from takagi.certificates.checker.turbine.members import Members, plain
 
-LAWS = {"paper": 3, "paper-two-integrators": 4}
+NAME, STATES = "paper", 3
 SHAPES = ("smooth", "linear")
 KINDS = ("k_speed", "k_pitch", "k_integral")
 POSITIVE = (
@@ -36,7 +36,7 @@ REGION = plain("wind rotor_speed pitch rules k_speed k_pitch k_integral")
 MEMBERS: Members = {
     **plain(
         "name states speed_setpoint minimum_rotor_speed optimal_tip_speed_ratio "
-        "largest_tip_speed_ratio cut_in cut_out rated_torque pitch_min pitch_max tracking_time"
+        "largest_tip_speed_ratio cut_in cut_out rated_torque pitch_min pitch_max"
     ),
     "coupling": plain(
         "variant speed_ramp_start speed_overlap speed_ramp_shape torque_overlap minimum_torque "
@@ -116,9 +116,6 @@ class Overlaps:
 class PublishedLaw:
     """The law's numbers."""
 
-    name: str
-    states: int
-    tracking_time: Fraction | None
     setpoint: Fraction
     minimum_speed: Fraction
     optimal_ratio: Fraction
@@ -137,31 +134,24 @@ class PublishedLaw:
     @classmethod
     def read(cls, gains: Any) -> PublishedLaw:
         """Return the law; refuses other laws, other filters, and numbers of the wrong sign."""
-        name = text(gains, "name", "gains")
-        if name not in LAWS:
-            raise CertificateError(f"gains.name: one of {', '.join(LAWS)} is needed")
-        tracking = number(gains, "tracking_time", "gains") if LAWS[name] == 4 else None
+        if text(gains, "name", "gains") != NAME:
+            raise CertificateError(f"gains.name: {NAME!r} is needed")
         positive = {key: number(gains, key, "gains") for key in POSITIVE}
         ordered = positive["cut_in"] < positive["cut_out"]
-        if min(positive.values()) <= 0 or not ordered or (tracking is not None and tracking <= 0):
-            raise CertificateError(
-                "gains: speeds, ratios, winds, torque and times must be positive"
-            )
+        if min(positive.values()) <= 0 or not ordered:
+            raise CertificateError("gains: speeds, ratios, winds and torque must be positive")
         filter_, where = member(gains, "coupling", "gains"), "gains.coupling"
         if text(filter_, "variant", where) != "saturated":
             raise CertificateError(f"{where}.variant: only 'saturated' is covered")
         shape = text(filter_, "speed_ramp_shape", where)
         if shape not in SHAPES:
             raise CertificateError(f"{where}.speed_ramp_shape: one of {', '.join(SHAPES)}")
-        if integer(gains, "states", "gains") != LAWS[name]:
-            raise CertificateError(f"gains.states: {LAWS[name]} are needed")
+        if integer(gains, "states", "gains") != STATES:
+            raise CertificateError(f"gains.states: {STATES} are needed")
         partial = Region.read(member(gains, "partial", "gains"), "gains.partial", 1)
         if any(partial.gains[1].values()):
             raise CertificateError("gains.partial.k_pitch: must be 0")
         return cls(
-            name=name,
-            states=LAWS[name],
-            tracking_time=tracking,
             setpoint=positive["speed_setpoint"],
             minimum_speed=positive["minimum_rotor_speed"],
             optimal_ratio=positive["optimal_tip_speed_ratio"],

@@ -3,7 +3,7 @@ r"""Enclosure of the closed loop with a published law, and of its slopes.
     omega' = T_r(omega, beta, v)/J - n_g T/J,     T = max(phi(u_1), 0)
     beta'  = (beta_ref - beta)/tau_beta,          beta_ref = f_1(omega) u_2 within pitch limits
     u      = -k_w (omega - omega_ref(v)) - k_p beta + k_I x, gains multilinear in premise weights
-    x'     = omega_ref - omega, for two integrators plus (carried out - u)/(tau k_I)
+    x'     = omega_ref - omega
 
 phi passes torque, is a parabola over the torque overlap and then rated torque.  Premises are
 averages of dT_r/domega (a) and dT_r/dbeta (b) between the trim of the wind and the state, each
@@ -29,7 +29,12 @@ from takagi.certificates.checker.arithmetic.interval import (
     point,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw, Region
+from takagi.certificates.checker.turbine.published.inputs import (
+    STATES,
+    Overlaps,
+    PublishedLaw,
+    Region,
+)
 from takagi.certificates.checker.turbine.rotor import Plant
 
 HALF = Interval(ONE // 2, ONE // 2)
@@ -62,7 +67,7 @@ class Loop:
         self, plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends, seeds: str
     ) -> None:
         self.plant, self.law, self.overlaps, self.ends = plant, law, overlaps, ends
-        count = {"states": law.states, "line": 1, "none": 0}[seeds]
+        count = {"states": STATES, "line": 1, "none": 0}[seeds]
         v1, v2 = ends.wind
         pace = UNIT if seeds == "line" else ZERO
         self.wind = Dual(enclose(v1, v2), (pace,) * count)
@@ -89,22 +94,12 @@ class Loop:
         torque_end : the end of the range of phi' to use; None uses the whole range.
         free : whether pitch is free or at a limit; None covers both.
         """
-        plant, law = self.plant, self.law
-        torque, torque_rest = self._torque(torque_end)
-        angle, angle_rest = self._angle(free)
-        turning = (angle - self.pitch).by(point(1 / plant.lag))
+        plant = self.plant
+        turning = (self._angle(free) - self.pitch).by(point(1 / plant.lag))
         if turning.value.magnitude() > point(plant.rate_limit)[0]:
             raise Refused("the set may demand more than the pitch rate limit")
-        rates = [self.rotor - torque.by(point(plant.gear_per_inertia)), turning]
-        if law.tracking_time is None:
-            return [*rates, -self.error]
-        pace = point(1 / law.tracking_time)
-        for rest, region, weights in (
-            (torque_rest, law.partial, self.partial_weights),
-            (angle_rest, law.full, self.full_weights),
-        ):
-            rates.append((rest / blended(region, 2, weights)).by(pace) - self.error)
-        return rates
+        braking = self._torque(torque_end).by(point(plant.gear_per_inertia))
+        return [self.rotor - braking, turning, -self.error]
 
     def choices(self) -> list[tuple[int, bool]]:
         """Return the (torque_end, free) whose hull holds every Jacobian."""
@@ -236,13 +231,12 @@ class Loop:
         speed, integral = blended(region, 0, weights), blended(region, 2, weights)
         return integral * self.state[2] - speed * self.error
 
-    def _torque(self, end: int | None) -> tuple[Dual, Dual]:
+    def _torque(self, end: int | None) -> Dual:
         u, slope = self.torque_command, self.torque_slope
         if end is not None:
             slope = Interval(slope[end], slope[end])
         low, high = (self._passed(x) for x in u.value)
-        gap = Interval(high.low - u.value.high, low.high - u.value.low)
-        return u.through(Interval(low.low, high.high), slope), u.through(gap, slope - UNIT)
+        return u.through(Interval(low.low, high.high), slope)
 
     def _passed(self, x: int) -> Interval:
         """Return a bracket of max(phi, 0) at x / 10^36."""
@@ -272,7 +266,7 @@ class Loop:
         speed, angle, integral = (
             blended(self.law.full, kind, self.full_weights) for kind in range(3)
         )
-        return integral * self.state[-1] - speed * self.error - angle * self.pitch
+        return integral * self.state[2] - speed * self.error - angle * self.pitch
 
     @cached_property
     def share(self) -> Dual:
@@ -299,27 +293,16 @@ class Loop:
         bottom, top = point(self.law.pitch_min), point(self.law.pitch_max)
         return high >= bottom[0] and low <= top[1], low < bottom[1] or high > top[0]
 
-    def _angle(self, free: bool | None) -> tuple[Dual, Dual]:
+    def _angle(self, free: bool | None) -> Dual:
         u = self.pitch_command
         blended = self.share * u
         bottom, top = point(self.law.pitch_min), point(self.law.pitch_max)
         value = lesser(greater(_bare(blended), Dual(bottom, ())), Dual(top, ())).value
-        rest = self.share.plus(-UNIT) * u
-        limits = []
-        if blended.value[0] < bottom[1]:
-            limits.append(still(bottom, u) - u)
-        if blended.value[1] > top[0]:
-            limits.append(still(top, u) - u)
-        may_be_free, _ = self.pitch_cases
-        parts = [rest, *limits] if may_be_free else limits
-        gap = hull(*(part.value for part in parts))
         if free is None:
-            kept = [blended] if may_be_free else []
-            kept += [still(bottom, u)] if limits else []
-            return _joined(value, kept), _joined(gap, parts)
-        if free:
-            return Dual(value, blended.slopes), Dual(gap, rest.slopes)
-        return still(value, u), Dual(gap, (-u).slopes)
+            may_be_free, may_be_held = self.pitch_cases
+            cases = [blended] if may_be_free else []
+            return _joined(value, [*cases, still(bottom, u)] if may_be_held else cases)
+        return Dual(value, blended.slopes) if free else still(value, u)
 
 
 def _bare(quantity: Dual) -> Dual:
@@ -447,7 +430,7 @@ def jacobians(
 
 def field_at_centre(plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
     """Return bounds of |f_i(z_0(v), v)|, over 10^36: at the middle, and slope times half width."""
-    (v1, v2), zero = ends.wind, [Fraction(0)] * law.states
+    (v1, v2), zero = ends.wind, [Fraction(0)] * STATES
     middle = [(a + b) / 2 for a, b in zip(*ends.states, strict=True)]
     halfway = (v1 + v2) / 2
     at_middle = Loop(plant, law, overlaps, Ends((halfway, halfway), (middle, middle), zero), "none")

@@ -31,7 +31,7 @@ from takagi.certificates.checker.kernel.obligation import (
 from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.members import Members, plain
-from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
+from takagi.certificates.checker.turbine.published.inputs import STATES, Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.interval_matrices import contraction
 from takagi.certificates.checker.turbine.published.loop import Ends, field_at_centre, jacobians
 from takagi.certificates.checker.turbine.rotor import Plant, Span
@@ -65,7 +65,7 @@ class Cell:
     @classmethod
     def read(cls, cell: Any, law: PublishedLaw, where: str) -> Cell:
         """Return the cell; refuses sizes that do not fit and a centre outside the pitch range."""
-        n = law.states
+        n = STATES
         wind = numbers(cell, "wind", where, 2)
         centre, box = matrix(cell, "centre", where), numbers(cell, "box", where, n)
         if not 0 < wind[0] < wind[1] or len(centre) != 2 or len(centre[0]) != n or min(box) <= 0:
