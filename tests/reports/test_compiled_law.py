@@ -68,10 +68,10 @@ def law(name: str) -> Law:
         return effort_law(0.0 if name.endswith("unfiltered") else 4.0)
     if name == "baseline":
         return BaselineLaw(TURBINE)
-    return make_law("paper-two-integrators" if name == "two integrators" else "paper")
+    return make_law()
 
 
-LAWS = ("effort", "effort, unfiltered", "one integrator", "two integrators", "baseline")
+LAWS = ("effort", "effort, unfiltered", "schulte", "baseline")
 
 
 def turbulence(duration: float = 20.0) -> WindSeries:
@@ -144,17 +144,17 @@ def test_laws_without_a_program_are_left_to_python() -> None:
     class Mine(BaselineLaw):
         pass
 
-    filtered = FilteredReferenceLaw(make_law("paper"), ReferenceFilter(2.0))
+    filtered = FilteredReferenceLaw(make_law(), ReferenceFilter(2.0))
     assert compiled_law(TURBINE, filtered, OBSERVER) is None
     assert compiled_law(TURBINE, Mine(TURBINE), OBSERVER) is None
 
 
 def test_a_program_of_another_law_is_refused() -> None:
-    """It keeps two integrals, and the law has one to start it with."""
-    other = compiled_law(TURBINE, law("two integrators"), OBSERVER)
+    """It keeps the states of an observer too, and there is none to start them."""
+    other = compiled_law(TURBINE, law("effort"), OBSERVER)
     assert other is not None
-    mixed = CompiledLaw(law("one integrator"), OBSERVER, other.program)
-    with pytest.raises(ModelError, match="keeps 4 values and it has 3 states"):
+    mixed = CompiledLaw(law("effort"), None, other.program)
+    with pytest.raises(ModelError, match="keeps 4 values and it has 2 states"):
         simulate_compiled(validation_plant(TURBINE), mixed, turbulence(1.0), sample_time=0.02)
 
 
