@@ -181,7 +181,7 @@ def test_commands_are_those_of_the_law(
             continue
         compared += 1
         wanted = law.command([s.state[2], s.wind], Measurement(s.state[0], s.state[1], seen))
-        torque, pitch, _ = command(p, s.k, s.wind, s.u[1], s.state)
+        torque, pitch, _ = command(p, s.k, s.wind, s.state)
         torque = min(max(torque, 0), p.rated_torque)
         pitch = min(max(pitch, p.pitch_min), p.pitch_max)
         assert (torque, pitch) == pytest.approx((wanted.torque, wanted.pitch), abs=1e-8)
@@ -200,7 +200,7 @@ def test_rotor_is_the_turbine_s(built: Any, loop: CertifiedLoop, scenes: list[Sc
         pitches = trim + half * (1 + nodes)
         own = -rotor_torque_gradient(turbine, speed, pitches, s.wind)[1] / turbine.inertia
         added = -s.u[2] * half * float(weights @ np.maximum(limit - own, 0))
-        torque = min(max(command(p, s.k, s.wind, s.u[1], s.state)[0], 0), p.rated_torque)
+        torque = min(max(command(p, s.k, s.wind, s.state)[0], 0), p.rated_torque)
         driving = rotor_torque(turbine, s.state[0], s.state[1], s.wind + s.u[0]) / turbine.inertia
         wanted = s.kappa * (driving + added - turbine.gear_ratio / turbine.inertia * torque)
         found = rates(p, s.k, s.wind, s.u, s.kappa, s.state)
