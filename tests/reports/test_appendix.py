@@ -54,7 +54,7 @@ def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
         undrawn(patch)
         claim = {"name": HOSTILE, "kind": "other", "P": [[2.5, -0.125], [-0.125, 1]], "winds": "12"}
         left_open = concluded([Claim("paper loop", Verdict.UNDECIDED, HOSTILE)], [HOSTILE])
-        parts = {"document": {"claims": [claim]}, "checked": left_open}
+        parts: dict[str, Any] = {"document": {"claims": [claim]}, "checked": left_open}
         return appendix_files(with_published_law(design, **parts))
 
 
