@@ -72,7 +72,7 @@ def test_the_stored_certificate_is_proved() -> None:
     assert "wind filter of 12 s" in found.claims[1].text
     drive = ("pitch not below its lower limit", "no lag of torque", "drive of first order")
     assumed = [
-        (*drive, "v_s within the law's tables", "fed v_s'", "no states of wake", "continuous time"),
+        (*drive, "v_s within the law's tables", "no states of wake", "continuous time"),
         ("what the claim of that assumes",),
         ("what the claim about these assumes",),
         (*drive, "schedule wind within the law's tables", "where the law commands", "rigid"),

@@ -10,7 +10,7 @@ from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.checker.words.rounded import at_least, at_most, range_within
 
 ASSUMED = (
-    "assumed: a law that is fed v_s', in continuous time, no lag of torque, a pitch drive of first "
+    "assumed: continuous time, no lag of torque, a pitch drive of first "
     "order, no states of wake, shaft, tower and blades"
 )
 

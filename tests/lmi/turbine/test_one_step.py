@@ -47,7 +47,7 @@ def whole_schedule() -> EffortSchedule:
 
 
 def family_between(
-    turbine: Turbine, low: float, high: float, *, error: float = 0.1, rate: float = 0.3
+    turbine: Turbine, low: float, high: float, *, error: float = 0.1, rate: float = 0.03
 ) -> LoopOfGains:
     """Return the loop of the wind cells between two winds, at the two-step gains."""
     whole = whole_schedule()
