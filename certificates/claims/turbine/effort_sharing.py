@@ -87,23 +87,25 @@ def effort_sharing_candidate(
     middle = np.array([float(loop.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
     if P is not None and _inside(P, box):
-        candidate = largest_wind_errors(
+        with_given = largest_wind_errors(
             P, RequestedLoops(box, uncertainty, loops, cell_rates, error), tell=say
         )
-        if candidate.wind_error.min() > 0:
-            return candidate
+        if with_given.wind_error.min() > 0:
+            return with_given
     say("one quadratic function for all winds")
+    candidate: EffortSharingCandidate | None = None
     for attempt in range(ATTEMPTS):
         cells = tuple(loop.enclosed(rate) for loop, rate in zip(loops, cell_rates, strict=True))
         ellipsoid = _common(cells, law, box, error)
         if ellipsoid.P is not None:
-            break
+            requested = RequestedLoops(box, uncertainty, loops, cell_rates, error)
+            candidate = largest_wind_errors(ellipsoid.P, requested, words=ellipsoid.words, tell=say)
+            # Where a cell bears no wind error, a function for slower winds may.
+            if candidate.wind_error.min() > 0:
+                return candidate
         last = attempt >= ATTEMPTS - 2
         cell_rates = [Fraction(0) if last else calmer(rate, CALMER) for rate in cell_rates]
-    if ellipsoid.P is not None:
-        loops_asked = RequestedLoops(box, uncertainty, loops, cell_rates, error)
-        return largest_wind_errors(ellipsoid.P, loops_asked, words=ellipsoid.words, tell=say)
-    return EffortSharingCandidate.without(
+    return candidate or EffortSharingCandidate.without(
         box, uncertainty, cells, diagnosis=ellipsoid.diagnosis, words=ellipsoid.words
     )
 
