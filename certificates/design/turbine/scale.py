@@ -67,6 +67,8 @@ DRIVE = 8 * pi / 180 * LAG
 # Pitch errors of a region's gains [rad]; its model is exact up to 0.034907, two degrees. A drive
 # with a time constant above 2.8 s comes to this limit.
 LARGEST_PITCH_ERROR = 0.034
+# The widest ramp of Schulte's law, as a share of the speeds between the smallest and the rated one.
+RAMP_SHARE = 0.95
 PITCH = 8 * pi / 180 * 28.24e6 / (SPEED * (38759228.0 + 97**2 * 534.116))
 
 
@@ -76,10 +78,12 @@ def default_settings(turbine: Turbine) -> DesignSettings:
     speed = turbine.rated_rotor_speed / SPEED
     corner, stop = speed_filters(turbine, stopped=turbine.torsion is not None)
     box = scaled_box(turbine)
+    # The ramp of Schulte's law ends at the set-point and must begin above the smallest speed.
+    widest = RAMP_SHARE * (turbine.rated_rotor_speed - turbine.minimum_rotor_speed)
     return replace(
         settings,
         overlap=_rounded(settings.overlap * _effort(turbine) / EFFORT),
-        speed_overlap=_rounded(settings.speed_overlap * speed),
+        speed_overlap=_rounded(min(settings.speed_overlap * speed, widest)),
         torque_overlap=_rounded(settings.torque_overlap * turbine.rated_torque / TORQUE),
         wind_filter=_rounded(settings.wind_filter / _pace(turbine)),
         effectiveness_share=_rounded(settings.effectiveness_share * cbrt(_pace(turbine))),
