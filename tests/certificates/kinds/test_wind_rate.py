@@ -113,10 +113,10 @@ def test_the_least_wind_rate_is_the_threshold(
     known: dict[str, Any], more: float, verdict: str
 ) -> None:
     """r <= min rho."""
-    least = min(cell["wind_rate"] for cell in known["claims"][0]["cells"])
-    assert least > 2 * UNIT
+    lowest_rate = min(cell["wind_rate"] for cell in known["claims"][0]["cells"])
+    assert lowest_rate > 2 * UNIT
 
-    assert verdict_on_rates(uniform(known, round(least + more, 9), 0.0)) == verdict
+    assert verdict_on_rates(uniform(known, round(lowest_rate + more, 9), 0.0)) == verdict
 
 
 @pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-6, UNDECIDED)])
