@@ -50,9 +50,13 @@ def measured_outputs(observer: Any, model: Any, where: str) -> list[int]:
     """
     if reader.text(model, "kind", "model") == "plant":
         listed = reader.member(model, "outputs", "model")
+        if not isinstance(listed, list):
+            raise CertificateError("model.outputs: a list of outputs is needed")
         names = [y.get("name") if isinstance(y, dict) else None for y in listed]
     else:
         names = reader.member(model, "output_names", "model")
+        if not isinstance(names, list):
+            raise CertificateError("model.output_names: a list of names is needed")
     measured = reader.member(observer, "measured", where)
     if (
         not isinstance(measured, list)

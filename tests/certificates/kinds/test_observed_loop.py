@@ -364,6 +364,17 @@ def test_an_observer_that_does_not_fit_is_refused(observer: Data) -> None:
         check_document(document)
 
 
+@pytest.mark.parametrize("names", [None, "y", {"y": 1}, 1])
+def test_the_names_of_outputs_are_a_list(names: Any) -> None:
+    """``null`` in their place ended the check in a traceback."""
+    model, gains, claim = line()
+    document = certificate_document(
+        model=model | {"output_names": names}, gains=gains, claims=[claim], provenance={}
+    )
+    with pytest.raises(CertificateError, match="output_names"):
+        check_document(document)
+
+
 def test_outputs_are_needed() -> None:
     """A name of an output without its C: nothing says what L acts on."""
     model, gains, claim = line()
