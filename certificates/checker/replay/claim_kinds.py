@@ -33,6 +33,8 @@ TURBINE_KINDS = {
     "wind-rate": "turbine.effort_sharing.wind_rate.WindRate",
     "bumpless": "turbine.effort_sharing.bumpless.Bumpless",
 }
+# The class of ``bumpless`` where the law is Schulte's.
+PUBLISHED_BUMPLESS = "turbine.published.bumpless.PublishedBumpless"
 READ = {*KINDS, *PLANT_KINDS, *TURBINE_KINDS}
 
 
@@ -66,16 +68,23 @@ def replay(
     elif kind in PLANT_KINDS and data is not None:
         claims = [class_of(kind).read(claim, data, where)]
     elif kind in TURBINE_KINDS and data is not None:
-        claims = [class_of(kind).read(claim, data, earlier, where)]
+        claims = [class_of(kind, data).read(claim, data, earlier, where)]
     else:
         raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
     outcomes = (Outcome(read, read.failure(holds)) for read in claims)
     return next((outcome for outcome in outcomes if outcome.failure), Outcome(claims[0]))
 
 
-def class_of(kind: str) -> Any:
-    """Return the class of a kind of claims: of "l2-gain" it is ``kinds.l2_gain.L2Gain``."""
-    path = TURBINE_KINDS.get(kind)
+def class_of(kind: str, data: Any = None) -> Any:
+    """Return the class of a kind of claims: of "l2-gain" it is ``kinds.l2_gain.L2Gain``.
+
+    Parameters
+    ----------
+    data : the whole file, which decides it for ``bumpless``; by default the effort-sharing law's.
+    """
+    path, gains = TURBINE_KINDS.get(kind), data and data.get("gains")
+    if kind == "bumpless" and isinstance(gains, dict) and gains.get("name") == "paper":
+        path = PUBLISHED_BUMPLESS
     if path is None:
         room = "plant" if kind in PLANT_KINDS else "kinds"
         path = f"{room}.{kind.replace('-', '_')}.{kind.title().replace('-', '')}"

@@ -22,7 +22,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import product
+from itertools import pairwise, product
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
@@ -40,6 +40,7 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.loop_claim import IN_WIND_CLASS
 from takagi.certificates.checker.turbine.members import Members, plain
+from takagi.certificates.checker.turbine.rotor import Span
 from takagi.certificates.checker.turbine.turbine_claim import (
     TurbineClaim,
     prerequisite_claim,
@@ -94,12 +95,18 @@ def cell_rates(subject: Subject, loop: Any, where: str) -> list[CellRates]:
 class Bumpless(TurbineClaim):
     """Neither command jumps, and bounds of the pitch and torque rates; see the module.
 
-    ``loop`` : the claim that this one names.
+    Attributes
+    ----------
+    loop : the claim that this one names, of the kind ``loop_kind``.
+    told : name, where the bounds hold, and the rate of what is bounded for pitch, in words.
     """
 
     loop: Any
     unproved: str
 
+    loop_kind: ClassVar[str] = "coherent-loop"
+    told: ClassVar[tuple[str, str, str]] = (NAME, "on the proved set and within its wind limits",
+                                            "pitch moves")  # fmt: skip
     assumes: ClassVar[tuple[str, ...]] = IN_WIND_CLASS
     members: ClassVar[dict[str, Members | None]] = {
         **plain("loop"),
@@ -114,8 +121,8 @@ class Bumpless(TurbineClaim):
         ------
         CertificateError : a part is missing or malformed.
         """
-        loop, unproved = prerequisite_claim(claim, data, earlier, where, "loop", "coherent-loop")
-        return cls(claim, data, where, NAME, loop, unproved)
+        loop, unproved = prerequisite_claim(claim, data, earlier, where, "loop", cls.loop_kind)
+        return cls(claim, data, where, cls.told[0], loop, unproved)
 
     @cached_property
     def subject(self) -> Subject:
@@ -123,9 +130,14 @@ class Bumpless(TurbineClaim):
         return Subject.read(self.loop, self.data["model"], self.data.get("gains"), self._place)
 
     @cached_property
-    def bounds(self) -> list[CellRates]:
+    def bounds(self) -> Sequence[Any]:
         """The bounds that each cell of the loop's claim gives."""
         return cell_rates(self.subject, self.loop, self._place)
+
+    @property
+    def winds(self) -> list[Span]:
+        """The wind cells of the loop's claim [m/s]."""
+        return list(pairwise(self.subject.law.wind))
 
     @property
     def cells(self) -> list[Any]:
@@ -141,11 +153,13 @@ class Bumpless(TurbineClaim):
             yield never(self.unproved)
 
     def parts(self) -> Iterator[tuple[str, Obligations]]:
-        wind, cells, where = self.subject.law.wind, self.cells, self.where
-        P = read_matrix(self.loop, "P", self._place)
-        for k, (cell, bound) in enumerate(zip(cells, self.bounds, strict=True)):
-            required = _bounded(cell, bound, P, f"{where}.cells[{k}]")
-            yield f"wind {range_around(*wind[k : k + 2])} m/s: ", required
+        for k, (cell, wind) in enumerate(zip(self.cells, self.winds, strict=True)):
+            required = self.bounded(cell, self.bounds[k], f"{self.where}.cells[{k}]")
+            yield f"wind {range_around(*wind)} m/s: ", required
+
+    def bounded(self, cell: Any, bound: Any, where: str) -> Obligations:
+        """Yield that the stated rates of one cell are bounds."""
+        return _bounded(cell, bound, read_matrix(self.loop, "P", self._place), where)
 
     def figures(self) -> Iterator[Figure | WindProfile]:
         yield Figure("largest jump of torque", "N m", Fraction(0), larger=False)
@@ -167,14 +181,14 @@ class Bumpless(TurbineClaim):
         limit = at_least(pitch_limit, 6)
         below = sum(rate < Fraction(limit) for rate in pitch)
         return (
-            "on the proved set and within its wind limits, under what the claim about these "
+            f"{self.told[1]}, under what the claim about these "
             "assumes, neither the torque asked for nor the pitch asked for jumps (0 N m, 0 rad); "
-            f"of {len(cells)} wind cells: pitch moves at most "
+            f"of {len(cells)} wind cells: {self.told[2]} at most "
             f"at {at_most(max(pitch), 6)} rad/s, and in {below} stays below the drive's limit of "
             f"{limit} rad/s; the torque asked for moves at most at "
             f"{at_most(max(torque), 4)} N m/s, and in "
             f"{sum(within)} within the turbine's limit of {exactly(torque_limit)} N m/s"
-            f"{beyond_words(within, self.subject.law.wind)}"
+            f"{beyond_words(within, self.winds)}"
         )
 
 
