@@ -1,4 +1,4 @@
-"""The hand-over of Schulte's law without bumps: rates against the law itself, and damaged claims."""
+"""Schulte's law without bumps: rates against the law itself, and damaged claims."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def test_it_is_proved_and_tells_jumps_and_rates() -> None:
     assert figures["largest jump of torque"].value == 0  # type: ignore[union-attr]
     assert figures["largest jump of the pitch reference"].value == 0  # type: ignore[union-attr]
     for name in RATES:
-        largest = figures[f"largest {name.replace('_', ' ')}"].value  # type: ignore[union-attr]
-        assert float(largest) == max(cell[name] for cell in cells)
+        largest: Any = figures[f"largest {name.replace('_', ' ')}"]
+        assert float(largest.value) == max(cell[name] for cell in cells)
     assert "at constant wind" in found.claims[1].text
     assert "neither the torque asked for nor the pitch asked for jumps" in found.claims[1].text
 

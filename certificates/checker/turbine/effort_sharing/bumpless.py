@@ -18,23 +18,21 @@ Not promised: anything outside the set; a wind estimate that jumps where the law
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise, product
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
-from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
-    never,
     nonnegative,
     positive,
 )
-from takagi.certificates.checker.kernel.reader import listed, member, number, read_matrix
+from takagi.certificates.checker.kernel.reader import member, number, read_matrix
+from takagi.certificates.checker.turbine.bumpless_loop import BumplessLoop
 from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
@@ -42,13 +40,8 @@ from takagi.certificates.checker.turbine.effort_sharing.loop_claim import IN_WIN
 from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.rotor import Span
 from takagi.certificates.checker.turbine.turbine_claim import (
-    TurbineClaim,
-    prerequisite_claim,
     row_bound,
 )
-from takagi.certificates.checker.words.figure import Figure, WindProfile
-from takagi.certificates.checker.words.rates import beyond_words
-from takagi.certificates.checker.words.rounded import at_least, at_most, exactly, range_around
 
 NAME = "bumpless effort-sharing loop"
 
@@ -92,104 +85,37 @@ def cell_rates(subject: Subject, loop: Any, where: str) -> list[CellRates]:
 
 
 @dataclass(frozen=True)
-class Bumpless(TurbineClaim):
-    """Neither command jumps, and bounds of the pitch and torque rates; see the module.
-
-    Attributes
-    ----------
-    loop : the claim that this one names, of the kind ``loop_kind``.
-    told : name, where the bounds hold, and the rate of what is bounded for pitch, in words.
-    """
-
-    loop: Any
-    unproved: str
+class Bumpless(BumplessLoop):
+    """Neither command jumps, and bounds of the pitch and torque rates; see the module."""
 
     loop_kind: ClassVar[str] = "coherent-loop"
-    told: ClassVar[tuple[str, str, str]] = (NAME, "on the proved set and within its wind limits",
-                                            "pitch moves")  # fmt: skip
+    told: ClassVar[tuple[str, str, str]] = (
+        NAME,
+        "on the proved set and within its wind limits",
+        "pitch moves",
+    )
     assumes: ClassVar[tuple[str, ...]] = IN_WIND_CLASS
     members: ClassVar[dict[str, Members | None]] = {
         **plain("loop"),
         "cells": plain("pitch_rate signal_rate torque_rate"),
     }
 
-    @classmethod
-    def read(cls, claim: Any, data: Any, earlier: Sequence[Outcome], where: str) -> Self:
-        """Return the claim; ``earlier`` are the verdicts on the claims before it.
-
-        Raises
-        ------
-        CertificateError : a part is missing or malformed.
-        """
-        loop, unproved = prerequisite_claim(claim, data, earlier, where, "loop", cls.loop_kind)
-        return cls(claim, data, where, cls.told[0], loop, unproved)
-
     @cached_property
     def subject(self) -> Subject:
         """Plant and law, as the loop's claim states them."""
-        return Subject.read(self.loop, self.data["model"], self.data.get("gains"), self._place)
+        return Subject.read(self.loop, self.data["model"], self.data.get("gains"), self.place)
 
     @cached_property
-    def bounds(self) -> Sequence[Any]:
+    def bounds(self) -> list[CellRates]:
         """The bounds that each cell of the loop's claim gives."""
-        return cell_rates(self.subject, self.loop, self._place)
+        return cell_rates(self.subject, self.loop, self.place)
 
     @property
     def winds(self) -> list[Span]:
-        """The wind cells of the loop's claim [m/s]."""
         return list(pairwise(self.subject.law.wind))
 
-    @property
-    def cells(self) -> list[Any]:
-        """The cells of the claim, one for each of the loop's."""
-        return listed(self.claim, "cells", self.where, len(self.bounds), len(self.bounds))
-
-    @property
-    def _place(self) -> str:
-        return f"claims[{self.claim['loop']}]"
-
-    def premises(self) -> Obligations:
-        if self.unproved:
-            yield never(self.unproved)
-
-    def parts(self) -> Iterator[tuple[str, Obligations]]:
-        for k, (cell, wind) in enumerate(zip(self.cells, self.winds, strict=True)):
-            required = self.bounded(cell, self.bounds[k], f"{self.where}.cells[{k}]")
-            yield f"wind {range_around(*wind)} m/s: ", required
-
-    def bounded(self, cell: Any, bound: Any, where: str) -> Obligations:
-        """Yield that the stated rates of one cell are bounds."""
-        return _bounded(cell, bound, read_matrix(self.loop, "P", self._place), where)
-
-    def figures(self) -> Iterator[Figure | WindProfile]:
-        yield Figure("largest jump of torque", "N m", Fraction(0), larger=False)
-        yield Figure("largest jump of the pitch reference", "rad", Fraction(0), larger=False)
-        for name, unit in (("pitch_rate", "rad/s"), ("torque_rate", "N m/s")):
-            largest = max(number(cell, name, self.where) for cell in self.cells)
-            yield Figure(f"largest {name.replace('_', ' ')}", unit, largest, larger=False)
-
-    def sentence(self) -> str:
-        where, data, cells = self.where, self.data, self.cells
-        pitch, torque = (
-            [number(cell, name, where) for cell in cells] for name in ("pitch_rate", "torque_rate")
-        )
-        pitch_limit, torque_limit = (
-            number(data["model"], f"{name}_rate_limit", "model") for name in ("pitch", "torque")
-        )
-        within = [rate <= torque_limit for rate in torque]
-        # A limit is rounded down; a value stated to be below it is compared after rounding.
-        limit = at_least(pitch_limit, 6)
-        below = sum(rate < Fraction(limit) for rate in pitch)
-        return (
-            f"{self.told[1]}, under what the claim about these "
-            "assumes, neither the torque asked for nor the pitch asked for jumps (0 N m, 0 rad); "
-            f"of {len(cells)} wind cells: {self.told[2]} at most "
-            f"at {at_most(max(pitch), 6)} rad/s, and in {below} stays below the drive's limit of "
-            f"{limit} rad/s; the torque asked for moves at most at "
-            f"{at_most(max(torque), 4)} N m/s, and in "
-            f"{sum(within)} within the turbine's limit of {exactly(torque_limit)} N m/s"
-            f"{beyond_words(within, self.winds)}"
-        )
+    def bounded(self, k: int, cell: Any, where: str) -> Obligations:
+        return _bounded(cell, self.bounds[k], read_matrix(self.loop, "P", self.place), where)
 
 
 def _bounded(cell: Any, bound: CellRates, P: Matrix, where: str) -> Obligations:

@@ -21,7 +21,6 @@ Not promised: a wind that moves, a start outside the set.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -30,7 +29,7 @@ from typing import Any, ClassVar
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative
 from takagi.certificates.checker.kernel.reader import number
-from takagi.certificates.checker.turbine.effort_sharing.bumpless import Bumpless
+from takagi.certificates.checker.turbine.bumpless_loop import BumplessLoop
 from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.published.loop import Loop
 from takagi.certificates.checker.turbine.published.loop_claim import Cell, PublishedLoop
@@ -59,7 +58,7 @@ def command_rates(loop: PublishedLoop, cell: Cell) -> list[Fraction]:
 
 
 @dataclass(frozen=True)
-class PublishedBumpless(Bumpless):
+class PublishedBumpless(BumplessLoop):
     """Neither command jumps, and bounds of their rates; see the module."""
 
     loop_kind: ClassVar[str] = "paper-loop"
@@ -77,17 +76,14 @@ class PublishedBumpless(Bumpless):
     @cached_property
     def stated(self) -> PublishedLoop:
         """The claim about the loop."""
-        return PublishedLoop.read(self.loop, self.data, (), self._place)
-
-    @cached_property
-    def bounds(self) -> Sequence[Any]:
-        return [command_rates(self.stated, cell) for cell in self.stated.cells]
+        return PublishedLoop.read(self.loop, self.data, (), self.place)
 
     @property
     def winds(self) -> list[Span]:
         return [cell.ends.wind for cell in self.stated.cells]
 
-    def bounded(self, cell: Any, bound: Any, where: str) -> Obligations:
-        for name, least in zip(RATES, bound, strict=True):
+    def bounded(self, k: int, cell: Any, where: str) -> Obligations:
+        bounds = command_rates(self.stated, self.stated.cells[k])
+        for name, least in zip(RATES, bounds, strict=True):
             failure = f"the {name.partition('_')[0]} asked for may move faster than is stated"
             yield nonnegative(number(cell, name, where) - least, failure)
