@@ -33,8 +33,11 @@ TURBINE_KINDS = {
     "wind-rate": "turbine.effort_sharing.wind_rate.WindRate",
     "bumpless": "turbine.effort_sharing.bumpless.Bumpless",
 }
-# The class of ``bumpless`` where the law is Schulte's.
-PUBLISHED_BUMPLESS = "turbine.published.bumpless.PublishedBumpless"
+# What ``bumpless`` is of a plant, and of a turbine with Schulte's law.
+BUMPLESS = {
+    "plant": "plant.bumpless.PlantBumpless",
+    "paper": "turbine.published.bumpless.PublishedBumpless",
+}
 READ = {*KINDS, *PLANT_KINDS, *TURBINE_KINDS}
 
 
@@ -65,8 +68,8 @@ def replay(
         # where it holds at all ends.
         loops = (loop, *loop.at_other_ends)
         claims = [class_of(kind).read(claim, at_ends, where) for at_ends in loops]
-    elif kind in PLANT_KINDS and data is not None:
-        claims = [class_of(kind).read(claim, data, where)]
+    elif data is not None and (kind in PLANT_KINDS or _subject(kind, data) == "plant"):
+        claims = [class_of(kind, data).read(claim, data, where)]
     elif kind in TURBINE_KINDS and data is not None:
         claims = [class_of(kind, data).read(claim, data, earlier, where)]
     else:
@@ -82,11 +85,19 @@ def class_of(kind: str, data: Any = None) -> Any:
     ----------
     data : the whole file, which decides it for ``bumpless``; by default the effort-sharing law's.
     """
-    path, gains = TURBINE_KINDS.get(kind), data and data.get("gains")
-    if kind == "bumpless" and isinstance(gains, dict) and gains.get("name") == "paper":
-        path = PUBLISHED_BUMPLESS
+    path = BUMPLESS.get(_subject(kind, data), TURBINE_KINDS.get(kind))
     if path is None:
         room = "plant" if kind in PLANT_KINDS else "kinds"
         path = f"{room}.{kind.replace('-', '_')}.{kind.title().replace('-', '')}"
     module, _, name = path.rpartition(".")
     return getattr(import_module(f"takagi.certificates.checker.{module}"), name)
+
+
+def _subject(kind: str, data: Any) -> str:
+    """Return what a claim ``bumpless`` is about: "plant", or the name of a turbine's law."""
+    if kind != "bumpless" or data is None:
+        return ""
+    model, gains = data.get("model"), data.get("gains")
+    if isinstance(model, dict) and model.get("kind") == "plant":
+        return "plant"
+    return str(gains.get("name")) if isinstance(gains, dict) else ""
