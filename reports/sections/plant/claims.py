@@ -7,7 +7,6 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.models.blending.blending import blending_of
 from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import DASH, ClaimRow, behind, per_unit
@@ -94,7 +93,8 @@ def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result:
     bounds = claim.get("disturbance_bounds")
     number = result.text
     if result.verdict is Verdict.PROVED:
-        number = "; ".join(_numbers(design, loop, kind, claim)) or DASH
+        in_words = result.text if kind == "bumpless" else DASH
+        number = "; ".join(_numbers(design, loop, kind, claim)) or in_words
     if bounds and kind in SETS:
         name = f"{name} under disturbance"
     assumes = "; ".join(assumptions(loop, claim))
@@ -107,8 +107,6 @@ def _numbers(
     design: PlantDesign, loop: PlantLoop, kind: str, claim: Mapping[str, Any]
 ) -> list[str]:
     """Return the bounds that a proved claim has, in the units of the file."""
-    if kind == "bumpless":
-        return _actuator_rates(loop, claim)
     if kind in EMBEDDINGS:
         rules = len(loop.model.rules)
         return ["one linear system" if rules == 1 else f"{rules} rules"]
@@ -133,17 +131,6 @@ def _numbers(
         value = claim.get(key)
         if value is not None and _exact(value) > 0:
             phrases.append(words(_exact(value)))
-    return phrases
-
-
-def _actuator_rates(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
-    blending = blending_of(loop.plant)
-    assert blending is not None  # the claim is about it
-    phrases = []
-    for end, actuator in (("low", blending.low), ("high", blending.high)):
-        size, unit = file_unit(actuator.variable)
-        rate = at_most(float(_exact(claim[end])) / size)
-        phrases.append(f"{actuator.name} moves at most at {rate} {per_unit(unit, 's')}")
     return phrases
 
 
