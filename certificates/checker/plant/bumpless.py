@@ -81,12 +81,13 @@ class PlantBumpless(EffortBlend):
 
     def sentence(self) -> str:
         rates = (
-            f"{acting.name} moves at most at {at_most(self._rate(acting), 6)} {_per_second(acting)}"
+            f"{acting.name} {at_most(self._rate(acting), 6)} {_per_second(acting)}"
             for acting in self.blend.actuators
         )
         return (
             "where the state, the signals and the rate of the effort are in the box, neither "
-            f"actuator is told to jump; {' and '.join(rates)}; standard library alone"
+            f"actuator is told to jump, and each is told to move at most at: {', '.join(rates)}; "
+            "standard library alone"
         )
 
 
