@@ -53,6 +53,7 @@ def test_the_bounds_are_those_found_by_hand() -> None:
     figures: dict[str, Any] = {figure.name: figure for figure in found.figures}
     assert found.verdict.name == "PROVED" and "neither actuator is told to jump" in found.text
     assert figures["largest jump of heating"].value == 0
+    assert not any(figure.larger for figure in figures.values())
     assert float(figures["largest rate of heating"].value) == claim["high"]
 
 
@@ -114,6 +115,31 @@ def test_a_slow_effort_moves_its_actuators_slowly() -> None:
     assert verdicts(changed(effort_rate([-10, 10])))[-1] == "PROVED"
     assert verdicts(changed(effort_rate([-10.001, 10])))[-1] == "UNDECIDED"
     assert verdicts(changed(effort_rate(None)))[-1] == "UNDECIDED"
+
+
+def test_an_effort_that_hardly_leaves_the_overlap_moves_its_actuator_slowly() -> None:
+    """Down to U = -0.1 the slope of the ramp is at most 0.6: cooling moves at 0.6 * 20/2."""
+
+    def narrow(rate: float) -> Callable[[Data], None]:
+        def change(document: Data) -> None:
+            (effort,) = (s for s in document["model"]["states"] if s["name"] == "effort")
+            effort["range"] = [-0.1, 3]
+            document["claims"][-1]["low"] = rate
+
+        return change
+
+    assert verdicts(changed(narrow(6)))[-1] == "PROVED"
+    assert verdicts(changed(narrow(5.999)))[-1] == "UNDECIDED"
+
+
+def test_rates_that_a_mass_matrix_couples_are_left_open() -> None:
+    """Also by the unit matrix: f is then not shown to be the rate of a state."""
+
+    def coupled(document: Data) -> None:
+        document["model"]["mass"] = [["1", "0"], ["0", "1"]]
+
+    found = check_document(changed(coupled)).claims[-1]
+    assert found.verdict.name == "UNDECIDED" and "a mass matrix couples" in found.text
 
 
 def test_the_plant_and_its_two_actuators_have_to_be_proved() -> None:

@@ -47,6 +47,7 @@ def test_it_is_proved_and_tells_jumps_and_rates() -> None:
     figures = {figure.name: figure for figure in found.claims[1].figures}
 
     assert found.verdict.name == "PROVED", [claim.text for claim in found.claims]
+    assert not any(figure.larger for name, figure in figures.items() if "largest" in name)  # type: ignore[union-attr]
     assert figures["largest jump of torque"].value == 0  # type: ignore[union-attr]
     assert figures["largest jump of the pitch reference"].value == 0  # type: ignore[union-attr]
     for name in RATES:
@@ -98,6 +99,33 @@ def test_the_law_on_the_plant_moves_no_faster() -> None:
             used[name].append(moved / max(bound[name], 1e-3))
     # The bounds are not idle.
     assert all(max(shares) > 0.4 for shares in used.values()), used
+
+
+def test_the_bounds_are_sums_over_the_states() -> None:
+    """sum_i |s_i| (sum_j |A_ij| + |d_i|) with slopes of the law by differences, at 300 points.
+
+    Their largest values are slightly less than those that are enclosed over the box.
+    """
+    law, draw = make_law(), np.random.default_rng(6)
+    loop, rates = certificate()["claims"]
+    for cell, bound in zip(loop["cells"], rates["cells"], strict=True):
+        corners = [np.maximum(-np.array(c["low"]), np.array(c["high"])) for c in cell["corners"]]
+        moves = np.max(corners, axis=0).sum(axis=1) + cell["disturbance"]
+        box, slopes = np.array(cell["box"]), np.zeros((2, 3))
+        for _ in range(300):
+            share = draw.uniform()
+            v = cell["wind"][0] + share * (cell["wind"][1] - cell["wind"][0])
+            first, last = np.array(cell["centre"])
+            z = first + share * (last - first) + box * draw.uniform(-1, 1, 3)
+            z[1] = max(z[1], law.turbine.pitch_min)
+            for i in range(3):
+                step = np.eye(3)[i] * box * 1e-4
+                ends = (law.command(at[2:], Measurement(float(at[0]), float(at[1]), v))
+                        for at in (z - step, z + step))  # fmt: skip
+                moved = np.abs(np.subtract(*map(np.array, ends))) / 2e-4
+                slopes[:, i] = np.maximum(slopes[:, i], moved)
+        for name, least in zip(("torque_rate", "pitch_rate"), slopes @ moves, strict=True):
+            assert least * (1 - 1e-6) <= bound[name] <= 1.3 * least + 1e-6
 
 
 def test_what_it_names_has_to_be_the_loop_of_this_law() -> None:
