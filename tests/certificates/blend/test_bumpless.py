@@ -52,6 +52,7 @@ def test_the_bounds_are_those_found_by_hand() -> None:
     found = check_document(changed(lambda _: None)).claims[-1]
     figures: dict[str, Any] = {figure.name: figure for figure in found.figures}
     assert found.verdict.name == "PROVED" and "neither actuator is told to jump" in found.text
+    assert f"cooling 10 1/s, heating {claim['high']:.6g} 1/s" in found.text
     assert figures["largest jump of heating"].value == 0
     assert not any(figure.larger for figure in figures.values())
     assert float(figures["largest rate of heating"].value) == claim["high"]

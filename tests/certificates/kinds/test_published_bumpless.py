@@ -128,6 +128,19 @@ def test_the_bounds_are_sums_over_the_states() -> None:
             assert least * (1 - 1e-6) <= bound[name] <= 1.3 * least + 1e-6
 
 
+def test_every_corner_of_a_cell_counts() -> None:
+    """A second corner, a little wider: the loop is still proved, and may now move faster."""
+    wider = deepcopy(certificate())
+    corners = wider["claims"][0]["cells"][0]["corners"]
+    spread = {"low": -1e-5, "high": 1e-5}
+    corners.append(
+        {end: (np.array(corners[0][end]) + by).round(7).tolist() for end, by in spread.items()}
+    )
+    found = check_document(resealed(wider)).claims
+
+    assert [claim.verdict.name for claim in found] == ["PROVED", "UNDECIDED"]
+
+
 def test_what_it_names_has_to_be_the_loop_of_this_law() -> None:
     """Another kind of loop, a loop that is not proved, and numbers of the other law's claim."""
     undecided = deepcopy(certificate())
