@@ -24,6 +24,8 @@ from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.models.arrays import Floats
 from takagi.models.blending.blending import EFFORT, RATE, SHARE
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
+from takagi.models.ramps import ramp, ramp_slope
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -53,10 +55,13 @@ def plant_and_claim(
     if not is_embedded(model):
         return None, [], ()
     try:
-        claims = [embedding_claim(model)]
+        data, claims = plant_data(model), [embedding_claim(model)]
+        notes: tuple[str, ...] = ()
         if blend_of(model) is not None:
             claims.append(blend_claim(model))
-        return plant_data(model), claims, ()
+            bumpless, notes = bumpless_claim(model, data)
+            claims += bumpless
+        return data, claims, notes
     except ModelError as error:
         return None, [], (f"claims about the vertices alone: {error}",)
 
@@ -432,6 +437,57 @@ def blend_claim(model: TSModel) -> dict[str, Any]:
     """Return the claim without evidence: the checker bounds effectiveness by its own search."""
     name = f"{model.name or 'the plant'} behind its blend, with both actuators within their limits"
     return {"name": name, "kind": "effort-blend"}
+
+
+def bumpless_claim(
+    model: TSModel, data: Mapping[str, Any]
+) -> tuple[list[dict[str, Any]], tuple[str, ...]]:
+    """Return the claim about the hand-over if it is proved, or why there is none.
+
+    Parameters
+    ----------
+    data : the member ``model`` of the certificate.
+    """
+    from takagi.certificates.checker.plant.bumpless import PlantBumpless
+
+    blending = blend_of(model)
+    assert blending is not None
+    if blending.rate.range is None:
+        return [], ()
+    try:
+        low, high = (_command_rate(model, blending, actuator) for actuator in blending.actuators)
+        name = f"{model.name or 'the plant'}: neither actuator jumps"
+        claim = {"name": name, "kind": "bumpless", "low": low, "high": high}
+        read = read_text(json.dumps({"model": data, "claims": [claim]}), "candidate")
+        why = PlantBumpless.read(read["claims"][0], read, "claims[0]").failure()
+    except (ModelError, CertificateError) as error:
+        why = str(error)
+    return ([], (f"bumpless: {why}",)) if why else ([claim], ())
+
+
+def _command_rate(model: TSModel, blending: Blending, actuator: Actuator) -> float:
+    """Return a bound of the rate of an actuator's command on the box, in short decimals."""
+    import sympy as sp
+
+    from takagi.certificates.requests.loop.decimals import rounded_up
+    from takagi.models.ranges.expression_range import expression_range
+
+    form = None if model.derivation is None else model.derivation.form
+    assert form is not None
+    plant, sign = form.plant, blending.sign(actuator)
+    most = max(sign * end for end in (blending.efforts.lower, blending.efforts.upper))
+    slope, delivered = sp.Dummy(), sp.Dummy()
+    inverse = 1 / blending.effectiveness(actuator)
+    rate = slope * blending.rate.symbol * inverse
+    for state, row in zip(plant.states, plant.equations, strict=True):
+        rate += delivered * sp.diff(inverse, state.symbol) * row.subs(plant.rationals)
+    box = plant.box | {
+        slope: Interval(Fraction(0), ramp_slope(most, blending.overlap)),
+        delivered: Interval(Fraction(0), ramp(most, blending.overlap)),
+    }
+    sides = {s: box[s] for s in rate.free_symbols if s in box}
+    outer = expression_range(rate, sides, tolerance=Fraction(1, 1000)).outer
+    return rounded_up(float(max(-outer.lower, outer.upper)), 4)
 
 
 def _actuator(actuator: Actuator) -> dict[str, Any]:

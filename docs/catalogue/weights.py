@@ -45,10 +45,10 @@ CELLS = MappingProxyType(
         "secant-embedding": (PLANT, PLANT, "refused: its form", "refused: its form", PROVED),
         "tracking": (PLANT, PLANT, "refused: its form", "refused: its form", "refused (13)"),
         "effort-blend": (PLANT, PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
+        "bumpless": (PLANT, PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
         "coherent-loop": OTHER,
         "paper-loop": OTHER,
         "wind-rate": OTHER,
-        "bumpless": OTHER,
         "running-loop": OTHER,
     }
 )

@@ -34,7 +34,6 @@ _WORDS: tuple[tuple[str, str, str], ...] = (
     ("absolute rounding", "more room to round the gains", "not as much room to round the gains"),
     ("limit of input", "smaller commands", "larger commands"),
     ("limit of rate", "slower commands", "faster commands"),
-    ("torque step", "calmer actuators", "busier actuators"),
     ("largest", "calmer actuators", "busier actuators"),
     ("sample time", "longer sample time allowed", "shorter sample time needed"),
     ("inertia", "more plants covered", "fewer plants covered"),

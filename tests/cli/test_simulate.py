@@ -119,7 +119,7 @@ def test_projects_and_papers_laws_run_with_the_observer(
     tmp_path: Path, capsys: Capture, asked: Mapping[str, Any]
 ) -> None:
     """Across rated wind neither law leaves the tables; the coherent one does not fight itself."""
-    names = ("coherent", "paper")
+    names = ("coherent", "paper", "switched")
     given = [word for name in names for word in ("--law", name)]
     status = main(["simulate", "nrel5mw", *given, "--duration", "8", "--out", str(tmp_path)])
     answer = json.loads((tmp_path / "simulation.json").read_text())
@@ -145,12 +145,18 @@ def test_the_printed_filter_is_an_option_of_the_simulation(tmp_path: Path, capsy
     run = ("simulate", "nrel5mw", "--duration", "8", "--coupling-filter")
     rated, chosen = nrel5mw().rated_torque, laws.chosen_laws
     variants = {
-        name: chosen(nrel5mw(), ("paper",), coupling_filter=name, tell=print)
+        name: chosen(nrel5mw(), ("paper", "switched"), coupling_filter=name, tell=print)
         for name in (None, "sector")
     }
     for name, chosen_by_name in variants.items():
         law = chosen_by_name.laws["paper"]
         assert isinstance(law, PublishedLaw) and law.coupling.variant == (name or "saturated")
+        # The limit of no overlap is one law: the rated torque limits torque with either filter.
+        switched = chosen_by_name.laws["switched"]
+        assert isinstance(switched, PublishedLaw) and switched.coupling.variant == "saturated"
+        assert (switched.coupling.speed_ramp.width, switched.coupling.torque_overlap) == (0, 0)
+        assert switched.full.k_x.tolist() == law.full.k_x.tolist()
+        assert chosen_by_name.speed_filters["switched"] == chosen_by_name.speed_filters["paper"]
     assert main([*run, "sector", "--law", "schulte", "--out", str(tmp_path / "out")]) == 0
     torques = []
     for series in (tmp_path / "out" / "series").glob("*.csv"):

@@ -65,6 +65,11 @@ def replay(
         claims = [class_of(kind).read(claim, at_ends, where) for at_ends in loops]
     elif kind in PLANT_KINDS and data is not None:
         claims = [class_of(kind).read(claim, data, where)]
+    elif kind == "bumpless" and data is not None:
+        # Imported here: no other kind is about three sorts of loops.
+        from takagi.certificates.checker.replay.bumpless_of import read_bumpless
+
+        claims = [read_bumpless(claim, data, earlier, where)]
     elif kind in TURBINE_KINDS and data is not None:
         claims = [class_of(kind).read(claim, data, earlier, where)]
     else:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from itertools import pairwise
 
 from takagi.certificates.checker.words.rounded import (
     at_least,
@@ -46,10 +45,10 @@ def _from(wind: Sequence[Fraction], rate: Sequence[Fraction], named: Fraction) -
     return wind[0]
 
 
-def beyond_words(within: Sequence[bool], wind: Sequence[Fraction]) -> str:
+def beyond_words(within: Sequence[bool], winds: Sequence[tuple[Fraction, Fraction]]) -> str:
     """Return the winds of the cells that are not within a limit, adjacent cells joined."""
     joined: list[list[Fraction]] = []
-    for inside, (low, high) in zip(within, pairwise(wind), strict=True):
+    for inside, (low, high) in zip(within, winds, strict=True):
         if not inside and joined and joined[-1][1] == low:
             joined[-1][1] = high
         elif not inside:

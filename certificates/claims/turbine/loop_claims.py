@@ -31,6 +31,9 @@ from takagi.certificates.checker.turbine.effort_sharing.bumpless import (
     cell_rates,
 )
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
+from takagi.certificates.checker.turbine.published.bumpless import NAME as PUBLISHED_NAME
+from takagi.certificates.checker.turbine.published.bumpless import RATES, command_rates
+from takagi.certificates.checker.turbine.published.loop_claim import PublishedLoop
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_claim
 from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.claims.turbine.wind_rate_claim import wind_rate_claim
@@ -197,6 +200,25 @@ def bumpless_claim(
             }
         )
     return {"name": NAME, "kind": "bumpless", "loop": 0, "cells": cells}
+
+
+def published_bumpless_claim(
+    model: Mapping[str, Any], gains: Mapping[str, Any], loop: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the same claim for Schulte's law.
+
+    Parameters
+    ----------
+    loop : the claim of kind ``paper-loop``, the first of the file.
+    """
+    members = {"model": dict(model), "gains": dict(gains), "claims": [dict(loop)]}
+    data = read_text(json.dumps(members), "candidate")
+    stated = PublishedLoop.read(data["claims"][0], data, (), "claims[0]")
+    cells = [
+        {name: float(_up(rate)) for name, rate in zip(RATES, command_rates(stated, c), strict=True)}
+        for c in stated.cells
+    ]
+    return {"name": PUBLISHED_NAME, "kind": "bumpless", "loop": 0, "cells": cells}
 
 
 def _signal_rate(bound: CellRates, inverse: Any) -> Fraction:

@@ -17,7 +17,7 @@ _DISTURBED = ("l2-gain", "fuzzy-l2-gain", "h2-norm", "peak", "exit-probability",
 def assumptions(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
     """Return what this claim alone takes for granted."""
     kind = str(claim.get("kind", ""))
-    if kind in EMBEDDINGS:
+    if kind in (*EMBEDDINGS, "bumpless"):
         return ["equations and parameters as in the file", "variables in their ranges"]
     phrases = []
     if kind in SETS or kind == "tracking":

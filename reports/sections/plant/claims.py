@@ -32,6 +32,10 @@ WORDS = {
         "The two actuators share one effort",
         "The law may command the effort alone: its share between them is covered.",
     ),
+    "bumpless": (
+        "Hand-over without bumps",
+        "Neither actuator is told to jump, and its drive can be chosen for the rate.",
+    ),
     "decay": ("Motions come to rest", _MOTION),
     "fuzzy-decay": ("Motions come to rest", _MOTION),
     "transient": (
@@ -89,7 +93,8 @@ def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result:
     bounds = claim.get("disturbance_bounds")
     number = result.text
     if result.verdict is Verdict.PROVED:
-        number = "; ".join(_numbers(design, loop, kind, claim)) or DASH
+        in_words = result.text if kind == "bumpless" else DASH
+        number = "; ".join(_numbers(design, loop, kind, claim)) or in_words
     if bounds and kind in SETS:
         name = f"{name} under disturbance"
     assumes = "; ".join(assumptions(loop, claim))

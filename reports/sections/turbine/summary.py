@@ -257,12 +257,14 @@ def _actuators(design: TurbineDesign) -> list[SummaryRow]:
     )
     within = sum(float(cell["torque_rate"]) <= turbine.torque_rate_limit for cell in cells)
     limits = degrees(turbine.pitch_rate_limit), turbine.torque_rate_limit / 1e3
+    # Of Schulte's law the bound is about the command.
+    moving = "pitch moves" if design.effort_sharing_law else "pitch command moves"
     return [
         _row(
             "actuators",
             (
                 "neither command jumps",
-                f"pitch moves at most at {at_most(degrees(pitch))} deg/s (limit {limits[0]:.3g})",
+                f"{moving} at most at {at_most(degrees(pitch))} deg/s (limit {limits[0]:.3g})",
                 f"torque at most at {at_most(torque / 1e3)} kN m/s (limit {limits[1]:.3g})",
             ),
             (

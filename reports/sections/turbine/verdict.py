@@ -45,7 +45,7 @@ CLAIMS = {
     ),
     "bumpless": (
         "Hand-over without bumps",
-        "Neither command jumps, and within the wind limits both drives can follow.",
+        "Neither command jumps, and where the loop is proved both drives can follow.",
     ),
     "running-loop": (
         "Settling with the wind observer",

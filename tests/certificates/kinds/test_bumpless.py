@@ -107,7 +107,7 @@ def torque_words(limit: str) -> str:
     claim = {"loop": 0, "cells": [cell]}
     rates = Bumpless(claim, {"model": model}, "here", "rates", None, "")
     law = SimpleNamespace(wind=[Fraction(5), Fraction(8)])
-    rates.__dict__.update(subject=SimpleNamespace(law=law), bounds=[SimpleNamespace()])
+    rates.__dict__.update(subject=SimpleNamespace(law=law))
     return rates.sentence()
 
 

@@ -43,7 +43,7 @@ def cells() -> Iterator[tuple[str, str, str]]:
     """Yield (kind, weights, what the page says); a blend needs a plant of its own."""
     for kind, row in table.CELLS.items():
         for form, said in zip(table.COLUMNS, row, strict=False):
-            if not (kind == "effort-blend" and said == "theorem (8)"):
+            if said != "theorem (8)":
                 yield kind, form, said
 
 
@@ -178,13 +178,16 @@ def test_a_blend_beside_a_table_is_proved_and_beside_secants_refused(tmp_path: P
     kinds = [claim["kind"] for claim in whole.document["claims"]]
     place = kinds.index("effort-blend")
 
-    assert whole.checked.claims[place].verdict is Verdict.PROVED
+    for kind in ("effort-blend", "bumpless"):
+        assert whole.checked.claims[kinds.index(kind)].verdict is Verdict.PROVED
     stated = deepcopy(dict(whole.document))
     stated["model"]["embedding"]["form"] = "secant"
     stated["claims"] = [
         {"name": "s", "kind": "secant-embedding"},
         stated["claims"][place],
     ]
+    assert verdicts(resealed(stated))[0] == "REFUSED"
+    stated["claims"][1] = whole.document["claims"][kinds.index("bumpless")]
     assert verdicts(resealed(stated))[0] == "REFUSED"
 
 

@@ -18,36 +18,30 @@ Not promised: anything outside the set; a wind estimate that jumps where the law
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import product
-from typing import Any, ClassVar, Self
+from itertools import pairwise, product
+from typing import Any, ClassVar
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
-from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
-    never,
     nonnegative,
     positive,
 )
-from takagi.certificates.checker.kernel.reader import listed, member, number, read_matrix
+from takagi.certificates.checker.kernel.reader import member, number, read_matrix
+from takagi.certificates.checker.turbine.bumpless_loop import BumplessLoop
 from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.loop_claim import IN_WIND_CLASS
 from takagi.certificates.checker.turbine.members import Members, plain
+from takagi.certificates.checker.turbine.rotor import Span
 from takagi.certificates.checker.turbine.turbine_claim import (
-    TurbineClaim,
-    prerequisite_claim,
     row_bound,
 )
-from takagi.certificates.checker.words.figure import Figure, WindProfile
-from takagi.certificates.checker.words.rates import beyond_words
-from takagi.certificates.checker.words.rounded import at_least, at_most, exactly, range_around
 
 NAME = "bumpless effort-sharing loop"
 
@@ -91,91 +85,37 @@ def cell_rates(subject: Subject, loop: Any, where: str) -> list[CellRates]:
 
 
 @dataclass(frozen=True)
-class Bumpless(TurbineClaim):
-    """Neither command jumps, and bounds of the pitch and torque rates; see the module.
+class Bumpless(BumplessLoop):
+    """Neither command jumps, and bounds of the pitch and torque rates; see the module."""
 
-    ``loop`` : the claim that this one names.
-    """
-
-    loop: Any
-    unproved: str
-
+    loop_kind: ClassVar[str] = "coherent-loop"
+    told: ClassVar[tuple[str, str, str]] = (
+        NAME,
+        "on the proved set and within its wind limits",
+        "pitch moves",
+    )
     assumes: ClassVar[tuple[str, ...]] = IN_WIND_CLASS
     members: ClassVar[dict[str, Members | None]] = {
         **plain("loop"),
         "cells": plain("pitch_rate signal_rate torque_rate"),
     }
 
-    @classmethod
-    def read(cls, claim: Any, data: Any, earlier: Sequence[Outcome], where: str) -> Self:
-        """Return the claim; ``earlier`` are the verdicts on the claims before it.
-
-        Raises
-        ------
-        CertificateError : a part is missing or malformed.
-        """
-        loop, unproved = prerequisite_claim(claim, data, earlier, where, "loop", "coherent-loop")
-        return cls(claim, data, where, NAME, loop, unproved)
-
     @cached_property
     def subject(self) -> Subject:
         """Plant and law, as the loop's claim states them."""
-        return Subject.read(self.loop, self.data["model"], self.data.get("gains"), self._place)
+        return Subject.read(self.loop, self.data["model"], self.data.get("gains"), self.place)
 
     @cached_property
     def bounds(self) -> list[CellRates]:
         """The bounds that each cell of the loop's claim gives."""
-        return cell_rates(self.subject, self.loop, self._place)
+        return cell_rates(self.subject, self.loop, self.place)
 
     @property
-    def cells(self) -> list[Any]:
-        """The cells of the claim, one for each of the loop's."""
-        return listed(self.claim, "cells", self.where, len(self.bounds), len(self.bounds))
+    def winds(self) -> list[Span]:
+        return list(pairwise(self.subject.law.wind))
 
-    @property
-    def _place(self) -> str:
-        return f"claims[{self.claim['loop']}]"
-
-    def premises(self) -> Obligations:
-        if self.unproved:
-            yield never(self.unproved)
-
-    def parts(self) -> Iterator[tuple[str, Obligations]]:
-        wind, cells, where = self.subject.law.wind, self.cells, self.where
-        P = read_matrix(self.loop, "P", self._place)
-        for k, (cell, bound) in enumerate(zip(cells, self.bounds, strict=True)):
-            required = _bounded(cell, bound, P, f"{where}.cells[{k}]")
-            yield f"wind {range_around(*wind[k : k + 2])} m/s: ", required
-
-    def figures(self) -> Iterator[Figure | WindProfile]:
-        yield Figure("largest jump of torque", "N m", Fraction(0), larger=False)
-        yield Figure("largest jump of the pitch reference", "rad", Fraction(0), larger=False)
-        for name, unit in (("pitch_rate", "rad/s"), ("torque_rate", "N m/s")):
-            largest = max(number(cell, name, self.where) for cell in self.cells)
-            yield Figure(f"largest {name.replace('_', ' ')}", unit, largest, larger=False)
-
-    def sentence(self) -> str:
-        where, data, cells = self.where, self.data, self.cells
-        pitch, torque = (
-            [number(cell, name, where) for cell in cells] for name in ("pitch_rate", "torque_rate")
-        )
-        pitch_limit, torque_limit = (
-            number(data["model"], f"{name}_rate_limit", "model") for name in ("pitch", "torque")
-        )
-        within = [rate <= torque_limit for rate in torque]
-        # A limit is rounded down; a value stated to be below it is compared after rounding.
-        limit = at_least(pitch_limit, 6)
-        below = sum(rate < Fraction(limit) for rate in pitch)
-        return (
-            "on the proved set and within its wind limits, under what the claim about these "
-            "assumes, neither the torque asked for nor the pitch asked for jumps (0 N m, 0 rad); "
-            f"of {len(cells)} wind cells: pitch moves at most "
-            f"at {at_most(max(pitch), 6)} rad/s, and in {below} stays below the drive's limit of "
-            f"{limit} rad/s; the torque asked for moves at most at "
-            f"{at_most(max(torque), 4)} N m/s, and in "
-            f"{sum(within)} within the turbine's limit of {exactly(torque_limit)} N m/s"
-            f"{beyond_words(within, self.subject.law.wind)}"
-        )
+    def bounded(self, k: int, cell: Any, where: str) -> Obligations:
+        return _bounded(cell, self.bounds[k], read_matrix(self.loop, "P", self.place), where)
 
 
 def _bounded(cell: Any, bound: CellRates, P: Matrix, where: str) -> Obligations:

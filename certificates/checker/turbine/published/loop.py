@@ -101,6 +101,10 @@ class Loop:
         braking = self._torque(torque_end).by(point(plant.gear_per_inertia))
         return [self.rotor - braking, turning, -self.error]
 
+    def commands(self) -> tuple[Dual, Dual]:
+        """Return the pitch reference and the torque, within the limits of the law."""
+        return self._angle(None), self._torque(None)
+
     def choices(self) -> list[tuple[int, bool]]:
         """Return the (torque_end, free) whose hull holds every Jacobian."""
         low, high = self.torque_slope

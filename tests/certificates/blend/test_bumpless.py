@@ -1,0 +1,177 @@
+"""Claims ``bumpless`` of a plant with two actuators: bounds by hand, sampled, and damaged."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import CertificateError
+from takagi.certificates.checker import check_document
+from takagi.certificates.cross_check.comparison import cross_checked_document
+from takagi.certificates.document.plant_embedding import plant_and_claim
+from takagi.models.blending.substitution import blended_model
+from takagi.models.plant_files.loader import PlantFile
+from takagi.models.ramps import effort_ramp
+from tests.certificates.blend.test_effort_blend import blend, design, draughty
+from tests.certificates.kinds.claims import resealed, verdicts
+from tests.models.blending.plants import plant_of
+
+Data = dict[str, Any]
+ABOUT = ("sector-embedding", "effort-blend", "bumpless")
+
+
+def changed(change: Callable[[Data], None], kinds: tuple[str, ...] = ABOUT) -> Data:
+    """The certificate of the room with these claims alone, changed and sealed again."""
+    found = copy.deepcopy(dict(design().document))
+    found["claims"] = [c for c in found["claims"] if c["kind"] in kinds]
+    change(found)
+    return resealed(found)
+
+
+def claim_of(document: Data) -> Data:
+    """Return the claim about the hand-over."""
+    return next(dict(c) for c in document["claims"] if c["kind"] == "bumpless")
+
+
+# Heating has b = 2 + x.  At x = -1, effort -3, with the largest share and all errors against it,
+# x' = -1/2 - 1/8 + 1/16 + 1.2 (1/16 - 3 23/24) - 1.1 (3/24) = -4.075: 20 + 3 * 4.075 in all, since
+# the checker takes psi(U) and U apart.
+HEATING = 32.225
+
+
+def test_the_bounds_are_those_found_by_hand() -> None:
+    """Cooling has b = 2, so that it moves at most at 20/2."""
+    claim = claim_of(dict(design().document))
+    assert claim["low"] == 10.0
+    assert HEATING <= claim["high"] < 1.002 * HEATING
+    found = check_document(changed(lambda _: None)).claims[-1]
+    figures: dict[str, Any] = {figure.name: figure for figure in found.figures}
+    assert found.verdict.name == "PROVED" and "neither actuator is told to jump" in found.text
+    assert f"cooling 10 1/s, heating {claim['high']:.6g} 1/s" in found.text
+    assert figures["largest jump of heating"].value == 0
+    assert not any(figure.larger for figure in figures.values())
+    assert float(figures["largest rate of heating"].value) == claim["high"]
+
+
+def test_no_command_moves_faster_on_the_box() -> None:
+    """Commands a step later less those a step before, for 20000 states, rates and errors."""
+    claim, draw, step = claim_of(dict(design().document)), np.random.default_rng(2), 1e-6
+    x, effort, rate, cool, heat = (
+        np.where(draw.uniform(size=20000) < 0.3, np.sign(one) * side, one)
+        for side, one in ((s, draw.uniform(-s, s, 20000)) for s in (1, 3, 20, 0.1, 0.2))
+    )
+    cooling, heating = 1 / 16, 1 / 16  # the commands at rest
+
+    def commands(x: Any, U: Any) -> tuple[Any, Any]:
+        return effort_ramp(-U, 0.5) / 2, effort_ramp(U, 0.5) / (2 + x)
+
+    low, high = commands(x, effort)
+    low, high = cooling + (1 + cool) * (low - cooling), heating + (1 + heat) * (high - heating)
+    moved = 0.5 * x - 2 * low + (2 + x) * high
+    pairs = zip(
+        commands(x - step * moved, effort - step * rate),
+        commands(x + step * moved, effort + step * rate),
+        strict=True,
+    )
+    for end, (before, after) in zip(("low", "high"), pairs, strict=True):
+        largest = np.abs(after - before).max() / (2 * step)
+        assert 0.9 * claim[end] < largest <= claim[end] * (1 + 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("end", "rate", "verdict"),
+    [
+        ("low", 10, "PROVED"),
+        ("low", 9.9999, "UNDECIDED"),
+        ("high", HEATING + 0.001, "PROVED"),
+        ("high", HEATING - 0.001, "UNDECIDED"),
+        ("high", -40, "UNDECIDED"),
+    ],
+)
+def test_both_sides_of_the_thresholds(end: str, rate: float, verdict: str) -> None:
+    document = changed(lambda d: d["claims"][-1].update({end: rate}))
+
+    assert verdicts(document) == ["PROVED", "PROVED", verdict]
+    # The second reader agrees.
+    compared = cross_checked_document(document)
+    (*_, row) = compared.rows
+    assert compared.agrees and row.first == verdict
+
+
+def test_a_slow_effort_moves_its_actuators_slowly() -> None:
+    """Half the rate of the effort halves the bound of cooling; without a rate there is none."""
+
+    def effort_rate(side: Any) -> Callable[[Data], None]:
+        def change(document: Data) -> None:
+            document["model"]["inputs"][0]["range"] = side
+            document["claims"][-1]["low"] = 5.0
+
+        return change
+
+    assert verdicts(changed(effort_rate([-10, 10])))[-1] == "PROVED"
+    assert verdicts(changed(effort_rate([-10.001, 10])))[-1] == "UNDECIDED"
+    assert verdicts(changed(effort_rate(None)))[-1] == "UNDECIDED"
+
+
+def test_an_effort_that_hardly_leaves_the_overlap_moves_its_actuator_slowly() -> None:
+    """Down to U = -0.1 the slope of the ramp is at most 0.6: cooling moves at 0.6 * 20/2."""
+
+    def narrow(rate: float) -> Callable[[Data], None]:
+        def change(document: Data) -> None:
+            (effort,) = (s for s in document["model"]["states"] if s["name"] == "effort")
+            effort["range"] = [-0.1, 3]
+            document["claims"][-1]["low"] = rate
+
+        return change
+
+    assert verdicts(changed(narrow(6)))[-1] == "PROVED"
+    assert verdicts(changed(narrow(5.999)))[-1] == "UNDECIDED"
+
+
+def test_rates_that_a_mass_matrix_couples_are_left_open() -> None:
+    """Also by the unit matrix: f is then not shown to be the rate of a state."""
+
+    def coupled(document: Data) -> None:
+        document["model"]["mass"] = [["1", "0"], ["0", "1"]]
+
+    found = check_document(changed(coupled)).claims[-1]
+    assert found.verdict.name == "UNDECIDED" and "a mass matrix couples" in found.text
+
+
+def test_the_plant_and_its_two_actuators_have_to_be_proved() -> None:
+    """A blend that is not the plant's leaves it open; a file without that claim is refused."""
+    wrong = changed(lambda d: blend(d, high__range=[0, 2.9999]))
+    assert verdicts(wrong) == ["PROVED", "UNDECIDED", "UNDECIDED"]
+    assert "not proved to contain its plant" in check_document(wrong).claims[-1].text
+    with pytest.raises(CertificateError, match="no claim effort-blend"):
+        check_document(changed(lambda _: None, ("sector-embedding", "bumpless")))
+
+
+def test_no_bound_without_a_rate_of_what_commands(tmp_path: Path) -> None:
+    """An effort without a rate, and an effectiveness by a signal, which may jump."""
+    free = blended_model(plant_of(tmp_path, a=", rate = 20 -> "))
+    _, claims, notes = plant_and_claim(free)
+    assert [c["kind"] for c in claims] == ["sector-embedding", "effort-blend"] and not notes
+    document = copy.deepcopy(dict(draughty().document))
+    assert "bumpless" not in [c["kind"] for c in document["claims"]]
+    forged = copy.deepcopy({**claim_of(dict(design().document)), "name": "forged"})
+    document["claims"].append(forged)
+    found = check_document(resealed(document)).claims[-1]
+    assert found.verdict.name == "UNDECIDED" and "is told by air, whose rate" in found.text
+
+
+@pytest.mark.parametrize("name", ["split_range", "boost_throttle"])
+def test_built_in_plants_have_it(name: str) -> None:
+    """boost_throttle by hand: 2000 kPa/s^2 over 340 and 1600 kPa/s."""
+    model = blended_model(PlantFile.of(name).model)
+    _, claims, notes = plant_and_claim(model)
+    claim = claims[-1]
+    assert claim["kind"] == "bumpless" and not notes
+    if name == "boost_throttle":
+        assert claim["low"] == pytest.approx(2000 / 340, rel=1e-3)
+        assert claim["high"] == 1.25
