@@ -1,4 +1,4 @@
-"""Tasks shared by several processes: one result a file, named by the hash of its task.
+"""Tasks shared by processes or by a cluster: one result a file, named by the hash of its task.
 
     FOLDER/HASH.json    {"task": {...}, "sha256": hash of the result, "result": {...}}
 
@@ -32,6 +32,8 @@ from takagi.models.errors import ModelError
 # To be increased where a function returns something else for the same inputs.
 FORMAT = 1
 RESULTS = "results"
+# How often a pool of processes, or the way to a scheduler, is made anew in one command.
+RENEWALS = 3
 
 Result = dict[str, Any]
 Tell = Callable[..., None]
@@ -47,11 +49,14 @@ class Task:
         module; the result is JSON without NaN.
     source : where the function finds its file; not part of the hash.
     inputs : everything that the result depends on, as JSON; of ``source`` its SHA-256.
+    files : what a worker of a cluster needs to read ``source``, which is there the first of them,
+        beside the others; not part of the hash.
     """
 
     function: str
     source: str
     inputs: Mapping[str, Any]
+    files: tuple[Path, ...] = ()
 
     @cached_property
     def hashed(self) -> str:
@@ -66,7 +71,12 @@ class Task:
 
 
 def run_tasks(
-    tasks: Sequence[Task], folder: Path, *, workers: int | None = None, tell: Tell | None = None
+    tasks: Sequence[Task],
+    folder: Path,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    tell: Tell | None = None,
 ) -> tuple[list[Result], int]:
     """Return the results of all tasks, and how many were in the folder before.
 
@@ -77,22 +87,39 @@ def run_tasks(
     ----------
     workers : processes; None takes the cores, 1 computes in this process.  Each is a fresh
         interpreter, so a script that calls this needs ``if __name__ == "__main__":``.
+    scheduler : address of a Dask scheduler, whose workers compute in place of processes here.
     tell : called as ``tell(words, share done)``.
 
     Raises
     ------
-    ModelError : fewer than one worker, or a process that was killed from outside.
+    ModelError : fewer than one worker; workers and a scheduler; a cluster that is not there or is
+        of other versions; results of another study or of other versions in the folder; processes
+        that are killed again and again.
     OSError : a result cannot be written.
     """
     count = cores() if workers is None else workers
     if count < 1:
         raise ModelError(f"--workers {count} was given; at least 1 is needed")
+    if scheduler is not None and workers is not None:
+        raise ModelError(
+            f"--workers {workers} and --scheduler {scheduler} were given; the workers of a "
+            "scheduler are started beside it: leave --workers out"
+        )
     folder.mkdir(parents=True, exist_ok=True)
     results = {task.file: _stored(task, folder) for task in tasks}
     missing = [task for task in tasks if results[task.file] is None]
     resumed = len(tasks) - len(missing)
+    if missing:
+        _require_same_study(tasks, folder)
+    if missing and scheduler is not None:
+        # Imported here: only a cluster needs it.
+        from takagi.certificates.sweep.cluster import computed_by_cluster
+
+        computing = computed_by_cluster(missing, folder, scheduler)
+    else:
+        computing = _computed(missing, folder, min(count, len(missing)))
     # Closed also if an interrupt comes between two results: the tasks that wait are dropped then.
-    with closing(_computed(missing, folder, min(count, len(missing)))) as computed:
+    with closing(computing) as computed:
         for number, (file, result) in enumerate(computed, start=1):
             results[file] = result
             if tell is not None:
@@ -136,24 +163,84 @@ def _stored(task: Task, folder: Path) -> Result | None:
     return None
 
 
-def _store(task: Task, folder: Path, result: str) -> None:
-    checksum = _sha256(canonical(json.loads(result)))
-    text = f'{{"task":{task.hashed},"sha256":"{checksum}","result":{result}}}\n'
+def _require_same_study(tasks: Sequence[Task], folder: Path) -> None:
+    """Refuse a folder with a result of another function, or of another release or library."""
+    ours, functions = {task.file for task in tasks}, {task.function for task in tasks}
+    here = json.loads(tasks[0].hashed)["versions"]
+    for path in sorted(folder.glob("*.json")):
+        if path.name in ours:
+            continue
+        try:
+            stated = json.loads(path.read_text(encoding="utf-8"))["task"]
+            function, there = stated["function"], dict(stated["versions"])
+        except (OSError, ValueError, TypeError, KeyError):
+            continue
+        if function not in functions:
+            words = f"a result of another study ({function})"
+        elif differing := version_differences(there, here):
+            words = f"a result of other versions: {differing}"
+        else:
+            continue
+        raise ModelError(
+            f"{folder} has {words}; nothing of it can be used here: give another folder, or "
+            "remove this one"
+        )
+
+
+def version_differences(there: Mapping[str, str], here: Mapping[str, str]) -> str:
+    """Return which versions differ, in words; empty if none does."""
+    return ", ".join(
+        f"{name} {there.get(name, 'missing')} (here {here.get(name, 'missing')})"
+        for name in dict.fromkeys((*here, *there))
+        if there.get(name) != here.get(name)
+    )
+
+
+def store_result(task: Task, folder: Path, text: str) -> Result:
+    """Write the result's file unless the result is an error; return the result as it is read."""
+    result: Result = json.loads(text)
+    if "error" in result:
+        return result
+    checksum = _sha256(canonical(result))
+    content = f'{{"task":{task.hashed},"sha256":"{checksum}","result":{text}}}\n'
     with tempfile.TemporaryDirectory(prefix=".result-", dir=folder) as beside:
         with open(Path(beside) / task.file, "w", encoding="utf-8") as file:
-            file.write(text)
+            file.write(content)
             file.flush()
             os.fsync(file.fileno())
         os.replace(file.name, folder / task.file)
+    return result
 
 
 def _computed(
     tasks: Sequence[Task], folder: Path, workers: int
 ) -> Generator[tuple[str, Result], None, None]:
-    """Yield file name and result of each task as it is finished."""
+    """Yield file name and result of each task as it is finished.
+
+    A process that is killed ends its pool: what was not finished goes to another one.
+    """
     if workers <= 1:
         yield from ((task.file, _work(task, folder)) for task in tasks)
         return
+    missing = {task.file: task for task in tasks}
+    for renewals in range(RENEWALS + 1):
+        try:
+            for file, result in _of_pool(list(missing.values()), folder, workers):
+                del missing[file]
+                yield file, result
+            return
+        except BrokenProcessPool as error:
+            if renewals == RENEWALS:
+                raise ModelError(
+                    f"processes were killed from outside {renewals + 1} times, perhaps for want of "
+                    f"memory; what is finished is kept in {folder}. Run the same command again, "
+                    "with fewer --workers if it happens again"
+                ) from error
+
+
+def _of_pool(
+    tasks: Sequence[Task], folder: Path, workers: int
+) -> Generator[tuple[str, Result], None, None]:
     # A fresh interpreter, not a copy of this one: a copy would inherit the locks of its threads.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(workers, context, initializer=_start)
@@ -161,28 +248,26 @@ def _computed(
         waiting = {pool.submit(_work, task, folder): task.file for task in tasks}
         for future in as_completed(waiting):
             yield waiting[future], future.result()
-    except BrokenProcessPool as error:
-        raise ModelError(
-            f"a process was killed from outside, perhaps for want of memory; what is finished is "
-            f"kept in {folder}. Run the same command again, with fewer --workers if it happens "
-            "again"
-        ) from error
     finally:
         # Not by ``with``: its second call would undo that waiting tasks are cancelled.
         pool.shutdown(cancel_futures=True)
 
 
 def _work(task: Task, folder: Path) -> Result:
+    # A process that was killed may have stored it before.
+    return _stored(task, folder) or store_result(
+        task, folder, result_text(task.function, task.source, task.inputs)
+    )
+
+
+def result_text(function: str, source: str, inputs: Mapping[str, Any]) -> str:
+    """Return the result of a task as JSON; ``{"error": words}`` of what ended in an error."""
     try:
-        module, _, name = task.function.partition(":")
-        result = getattr(import_module(module), name)(task.source, task.inputs)
-        text = json.dumps(result, separators=(",", ":"), allow_nan=False)
+        module, _, name = function.partition(":")
+        result = getattr(import_module(module), name)(source, inputs)
+        return json.dumps(result, separators=(",", ":"), allow_nan=False)
     except Exception as error:
-        return {"error": f"{type(error).__name__}: {' '.join(str(error).split())}"}
-    _store(task, folder, text)
-    # As it is read when the tasks are resumed.
-    read: Result = json.loads(text)
-    return read
+        return json.dumps({"error": f"{type(error).__name__}: {' '.join(str(error).split())}"})
 
 
 def _start() -> None:
