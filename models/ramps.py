@@ -22,6 +22,8 @@ The membership pair w_1 + w_2 = 1 of ``Ramp``, with s = (x - start)/width held t
     linear   w_2 = s                  0 <= dw_2/dx <= 1/width      (continuous)
     smooth   w_2 = 3 s^2 - 2 s^3      0 <= dw_2/dx <= 3/(2 width)  (C1)
 
+Without a width it is a switch: w_2 = 0 below the start, and 1 from there on.
+
 The published law names the pair and its overlap but not its shape, nor where it lies relative to
 rated speed; both are parameters here, and docs/laws.md says so.
 """
@@ -96,12 +98,12 @@ class Ramp:
     Attributes
     ----------
     start : where w_2 leaves 0, in the unit of x.
-    width : the overlap, > 0, in the unit of x.
+    width : the overlap, in the unit of x; 0 is a switch.
     shape : "linear" (continuous) or "smooth" (C1 cubic).
 
     Raises
     ------
-    ModelError : a width that is not above 0, a number that is not finite, an unknown shape.
+    ModelError : a width below 0, a number that is not finite, an unknown shape.
     """
 
     start: float
@@ -109,10 +111,10 @@ class Ramp:
     shape: Shape = "smooth"
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.start) and math.isfinite(self.width) and self.width > 0):
+        if not (math.isfinite(self.start) and math.isfinite(self.width) and self.width >= 0):
             raise ModelError(
                 f"ramp from {self.start!r} over a width of {self.width!r} was given; finite "
-                "numbers and a width above 0 are needed (for a switch take a small width)"
+                "numbers and a width above 0, or 0 for a switch, are needed"
             )
         if self.shape not in get_args(Shape):
             raise ModelError(
@@ -127,6 +129,8 @@ class Ramp:
 
     def at(self, x: float) -> float:
         """Return w_2(x) for one number: what a control loop calls."""
+        if self.width == 0.0:
+            return float(x >= self.start)
         s = (x - self.start) / self.width
         if s <= 0.0:
             return 0.0
@@ -136,8 +140,7 @@ class Ramp:
 
     def __call__(self, x: ArrayLike) -> Floats:
         """Return w_2(x), elementwise."""
-        s = np.clip((np.asarray(x, dtype=np.float64) - self.start) / self.width, 0.0, 1.0)
-        return np.asarray(s if self.shape == "linear" else s * s * (3.0 - 2.0 * s))
+        return np.asarray(np.vectorize(self.at, otypes=[float])(x))
 
     def weights(self, x: ArrayLike) -> Floats:
         """Return (w_1, w_2) stacked on the first axis; both in [0, 1], sum 1."""

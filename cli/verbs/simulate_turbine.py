@@ -28,9 +28,9 @@ _DESIGN_STEPS = 7
 SCENARIO_OPTIONS: Options = (
     option(
         "law NAME",
-        "Turbines: effort-sharing (one law for all winds), schulte, or reference (the reference "
-        "controller, K w^2 + PI); may be repeated. Without it: effort-sharing, schulte and "
-        "reference.",
+        "Turbines: effort-sharing (one law for all winds), schulte, switched (the gains of schulte "
+        "without overlap), or reference (the reference controller, K w^2 + PI); may be repeated. "
+        "Without it: effort-sharing, schulte and reference.",
         list[str],
         callback=law_in_files,
     ),

@@ -85,6 +85,7 @@ _WORDS = MappingProxyType(
     {
         "coherent": "effort-sharing law",
         "paper": "Schulte's law",
+        "switched": "switched law",
         "baseline": "reference controller (K w^2 + PI)",
     }
 )

@@ -90,7 +90,8 @@ def response_figure(
         panels[0].set_title(title)
         if len(lines) > 1:
             handles, labels = panels[1].get_legend_handles_labels()
-            figure.legend(handles, labels, loc="outside lower center", ncols=min(len(lines), 4))
+            per_row = 2 if len(lines) == 4 else 3
+            figure.legend(handles, labels, loc="outside lower center", ncols=per_row)
     return figure
 
 

@@ -28,7 +28,7 @@ from takagi.certificates.sweep.tasks import cores
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Law, SampledLaw
-from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.law import PublishedLaw, SwitchedLaw
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import TIME_STEP, History, Observer, simulate
 from takagi.models.simulation.compiled_loop import CompiledLaw, simulate_compiled
@@ -141,7 +141,7 @@ def compiled_law(turbine: Turbine, law: Law, observer: Observer | None) -> Compi
 def _program(turbine: Turbine, law: Law, observer: WindObserver | None) -> ControllerProgram | None:
     if type(law) is EffortSharingLaw:
         data = effort_sharing_law_data(law)
-    elif type(law) is PublishedLaw:
+    elif isinstance(law, PublishedLaw) and type(law) in (PublishedLaw, SwitchedLaw):
         data = published_law_data(law)
     else:
         return None

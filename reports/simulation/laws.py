@@ -34,6 +34,10 @@ LAW_NAMES: Mapping[str, str] = MappingProxyType(
             "pitch and less torque than the trim, and spares the tower (docs/laws.md, Schulte's "
             "law)"
         ),
+        "switched": (
+            "the regional gains of Schulte's law without overlap: pitch acts from the speed "
+            "set-point on and not below; its reference jumps there, so that nothing is proved"
+        ),
         "baseline": (
             "the turbine's own controller, K w^2 torque and scheduled PI pitch, with constant "
             "power above rated wind; it uses no wind estimate"
@@ -100,7 +104,7 @@ def chosen_laws(
     design = design_turbine(turbine, asked, files=files, tell=tell)
     laws = {name: _law(name, design, variant) for name in asked_for}
     stopped = design.speed_filter
-    filters = dict.fromkeys(("coherent", "paper"), stopped) if stopped else {}
+    filters = dict.fromkeys(("coherent", "paper", "switched"), stopped) if stopped else {}
     return ChosenLaws(laws, design.observer.observer, filters)
 
 
@@ -142,12 +146,13 @@ def _law(name: str, design: TurbineDesign, variant: Variant) -> Law:
     if name == "baseline":
         return BaselineLaw(design.turbine)
     from takagi.certificates.design.turbine.published_law import designed_law
+    from takagi.models.laws.published.law import switched_law
 
     # The emitted law: what is certified and what is simulated read the same gains.
-    asked = replace(design.settings, law=name)
-    return designed_law(
-        design.turbine, asked, (design.partial_load, design.full_load, design.regional), variant
-    )
+    asked = replace(design.settings, law="paper")
+    models = (design.partial_load, design.full_load, design.regional)
+    law = designed_law(design.turbine, asked, models, variant)
+    return switched_law(law) if name == "switched" else law
 
 
 def filed_laws(

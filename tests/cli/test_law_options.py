@@ -98,6 +98,7 @@ def test_a_low_torque_goes_with_a_low_speed() -> None:
         ({"wind_filter": 0.0}, "--wind-filter: 0 was given"),
         ({"wind_filter": 101.0}, "--wind-filter: 101 was given; .* at most 100 s"),
         ({"ramp_shape": "linear"}, "--ramp-shape belongs to Schulte's law"),
+        ({"law": "switched"}, "not continuous: the pitch reference jumps"),
         ({"law": "paper", "ramp_shape": "cubic"}, "smooth or linear"),
         ({"law": "paper", "ramp_placement": 1.5}, "--ramp-placement: 1.5"),
         ({"law": "paper", "pitch_effectiveness_share": 0.6}, "belongs to the effort-sharing law"),

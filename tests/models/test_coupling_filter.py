@@ -153,7 +153,7 @@ def test_f1_on_torque_would_be_noticed() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"torque_overlap": 0.0}, "0 < overlap < minimum < rated"),
+        ({"torque_overlap": -1.0}, "0 <= overlap < minimum < rated"),
         ({"torque_overlap": 3e4}, "narrow the overlap"),
         ({"torque_overlap": 9000.0}, "above the largest command"),
         ({"variant": "sectr"}, "did you mean 'sector'"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from math import radians
 
@@ -19,6 +20,7 @@ from takagi.models.laws.published.law import (
     PublishedLaw,
     equilibrium,
     published_law,
+    switched_law,
 )
 from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
 from takagi.models.laws.published.regional_schedule import (
@@ -72,6 +74,21 @@ def make_law(
         TURBINE, placement=placement, speed_overlap=speed_overlap, variant=variant, shape=shape
     )
     return published_law(TURBINE, partial=partial, full=full, coupling=coupling)
+
+
+@given(speeds, pitches, winds, integrals)
+def test_the_switched_law_is_the_limit_of_no_overlap(
+    speed: float, pitch: float, wind: float, integral: float
+) -> None:
+    """Next to the switching point too, where the pitch reference jumps by all of u_2."""
+    ramp, law = make_law(speed_overlap=1e-9, placement=0.0), switched_law(make_law())
+    narrow = replace(ramp, coupling=replace(ramp.coupling, torque_overlap=1e-6))
+    state = np.array([integral])
+    for at in (speed, RATED - 2e-9, RATED):
+        seen = Measurement(at, pitch, wind)
+        assert law.command(state, seen) == pytest.approx(narrow.command(state, seen), rel=1e-9)
+        wanted = law.blended(state, seen)
+        assert wanted.blended_pitch == (wanted.pitch if at >= RATED else 0.0)
 
 
 @given(speeds, pitches, winds, integrals)

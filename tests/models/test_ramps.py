@@ -54,7 +54,7 @@ def test_placement_says_what_happens_at_rated_speed(placement: float, at_rated: 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((0.0, 0.0, "linear"), "width above 0"),
+        ((0.0, -0.1, "linear"), "width above 0, or 0 for a switch"),
         ((float("nan"), 1.0, "linear"), "finite"),
         ((0.0, 1.0, "smoth"), "did you mean 'smooth'"),
     ],

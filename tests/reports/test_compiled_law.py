@@ -14,6 +14,7 @@ from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.laws.protocol import Law, SampledLaw
+from takagi.models.laws.published.law import switched_law
 from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
 from takagi.models.simulation import equations
 from takagi.models.simulation.baseline import BaselineLaw
@@ -68,10 +69,10 @@ def law(name: str) -> Law:
         return effort_law(0.0 if name.endswith("unfiltered") else 4.0)
     if name == "baseline":
         return BaselineLaw(TURBINE)
-    return make_law()
+    return make_law() if name == "schulte" else switched_law(make_law())
 
 
-LAWS = ("effort", "effort, unfiltered", "schulte", "baseline")
+LAWS = ("effort", "effort, unfiltered", "schulte", "switched", "baseline")
 
 
 def turbulence(duration: float = 20.0) -> WindSeries:

@@ -4,7 +4,8 @@ r"""One sample of a published law as a program; premises are secants of the roto
     u_2 = -k^c_w e - k^c_p beta + k^c_I x        pitch, gains of full load
     torque = f_2(u_1) u_1,  pitch = f_1(omega) u_2,  both held within their limits
 
-A secant over less than a small step is computed over that step about the same midpoint.
+A secant over less than a small step is computed over that step about the same midpoint.  Without an
+overlap f_1 is a switch, and torque is limited alone.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ def published_program(law: Any) -> Item:
             *_region(law, "full"),
             step("u_1", "N m", _command("partial"), "torque that partial load asks for"),
             step("u_2", "rad", _command("full"), "pitch that full load asks for"),
-            *_blended(shape),
+            *_blended(coupling, shape),
         ],
         sends=[
             send("torque", "N m", "torque_held", "to the generator, high-speed shaft"),
@@ -155,12 +156,17 @@ def _command(region: str) -> str:
     return f"-{region}_w*e - {region}_p*pitch + {region}_I*x"
 
 
-def _blended(shape: str) -> list[Item]:
+def _blended(coupling: Any, shape: str) -> list[Item]:
     half = "torque_overlap/2"
     curve = f"rated_torque - (rated_torque + {half} - T_near)^2/(2*torque_overlap)"
-    return [
+    share = [
         step("s_1", "-", "limit((speed - speed_ramp_start)/speed_overlap, 0, 1)"),
         step("f_1", "-", shape, "share of pitch"),
+    ]
+    if not float(coupling["speed_overlap"]):
+        switch = "choose(speed - speed_ramp_start, 0, 1)"
+        share = [step("f_1", "-", switch, "whether pitch acts")]
+    torque = [
         step("T_near", "N m", f"limit(u_1, rated_torque - {half}, rated_torque + {half})"),
         step("phi", "N m", curve, "the corner at rated torque, rounded"),
         step(
@@ -169,6 +175,12 @@ def _blended(shape: str) -> list[Item]:
             f"choose(u_1 - rated_torque + {half}, u_1, max(phi, u_1*rated_torque/top_torque))",
             "f_2(u_1) u_1",
         ),
+    ]
+    if not float(coupling["torque_overlap"]):
+        torque = [step("torque_wanted", "N m", "u_1")]
+    return [
+        *share,
+        *torque,
         step("torque_held", "N m", "limit(torque_wanted, 0, rated_torque)"),
         step("pitch_held", "rad", "limit(f_1*u_2, pitch_min, pitch_max)"),
     ]

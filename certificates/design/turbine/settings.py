@@ -82,6 +82,12 @@ class DesignSettings:
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY
 
     def __post_init__(self) -> None:
+        if self.law == "switched":
+            raise ModelError(
+                "law 'switched' was given; it can be simulated and not proved, because its command "
+                "is not continuous: the pitch reference jumps where the rotor passes the speed "
+                "set-point. Give the law that blends the same gains, 'schulte'"
+            )
         if self.law not in LAWS:
             raise ModelError(f"law {self.law!r} was given; choose one of {', '.join(LAWS)}")
         if self.synthesis not in SYNTHESES:

@@ -36,7 +36,7 @@ Control Regions"; readings in docs/laws.md.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import radians
 from typing import ClassVar, Literal, NamedTuple, TypeAlias
@@ -55,6 +55,7 @@ from takagi.models.laws.published.regional_schedule import (
     premise_band,
     premise_evaluators,
 )
+from takagi.models.ramps import Ramp
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand
@@ -176,6 +177,23 @@ def published_law(
     """
     setpoint = turbine.rated_rotor_speed if speed_setpoint is None else speed_setpoint
     return PublishedLaw(turbine, coupling, partial, full, setpoint)
+
+
+class SwitchedLaw(PublishedLaw):
+    """The same regional gains without overlap: pitch acts from the set-point on, and not below.
+
+    Torque is limited where it reaches the rated one.  There is no hysteresis.
+    """
+
+    __slots__ = ()
+    name: ClassVar[str] = "switched"
+
+
+def switched_law(law: PublishedLaw) -> SwitchedLaw:
+    """Return a law with a switch in place of its coupling filter: the limit of no overlap."""
+    ramp = Ramp(law.speed_setpoint, 0.0, law.coupling.speed_ramp.shape)
+    coupling = replace(law.coupling, variant="saturated", speed_ramp=ramp, torque_overlap=0.0)
+    return SwitchedLaw(law.turbine, coupling, law.partial, law.full, law.speed_setpoint)
 
 
 # Largest accepted difference between a premise by the table here and as the law computes it.

@@ -75,7 +75,7 @@ class CouplingFilter:
 
     Raises
     ------
-    ModelError : torques out of order (0 < T_min - eps_T, T_min < T_max, T_max + eps_T/2 <= T_top).
+    ModelError : torques out of order (0 <= eps_T < T_min < T_max, T_max + eps_T/2 <= T_top).
     """
 
     speed_ramp: Ramp
@@ -93,10 +93,10 @@ class CouplingFilter:
                 f"{', '.join(get_args(Variant))}{did_you_mean(self.variant, get_args(Variant))}"
             )
         low, high, overlap = self.minimum_torque, self.rated_torque, self.torque_overlap
-        if not (math.isfinite(overlap) and 0 < overlap < low < high):
+        if not (math.isfinite(overlap) and 0 <= overlap < low < high):
             raise ModelError(
                 f"torque overlap {overlap:.6g} N m, minimum {low:.6g} N m and rated torque "
-                f"{high:.6g} N m were given; 0 < overlap < minimum < rated is needed: narrow the "
+                f"{high:.6g} N m were given; 0 <= overlap < minimum < rated is needed: narrow the "
                 "overlap or move the window's lower end"
             )
         if self.variant == "saturated" and high + overlap / 2 > self.top_torque:
