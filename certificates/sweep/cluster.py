@@ -19,8 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.document.certificate_file import provenance
-from takagi.certificates.sweep.tasks import (
-    RENEWALS,
+from takagi.certificates.sweep.store import (
     Result,
     Task,
     result_text,
@@ -31,6 +30,8 @@ from takagi.models.errors import ModelError
 
 # Seconds until a cluster counts as absent: at the beginning, and after a scheduler was lost.
 PATIENCE, PATIENCE_LATER = 5.0, 60.0
+# How often the way to a scheduler is made anew in one command.
+RENEWALS = 3
 # Tasks at a scheduler at once: enough for all workers, and little enough to be sent in a moment.
 TOGETHER = 500
 FOLDERS = ("models", "lmi", "certificates", "reports")

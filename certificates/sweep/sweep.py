@@ -23,7 +23,8 @@ from takagi.certificates.sweep.points import (
     published_point,
     require_winds,
 )
-from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
+from takagi.certificates.sweep.store import RESULTS, Task, canonical
+from takagi.certificates.sweep.tasks import Tell, run_tasks
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.units import to_si, typed_figure
 from takagi.models.turbine.data import Turbine

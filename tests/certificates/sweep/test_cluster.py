@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.sweep.tasks import Task, run_tasks
+from takagi.certificates.sweep.store import Task
+from takagi.certificates.sweep.tasks import run_tasks
 from takagi.cli.main import main
 from takagi.models import ModelError
 from tests.certificates.sweep.dask_cluster import ROOT, Cluster, dask_cluster, until

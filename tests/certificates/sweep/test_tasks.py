@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.sweep.tasks import Task, run_tasks
+from takagi.certificates.sweep.store import Task
+from takagi.certificates.sweep.tasks import run_tasks
 from takagi.models import ModelError
 from tests.certificates.sweep.toy import tasks
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.sweep.tasks import Task
+from takagi.certificates.sweep.store import Task
 
 
 def tasks(
