@@ -12,6 +12,7 @@ import logging
 import tempfile
 import time
 from collections.abc import Generator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from functools import cache
 from importlib import import_module
 from itertools import islice
@@ -55,7 +56,7 @@ def computed_by_cluster(
     for renewals in range(RENEWALS + 1):
         client = _client(distributed, scheduler, patience)
         try:
-            for file, text in _of_client(distributed, client, list(missing.values()), scheduler):
+            for file, text in _of_client(distributed, client, list(missing.values())):
                 result = store_result(missing.pop(file), folder, text)
                 yield file, result
             return
@@ -135,38 +136,51 @@ def _require_versions(worker: str, there: Any, here: Versions) -> None:
 
 
 def _of_client(
-    distributed: Any, client: Any, tasks: Sequence[Task], scheduler: str
+    distributed: Any, client: Any, tasks: Sequence[Task]
 ) -> Generator[tuple[str, str], None, None]:
     """Yield file name and result's text of each task as it is finished."""
-    here, contents = versions_here(), dict[tuple[Path, ...], Files]()
+    here = versions_here()
+    contents = {files: _content(files) for files in {task.files for task in tasks}}
+    files, waiting = dict[str, str](), iter(tasks)
 
     def send(task: Task) -> Any:
-        if task.files not in contents:
-            contents[task.files] = _content(task.files)
         content = contents[task.files]
         arguments = (task.function, task.source, dict(task.inputs), content, here)
         future = client.submit(computed_far, *arguments, key=f"takagi-{task.file}", pure=False)
         files[future.key] = task.file
         return future
 
-    files, waiting = dict[str, str](), iter(tasks)
-    first = [send(task) for task in islice(waiting, TOGETHER)]
-    completed = distributed.as_completed(first, loop=client.loop)
-    for future in completed:
-        file = files.pop(future.key)
-        if future.status == "cancelled":
-            raise _Lost
-        error = future.exception()
-        if isinstance(error, ModelError):
-            raise error
-        if isinstance(error, distributed.KilledWorker):
-            yield file, '{"error": "every worker that computed it was killed"}'
-        elif error is not None:
-            raise _Lost from error
-        else:
-            yield file, future.result()
-        for task in islice(waiting, 1):
-            completed.add(send(task))
+    try:
+        first = [send(task) for task in islice(waiting, TOGETHER)]
+        completed = distributed.as_completed(first, loop=client.loop)
+        for future in completed:
+            if future.status in ("cancelled", "lost"):
+                raise _Lost
+            yield files.pop(future.key), _text(distributed, future)
+            for task in islice(waiting, 1):
+                completed.add(send(task))
+    except (OSError, TimeoutError, CancelledError) as error:
+        raise _Lost from error
+
+
+def _text(distributed: Any, future: Any) -> str:
+    """Return what a worker has sent.
+
+    Raises
+    ------
+    ModelError : a worker that has other versions, or cannot run takagi; it came later.
+    OSError, TimeoutError, CancelledError : the scheduler is lost.
+    """
+    if future.status != "error":
+        return str(future.result())
+    error = future.exception()
+    if isinstance(error, ModelError):
+        raise error
+    if isinstance(error, distributed.KilledWorker):
+        return '{"error": "every worker that computed it was killed"}'
+    raise ModelError(
+        f"a worker cannot run takagi ({type(error).__name__}: {error}); install there what is here"
+    )
 
 
 def computed_far(
