@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import logging
 import tempfile
-import time
 from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from functools import cache
@@ -89,25 +88,21 @@ def _distributed() -> Any:
 
 def _client(distributed: Any, scheduler: str, patience: float) -> Any:
     """Return the client of a scheduler that has workers, all of them with these versions."""
-    end = time.monotonic() + patience
-    while True:
-        try:
-            client = distributed.Client(scheduler, timeout=patience / 4, set_as_default=False)
-            break
-        except (OSError, TimeoutError) as error:
-            if time.monotonic() > end:
-                raise ModelError(
-                    f"--scheduler {scheduler}: no Dask scheduler answers there; start one with "
-                    "`dask scheduler`, and give the address that it prints"
-                ) from error
-            time.sleep(0.2)
-        except ValueError as error:
-            raise ModelError(
-                f"--scheduler {scheduler}: this is no address of a Dask scheduler; write one such "
-                "as tcp://127.0.0.1:8786"
-            ) from error
     try:
-        client.wait_for_workers(1, timeout=max(end - time.monotonic(), 2.0))
+        # It tries again and again until the time is over.
+        client = distributed.Client(scheduler, timeout=patience, set_as_default=False)
+    except (OSError, TimeoutError) as error:
+        raise ModelError(
+            f"--scheduler {scheduler}: no Dask scheduler answers there; start one with `dask "
+            "scheduler`, and give the address that it prints"
+        ) from error
+    except ValueError as error:
+        raise ModelError(
+            f"--scheduler {scheduler}: this is no address of a Dask scheduler; write one such as "
+            "tcp://127.0.0.1:8786"
+        ) from error
+    try:
+        client.wait_for_workers(1, timeout=patience)
         here = versions_here()
         for worker, there in client.run(versions_here, on_error="return").items():
             _require_versions(worker, there, here)

@@ -129,6 +129,7 @@ def store_result(task: Task, folder: Path, text: str) -> Result:
         return result
     checksum = _sha256(canonical(result))
     content = f'{{"task":{task.hashed},"sha256":"{checksum}","result":{text}}}\n'
+    folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".result-", dir=folder) as beside:
         with open(Path(beside) / task.file, "w", encoding="utf-8") as file:
             file.write(content)

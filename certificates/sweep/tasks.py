@@ -63,7 +63,6 @@ def run_tasks(
             f"--workers {workers} and --scheduler {scheduler} were given; the workers of a "
             "scheduler are started beside it: leave --workers out"
         )
-    folder.mkdir(parents=True, exist_ok=True)
     results = {task.file: stored_result(task, folder) for task in tasks}
     missing = [task for task in tasks if results[task.file] is None]
     resumed = len(tasks) - len(missing)
