@@ -12,11 +12,12 @@ unexport PYTHONDONTWRITEBYTECODE
 MEASURED := measure validation_plant lmi_layer lmi_growth kim_lee_ladder enclosures certificates
 
 .DEFAULT_GOAL := help
-.PHONY: help design test marked-tests processors lint format types layers packaging bench \
+.PHONY: help design study test marked-tests processors lint format types layers packaging bench \
         campaigns docs check clean
 
 help:
 	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
+	@echo "make study       redraw the figures of docs/overlap-study.md (15 minutes of two cores)"
 	@echo "make test        run all tests (marked-tests: those that need TeX or minutes)"
 	@echo "make processors  run the tests whose numbers depend on the processor as on three kinds"
 	@echo "make check       lint, types and layers: what a change must pass beside the tests"
@@ -30,6 +31,12 @@ help:
 
 design: $(VENV)/.installed
 	$(BIN)/takagi design nrel5mw --out $(OUT) --force
+
+# A study that was stopped goes on where it was.
+study: $(VENV)/.installed
+	$(BIN)/takagi study overlap nrel5mw --out build/study-overlap
+	cp build/study-overlap/figures/overlap.svg docs/figures/overlap-study.svg
+	cp build/study-overlap/figures/front.svg docs/figures/overlap-study-front.svg
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile

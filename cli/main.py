@@ -33,6 +33,7 @@ VERBS = (
     Verb("certify", "Write a certificate for given gains, or for new ones"),
     Verb("compare", "Compare two designs of one plant"),
     Verb("sweep", "Map where a turbine's law is proved, over a grid of its parameters"),
+    Verb("study", "Compare a turbine's laws in many winds: fatigue, energy, what is proved"),
     Verb(
         "export",
         "Write a law as code for other tools, or a certificate's matrices for a proof assistant",

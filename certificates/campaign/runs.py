@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
 from takagi.certificates.campaign.motion import BOUNDS, EVENTS, PLAYERS, TOLERANCE, run
-from takagi.certificates.sweep.tasks import Result, Task, Tell, run_tasks
+from takagi.certificates.sweep.store import Result, Task
+from takagi.certificates.sweep.tasks import Tell, run_tasks
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 
@@ -153,6 +154,7 @@ def run_campaigns(
     duration: float = DURATION,
     seed: int = 0,
     workers: int | None = None,
+    scheduler: str | None = None,
     tell: Tell | None = None,
 ) -> list[Campaign]:
     """Return the random runs of a certificate's loop, for each class.
@@ -162,11 +164,11 @@ def run_campaigns(
     certificate : file with a claim of kind ``coherent-loop``.
     folder : for the results; those that are there are not computed again.
     runs : of each campaign;  seed : the same one gives the same runs.
-    workers, tell : see ``run_tasks``.
+    workers, scheduler, tell : see ``run_tasks``.
 
     Raises
     ------
-    ModelError : no such claim; numbers that make no sense; a process killed from outside.
+    ModelError : no such claim; numbers that make no sense; what ``run_tasks`` refuses.
     OSError : a result cannot be written.
     """
     require_numbers(runs, duration, seed)
@@ -178,8 +180,9 @@ def run_campaigns(
         shared = {**fixed, "beyond": [beyond.kind, list(beyond.numbers)]}
         for n in range(0, runs, TOGETHER):
             inputs = {**shared, "from": n, "to": min(n + TOGETHER, runs)}
-            tasks.append(Task(f"{__name__}:some_runs", str(certificate), inputs))
-    results, _ = run_tasks(tasks, folder, workers=workers, tell=tell)
+            task = Task(f"{__name__}:some_runs", str(certificate), inputs, (certificate,))
+            tasks.append(task)
+    results, _ = run_tasks(tasks, folder, workers=workers, scheduler=scheduler, tell=tell)
     error = next((result["error"] for result in results if "error" in result), None)
     if error is not None:
         raise ModelError(f"random runs could not be made: {error}")

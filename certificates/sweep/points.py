@@ -226,8 +226,12 @@ def published_point(
     speed = at.get(SPEED, law.coupling.speed_ramp.width)
     torque = at.get(TORQUE, law.coupling.torque_overlap)
     coupling_filter(turbine, speed_overlap=speed, torque_overlap=torque)
-    shifted = with_overlaps(law, speed_overlap=speed, torque_overlap=torque)
-    windows = certified_windows(shifted, [(v, round(v + WINDOW, DIGITS)) for v in winds])
+    return windows_result(with_overlaps(law, speed_overlap=speed, torque_overlap=torque), winds)
+
+
+def windows_result(law: PublishedLaw, winds: Sequence[float]) -> dict[str, Any]:
+    """Return what is proved of a law, together and by window, which begin at the winds [m/s]."""
+    windows = certified_windows(law, [(v, round(v + WINDOW, DIGITS)) for v in winds])
     proved = [window for window in windows if window["verdict"] == "PROVED"]
     failing = next((window for window in windows if window not in proved), None)
     first = None if failing is None else failing["from [m/s]"]

@@ -23,7 +23,8 @@ from takagi.certificates.sweep.points import (
     published_point,
     require_winds,
 )
-from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
+from takagi.certificates.sweep.store import RESULTS, Task, canonical
+from takagi.certificates.sweep.tasks import Tell, run_tasks
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.units import to_si, typed_figure
 from takagi.models.turbine.data import Turbine
@@ -158,6 +159,7 @@ def run_sweep(
     folder: Path,
     *,
     workers: int | None = None,
+    scheduler: str | None = None,
     tell: Tell | None = None,
 ) -> Sweep:
     """Return every point of a grid; results are kept in ``folder``/results and not made again.
@@ -165,11 +167,11 @@ def run_sweep(
     Parameters
     ----------
     law : one of ``LAWS``.
-    workers, tell : see ``run_tasks``.
+    workers, scheduler, tell : see ``run_tasks``.
 
     Raises
     ------
-    ModelError : a wind outside the turbine's range; a process that was killed from outside.
+    ModelError : a wind outside the turbine's range; what ``run_tasks`` refuses.
     OSError : a result cannot be written.
     """
     turbine = source.model
@@ -183,8 +185,11 @@ def run_sweep(
     tasks = []
     for values in grid_points:
         at = dict(zip((axis.name for axis in grid), values, strict=True))
-        tasks.append(Task(f"{__name__}:point", str(source.name), {**inputs, "at": at}))
-    results, resumed = run_tasks(tasks, folder / RESULTS, workers=workers, tell=tell)
+        each, name = {**inputs, "at": at}, str(source.name)
+        tasks.append(Task(f"{__name__}:point", name, each, tuple(source.files)))
+    results, resumed = run_tasks(
+        tasks, folder / RESULTS, workers=workers, scheduler=scheduler, tell=tell
+    )
     rows = []
     for values, result in zip(grid_points, results, strict=True):
         if "error" in result:

@@ -13,6 +13,14 @@ from takagi.models.errors import ModelError
 
 Options = tuple[Parameter, ...]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")]
+# Which processes compute many tasks.
+WORKERS_HELP = "Processes; as many as there are cores unless given."
+SCHEDULER_HELP = (
+    "A Dask scheduler, such as tcp://127.0.0.1:8786, whose workers compute in place of processes "
+    "here; needs takagi[cluster]."
+)
+Workers = Annotated[int | None, typer.Option(metavar="N", help=WORKERS_HELP)]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help=SCHEDULER_HELP)]
 OutFolder = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")]
 # Options of a certificate for given gains; all other options of a design concern making gains.
 _OF_GIVEN_GAINS = (

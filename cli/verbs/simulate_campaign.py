@@ -10,7 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import PROVED, UNPROVED
-from takagi.cli.options.given import Options, defaults_of, option, option_of
+from takagi.cli.options.given import (
+    SCHEDULER_HELP,
+    WORKERS_HELP,
+    Options,
+    defaults_of,
+    option,
+    option_of,
+)
 from takagi.cli.progress import progress
 from takagi.models.errors import ModelError
 
@@ -39,9 +46,8 @@ CAMPAIGN_OPTIONS: Options = (
         "4), inertia=0.8:1.2, wake=1.5, or all. May be repeated.",
         list[str],
     ),
-    option(
-        "workers N", "With --certificate: processes; as many as there are cores unless given.", int
-    ),
+    option("workers N", f"With --certificate. {WORKERS_HELP}", int),
+    option("scheduler ADDRESS", f"With --certificate. {SCHEDULER_HELP}"),
 )
 
 
@@ -74,7 +80,7 @@ def simulate_campaign(
             )
     from takagi.certificates.campaign import runs as campaign
     from takagi.certificates.checker.replay.certificate import check
-    from takagi.certificates.sweep.tasks import RESULTS
+    from takagi.certificates.sweep.store import RESULTS
     from takagi.cli.output_place import require_folder_place
     from takagi.reports.output import write_folder
     from takagi.reports.sweep import campaigns
@@ -106,6 +112,7 @@ def simulate_campaign(
                 duration=duration,
                 seed=seed,
                 workers=options["workers"],
+                scheduler=options["scheduler"],
                 tell=tell,
             )
         except KeyboardInterrupt:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, OutFolder
+from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import IN_FILES, Model, law_in_files, typed_name
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
@@ -45,10 +45,8 @@ def sweep(
             callback=law_in_files,
         ),
     ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Processes; as many as there are cores unless given."),
-    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> int:
     """Map where a law of MODEL, a wind turbine, is proved, over a grid of its parameters.
@@ -68,7 +66,9 @@ def sweep(
         from takagi.reports.sweep.maps import sweep_files
 
         try:
-            result = run_sweep(named, source, axes, out, workers=workers, tell=tell)
+            result = run_sweep(
+                named, source, axes, out, workers=workers, scheduler=scheduler, tell=tell
+            )
         except KeyboardInterrupt:
             print(f"Finished points are kept in {out}: the same command goes on.", file=sys.stderr)
             raise

@@ -47,6 +47,9 @@ class History:
     tower_displacement [m], tower_velocity [m/s] : fore-aft, at the top; 0 without a tower.
     tower_moment : fore-aft at the base [N m]: hub height times (stiffness x + damping x') over the
         turbine's ``tower_share``, which is thrust times hub height at rest.
+    blade_moment : flapwise at the root of each blade, of the mode that all blades share [N m]: the
+        blade's elastic load, in place of which stands the thrust without a flap mode, as a load
+        that grows with the radius, so that it acts at two thirds of it.
     plant_states : (n, m), in the order of the plant's ``state_names``.
     law_states : (n, k), in the order of the law's ``state_names``.
     flags : (n,) integers, sums of ``takagi.models.simulation.turbine_plant.Flag``.
@@ -70,6 +73,7 @@ class History:
     tower_displacement: Floats
     tower_velocity: Floats
     tower_moment: Floats
+    blade_moment: Floats
     plant_states: Floats
     law_states: Floats
     flags: NDArray[np.int64]
@@ -355,6 +359,8 @@ def history_of(
     speed, pitch = states[:, 0], states[:, 1]
     turning, thrust, flags = loads(plant, states, record.pitch_reference, record.wind)
     generator_at, tower_at = plant.index("generator speed"), plant.index("tower")
+    tip_at, flap = plant.index("blade-tip"), turbine.flap
+    elastic = thrust if tip_at is None or flap is None else states[:, tip_at] / flap.compliance
     generator = speed if generator_at is None else states[:, generator_at]
     zeros = np.zeros(len(states))
     top = zeros if tower_at is None else states[:, tower_at]
@@ -380,6 +386,7 @@ def history_of(
         tower_moment=turbine.hub_height
         / turbine.tower_share
         * (turbine.tower_stiffness * top + turbine.tower_damping * top_speed),
+        blade_moment=2 / 9 * turbine.rotor_radius * elastic,
         plant_states=states,
         law_states=record.law_states,
         flags=flags | _torque_flags(plant, record, period, first_torque),

@@ -14,8 +14,9 @@ from takagi.models.simulation.closed_loop import History
 from takagi.models.simulation.wind import PERIOD, WindSeries, same_turbulence
 from takagi.models.turbine.data import Turbine
 
-# Wohler exponent of welded steel towers; 10 is usual for composite blades.
+# Wohler exponents of welded steel and of composite blades.
 TOWER_EXPONENT = 4.0
+BLADE_EXPONENT = 10.0
 REFERENCE_FREQUENCY = 1.0
 # A change of torque within this time is a bump, not a motion of the loop [s].
 CHANGE_TIME = 0.4
@@ -40,7 +41,9 @@ class Metrics:
         95 % of rated [%].
     torque_rate : root mean square, high-speed shaft [kN m/s].
     tower_del : damage-equivalent fore-aft moment at the base, exponent 4, 1 Hz [MN m].
-    shaft_del : the same of the torque in the low-speed shaft [MN m].
+    blade_del : of the flapwise moment at the blades' root, exponent 10, 1 Hz [MN m]; what all
+        blades share alone: no gravity, no shear, no gust that a single blade meets.
+    shaft_del : of the torque in the low-speed shaft, exponent 4 [MN m].
     torque_change : largest change of the generator's torque within 0.4 s [kN m].
     peak_power : electrical [% of rated].
     """
@@ -59,6 +62,7 @@ class Metrics:
     shaft_del: float = nan
     torque_change: float = nan
     peak_power: float = nan
+    blade_del: float = nan
 
 
 def measure(history: History, turbine: Turbine) -> Metrics:
@@ -89,6 +93,8 @@ def measure(history: History, turbine: Turbine) -> Metrics:
         shaft_del=damage_equivalent_load(history.shaft_torque, duration) / 1e6,
         torque_change=_largest_change(torque, round(CHANGE_TIME / float(time[1] - time[0]))) / 1e3,
         peak_power=100 * float(np.max(history.electrical_power)) / turbine.rated_power,
+        blade_del=damage_equivalent_load(history.blade_moment, duration, exponent=BLADE_EXPONENT)
+        / 1e6,
     )
 
 

@@ -38,6 +38,7 @@ COLUMNS: dict[str, tuple[str, str, int]] = {
     "pitch_travel": ("pitch travel", "deg", 1),
     "torque_rate": ("torque rate, rms", "kN m/s", 2),
     "tower_del": ("tower DEL", "MN m", 2),
+    "blade_del": ("blade DEL", "MN m", 2),
     "shaft_del": ("shaft DEL", "MN m", 3),
     "torque_change": ("largest torque change in 0.4 s", "kN m", 2),
     "peak_power": ("peak power", "% of rated", 1),
@@ -47,7 +48,8 @@ EXPLANATION = """\
 Energy and power are electrical. Overspeed and speed deviation are shares of rated rotor speed; an
 overspeed below zero means that rated speed was never reached. The tower's damage-equivalent load is
 that of the fore-aft moment at the base (rainflow counting, exponent 4, 1 Hz), the shaft's that of
-the torque in the low-speed shaft. The actuators fight while pitch is more than 0.5 deg above fine
+the torque in the low-speed shaft, the blade's that of the flapwise moment at the root which all
+blades share (exponent 10). The actuators fight while pitch is more than 0.5 deg above fine
 pitch and torque more than 5 % below rated."""
 WAKE_WORDS = {
     "equilibrium": "a wake that follows at once (coefficient tables)",

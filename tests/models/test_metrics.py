@@ -109,6 +109,18 @@ def test_peaks_of_a_record_made_by_hand() -> None:
     assert found.shaft_del == pytest.approx(found.tower_del / 1.5)
 
 
+def test_the_blades_moment_at_rest_is_that_of_the_thrust() -> None:
+    """A third of the thrust at two thirds of the radius; the mode swings at its own frequency."""
+    turbine = nrel5mw()
+    plants = [validation_plant(turbine), validation_plant(turbine, flap=False)]
+    for plant in plants:
+        rest = simulate(plant, BaselineLaw(turbine), constant_wind(9.0, 60.0))
+        static = rest.thrust[-1] / 3 * 2 / 3 * turbine.rotor_radius
+        assert rest.blade_moment[-1] == pytest.approx(static, rel=2e-3)
+    found = measure(replace(rest, blade_moment=2e6 * np.cos(np.pi * np.round(rest.time))), turbine)
+    assert found.blade_del == pytest.approx((60 / 2 / 60) ** 0.1 * 4.0, rel=0.02)
+
+
 @settings(max_examples=25)
 @given(
     st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=30),

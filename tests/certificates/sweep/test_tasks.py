@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.sweep.tasks import Task, run_tasks
+from takagi.certificates.sweep.store import Task
+from takagi.certificates.sweep.tasks import run_tasks
 from takagi.models import ModelError
 from tests.certificates.sweep.toy import tasks
 
@@ -102,16 +103,34 @@ def test_an_error_ends_no_other_task_and_is_tried_again(tmp_path: Path) -> None:
 def test_a_killed_process_loses_only_its_task(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The words say what to do; the same command goes on."""
+    """Other processes take over; with one that is always killed the words say what to do."""
     monkeypatch.syspath_prepend(str(ROOT))
     work, folder = tasks("deadly", str(tmp_path / "killed"), 40), tmp_path / "results"
 
-    with pytest.raises(ModelError, match="Run the same command again"):
-        run_tasks(work, folder, workers=2)
-    assert len(content(folder)) > 0
-    results, resumed = run_tasks(work, folder, workers=2)
-    assert resumed > 0
+    results, _ = run_tasks(work, folder, workers=2)
     assert [result["z"] for result in results] == [2 * x for x in range(40)]
+    assert (tmp_path / "killed").exists()
+    run_tasks(tasks("deadly", str(tmp_path / "killed"), 40), tmp_path / "alone", workers=1)
+    assert content(folder) == content(tmp_path / "alone")
+    # A path below a file can never be made, so that every process that tries x = 3 is killed.
+    work = tasks("deadly", str(tmp_path / "killed" / "again"), 5, factor=3)
+    with pytest.raises(ModelError, match="killed from outside 4 times.*Run the same command again"):
+        run_tasks(work, tmp_path / "deadly", workers=2)
+
+
+def test_a_folder_of_another_study_or_release_is_refused(tmp_path: Path) -> None:
+    """Before anything is computed; a file that cannot be read is no study."""
+    run_tasks(tasks(), tmp_path / "a", workers=1)
+    (tmp_path / "a" / "other.json").write_text("[]")
+    with pytest.raises(ModelError, match=r"result of another study \(tests.*toy:product\)"):
+        run_tasks(tasks("slow"), tmp_path / "a", workers=1)
+
+    path = tmp_path / "a" / tasks()[0].file
+    older = json.loads(path.read_text())
+    older["task"]["versions"]["numpy"] = "1.0"
+    path.rename(path.with_name("0.json")).write_text(json.dumps(older))
+    with pytest.raises(ModelError, match=r"other versions: numpy 1\.0 \(here 2.*another folder"):
+        run_tasks(tasks(), tmp_path / "a", workers=1)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")

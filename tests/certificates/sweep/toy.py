@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.sweep.tasks import Task
+from takagi.certificates.sweep.store import Task
 
 
 def tasks(
@@ -35,7 +35,8 @@ def troubled(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
 def deadly(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Kill the process at x = 3, as a system without memory does, unless ``source`` exists."""
     if inputs["x"] == 3 and not Path(source).exists():
-        Path(source).touch()
+        if Path(source).parent.is_dir():
+            Path(source).touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return product(source, inputs)
 
@@ -45,3 +46,10 @@ def slow(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     (Path(source) / f"process-{os.getpid()}").touch()
     time.sleep(0.1)
     return product(source, inputs)
+
+
+def reading(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what two files have, and whether the first is at another place than the client's."""
+    path = Path(source)
+    texts = [path.read_text(), (path.parent / "below" / "table.csv").read_text()]
+    return {"texts": texts, "moved": str(path) != inputs["client"]}

@@ -1,0 +1,116 @@
+"""`takagi study overlap`: fatigue, energy and proof over the overlap of torque and pitch."""
+
+from __future__ import annotations
+
+import json
+import sys
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
+from takagi.cli.options.turbine_options import Model
+from takagi.cli.output_place import require_folder_place
+from takagi.cli.progress import progress
+from takagi.cli.runs.makers import MAKERS
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.models.turbine.loader import TurbineFile
+    from takagi.reports.study.overlap import OverlapStudy
+
+
+def overlap(
+    model: Model,
+    out: OutFolder,
+    *,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="AXIS",
+            help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,...; speed-overlap and centred-overlap "
+            "[rad/s] (0 is the hard switch) and torque-overlap [N m] of Schulte's law, overlap "
+            "[rad/s^2] of the effort-sharing law, each varied alone; wind [m/s], the mean winds. "
+            "May be repeated; without an overlap all four are studied, and 8 to 16 m/s.",
+        ),
+    ] = None,
+    seeds: Annotated[int, typer.Option(metavar="N", help="Of turbulence, at each wind.")] = 6,
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Of a run.")] = 600.0,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+) -> int:
+    """Measure fatigue, energy and proof of MODEL's laws over how far torque and pitch overlap.
+
+    The validation plant runs in turbulence of class B with every overlap; the reference controller
+    stands beside them. Writes tables and figures into DIR. Every finished result is a file of
+    DIR/results: a study that was stopped goes on where it was when the same command is given again.
+
+    Exit status: 0 every loop ran to its end; 1 one diverged, or a result ended in an error; 2
+    misuse.
+    """
+    source = turbine_file(model)
+    from takagi.reports.output import write_folder
+    from takagi.reports.study.overlap import run_overlap_study, study_axes
+    from takagi.reports.study.overlap_files import FILES, study_files
+
+    axes = study_axes(over or [])
+    require_folder_place(out, files=FILES, folders=("figures", "results"))
+    with progress(f"takagi study overlap {model}") as tell:
+        try:
+            study = run_overlap_study(
+                source,
+                axes,
+                out,
+                seeds=seeds,
+                duration=duration,
+                workers=workers,
+                scheduler=scheduler,
+                tell=tell,
+            )
+        except KeyboardInterrupt:
+            print(f"Finished results are kept in {out}: the same command goes on.", file=sys.stderr)
+            raise
+        tell("figures and tables")
+        files = study_files(study)
+        write_folder(out, files)
+    written = [str(out / name) for name in files]
+    print(_as_json(study, written) if as_json else _as_text(study, written))
+    return UNPROVED if study.failed else PROVED
+
+
+run = partial(run_command, "study overlap", overlap)
+
+
+def turbine_file(model: str) -> TurbineFile:
+    """Return the file of a wind turbine.
+
+    Raises
+    ------
+    ModelError : no such model, or another kind of it.
+    """
+    from takagi.models.loading import read_model
+
+    source = read_model(model)
+    if source.kind != "turbine":
+        raise ModelError(
+            f"takagi study compares the laws of a wind turbine, but model {model} is "
+            f"{MAKERS[source.kind].words}; `takagi simulate` shows how its law moves it"
+        )
+    return source
+
+
+def _as_text(study: OverlapStudy, written: list[str]) -> str:
+    runs = sum(map(len, study.runs))
+    lines = [f"{len(study.points)} laws, {runs} runs of {study.duration:g} s"]
+    if study.resumed:
+        lines.append(f"{study.resumed} of {study.tasks} results were computed before")
+    lines += [f"FAILED: {words}" for words in study.failed[:3]]
+    return "\n".join([*lines, "", *written])
+
+
+def _as_json(study: OverlapStudy, written: list[str]) -> str:
+    counted = {"points": len(study.points), "results": study.tasks, "resumed": study.resumed}
+    return json.dumps({**counted, "failed": study.failed, "files": written}, indent=2)

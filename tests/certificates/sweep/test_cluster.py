@@ -1,0 +1,186 @@
+"""Tasks on a real Dask cluster: workers and schedulers that are killed lose nothing."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from takagi.certificates.sweep.store import Task
+from takagi.certificates.sweep.tasks import run_tasks
+from takagi.cli.main import main
+from takagi.models import ModelError
+from tests.certificates.sweep.dask_cluster import ROOT, Cluster, dask_cluster, until
+from tests.certificates.sweep.toy import tasks
+
+pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "default::DeprecationWarning")
+
+COUNT = 40
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """File name -> bytes."""
+    return {path.name: path.read_bytes() for path in folder.glob("*.json")}
+
+
+def meanwhile(results: Path, count: int, work: Callable[[], object]) -> threading.Thread:
+    """Do something in another thread once so many results are there."""
+
+    def wait() -> None:
+        until(lambda: len(content(results)) >= count)
+        work()
+
+    thread = threading.Thread(target=wait, daemon=True)
+    thread.start()
+    return thread
+
+
+def results_of(cluster: Cluster, folder: Path) -> tuple[list[dict[str, object]], int]:
+    work = tasks("slow", str(cluster.folder), COUNT)
+    return run_tasks(work, folder, scheduler=cluster.address)
+
+
+def same_as_alone(results: Path, folder: Path) -> bool:
+    """Whether a store has the bytes of one that was made by this process alone."""
+    folder.mkdir()
+    run_tasks(tasks("slow", str(folder), COUNT), folder / "results", workers=1)
+    return content(results) == content(folder / "results")
+
+
+def test_four_workers_of_which_one_is_killed(tmp_path: Path) -> None:
+    """Its task is computed elsewhere; the files are those of a run without a cluster."""
+    results = tmp_path / "results"
+    with dask_cluster(tmp_path / "cluster", 4) as cluster:
+        killing = meanwhile(results, 8, cluster.workers[1].kill)
+        made, resumed = results_of(cluster, results)
+        killing.join()
+        assert cluster.workers[1].wait(10) != 0
+        assert len(list(cluster.folder.glob("process-*"))) == 4
+
+    assert (resumed, [result["z"] for result in made]) == (0, [2 * x for x in range(COUNT)])
+    assert same_as_alone(results, tmp_path / "alone")
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_started_again(tmp_path: Path) -> None:
+    """Its workers come to the new one, and the command goes on by itself."""
+    results = tmp_path / "results"
+    with dask_cluster(tmp_path / "cluster", 2) as cluster:
+
+        def again() -> None:
+            cluster.started[0].kill()
+            cluster.started[0].wait(10)
+            cluster.scheduler()
+            # A worker without a nanny may end with its scheduler.
+            cluster.worker()
+
+        killing = meanwhile(results, 8, again)
+        made, _ = results_of(cluster, results)
+        killing.join()
+
+    assert [result["z"] for result in made] == [2 * x for x in range(COUNT)]
+    assert same_as_alone(results, tmp_path / "alone")
+
+
+@pytest.mark.slow
+def test_a_client_that_is_gone(tmp_path: Path) -> None:
+    """The next one computes what is missing, and no more."""
+    results, script = tmp_path / "results", tmp_path / "script.py"
+    script.write_text(
+        "import sys\nfrom pathlib import Path\n"
+        "from takagi.certificates.sweep.tasks import run_tasks\n"
+        "from tests.certificates.sweep.toy import tasks\n"
+        f"work = tasks('slow', sys.argv[1], {COUNT})\n"
+        "run_tasks(work, Path(sys.argv[2]), scheduler=sys.argv[3])\n"
+    )
+    with dask_cluster(tmp_path / "cluster", 2) as cluster:
+        words = [sys.executable, str(script), str(cluster.folder), str(results), cluster.address]
+        with subprocess.Popen(words, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}) as gone:
+            until(lambda: len(content(results)) >= 4)
+            gone.kill()
+        ready = len(content(results))
+        made, resumed = results_of(cluster, results)
+
+    assert 4 <= ready == resumed < COUNT
+    assert [result["z"] for result in made] == [2 * x for x in range(COUNT)]
+    assert same_as_alone(results, tmp_path / "alone")
+
+
+def test_files_go_to_the_workers_with_the_task(tmp_path: Path) -> None:
+    """A worker has no file system in common with this machine; an error is the task's alone."""
+    (tmp_path / "model" / "below").mkdir(parents=True)
+    files = (tmp_path / "model" / "plant.toml", tmp_path / "model" / "below" / "table.csv")
+    for path in files:
+        path.write_text(path.name)
+    inputs = {"client": str(files[0])}
+    work = [
+        Task("tests.certificates.sweep.toy:reading", str(files[0]), inputs, files),
+        tasks("troubled")[1],
+    ]
+    with dask_cluster(tmp_path / "cluster", 1) as cluster:
+        (read, failed), _ = run_tasks(work, tmp_path / "results", scheduler=cluster.address)
+
+    assert read == {"texts": ["plant.toml", "table.csv"], "moved": True}
+    assert failed == {"error": "ZeroDivisionError: a fault"}
+
+
+def test_a_worker_of_another_release_is_refused(tmp_path: Path) -> None:
+    """Before anything is sent; the words name worker, library and both versions."""
+    other = tmp_path / "other" / "takagi-0.0.9.dist-info"
+    other.mkdir(parents=True)
+    (other / "METADATA").write_text("Metadata-Version: 2.1\nName: takagi\nVersion: 0.0.9\n")
+    path = f"{other.parent}{os.pathsep}{ROOT}"
+    with dask_cluster(tmp_path / "cluster", 1, PYTHONPATH=path) as cluster:
+        with pytest.raises(ModelError, match=r"worker tcp.* other versions: takagi 0\.0\.9 \(here"):
+            results_of(cluster, tmp_path / "results")
+        assert not list(cluster.folder.glob("process-*"))
+    assert not content(tmp_path / "results")
+
+
+@pytest.mark.slow
+def test_a_cluster_that_is_not_there(tmp_path: Path) -> None:
+    """A scheduler without workers, and none at all, are refused within seconds."""
+    results, work = tmp_path / "results", tasks()
+    with dask_cluster(tmp_path / "cluster", 0) as cluster:
+        with pytest.raises(ModelError, match="has no worker; start some with `dask worker tcp"):
+            run_tasks(work, results, scheduler=cluster.address)
+    with pytest.raises(ModelError, match="no Dask scheduler answers there; start one"):
+        run_tasks(work, results, scheduler=cluster.address)
+    # What is stored needs no cluster.
+    run_tasks(work, results, workers=1)
+    assert run_tasks(work, results, scheduler=cluster.address)[1] == len(work)
+
+
+def test_a_cluster_that_makes_no_sense(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No address, processes beside a cluster, no Dask: each has its sentence."""
+    results, work, address = tmp_path / "results", tasks(), "tcp://127.0.0.1:1"
+    pytest.importorskip("distributed")
+    with pytest.raises(ModelError, match="is no address of a Dask scheduler"):
+        run_tasks(work, results, scheduler="somewhere://else")
+    with pytest.raises(ModelError, match="leave --workers out"):
+        run_tasks(work, results, scheduler=address, workers=2)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ModelError, match=r"pip install 'takagi\[cluster\]'"):
+        run_tasks(work, results, scheduler=address)
+
+
+@pytest.mark.slow
+def test_four_hundred_points_of_which_a_worker_is_killed(tmp_path: Path) -> None:
+    """A map of Schulte's law, all of whose files are those of an undisturbed one."""
+    axes = ["speed-overlap=0.3:0.6:20", "torque-overlap=3000:5000:20", "wind=5"]
+    words = ["sweep", "nrel5mw", *(word for axis in axes for word in ("--over", axis)), "--out"]
+    with dask_cluster(tmp_path / "cluster", 4) as cluster:
+        killing = meanwhile(tmp_path / "a" / "results", 100, cluster.workers[2].kill)
+        assert main([*words, str(tmp_path / "a"), "--scheduler", cluster.address]) == 0
+        killing.join()
+        assert cluster.workers[2].wait(10) != 0
+    assert main([*words, str(tmp_path / "b")]) == 0
+
+    assert len(content(tmp_path / "b" / "results")) == 400
+    for path in (tmp_path / "b").rglob("*.*"):
+        assert path.read_bytes() == (tmp_path / "a" / path.relative_to(tmp_path / "b")).read_bytes()
