@@ -34,6 +34,7 @@ VERBS = (
     Verb("compare", "Compare two designs of one plant"),
     Verb("sweep", "Map where a turbine's law is proved, over a grid of its parameters"),
     Verb("study", "Compare a turbine's laws in many winds: fatigue, energy, what is proved"),
+    Verb("tune", "Tune a turbine's law for loads, energy and recovery; every point is proved"),
     Verb(
         "export",
         "Write a law as code for other tools, or a certificate's matrices for a proof assistant",

@@ -1,0 +1,124 @@
+"""`takagi tune`: settings of the effort-sharing law that are best for the machine, each PROVED."""
+
+from __future__ import annotations
+
+import json
+import sys
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
+from takagi.cli.options.turbine_options import Model
+from takagi.cli.output_place import require_folder_place
+from takagi.cli.progress import progress
+from takagi.cli.runs.makers import MAKERS
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.reports.study.tuning import Tuning
+
+
+def tune(
+    model: Model,
+    out: OutFolder,
+    *,
+    minimise: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="What is made best: tower-del, blade-del, shaft-del, travel (ratios to the "
+            "reference controller), energy [%], overspeed [%], torque-change [kN m], recovery [s] "
+            "or peak-power [%].",
+        ),
+    ] = "tower-del",
+    require: Annotated[
+        str,
+        typer.Option(
+            metavar="TEXT",
+            help='Limits of the others, such as "energy >= -0.2 %, recovery 30s, peak-power 110 %, '
+            'shaft-del <= 1.0".',
+        ),
+    ] = "energy >= -0.2 %, recovery 30s, shaft-del <= 1.0",
+    tries: Annotated[int, typer.Option(metavar="N", help="Settings to simulate.")] = 120,
+    seeds: Annotated[int, typer.Option(metavar="N", help="Of turbulence, at each wind.")] = 2,
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Of a run.")] = 600.0,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+) -> int:
+    """Tune the effort-sharing law of MODEL, a wind turbine, on the validation plant.
+
+    Wind filter, bandwidth, its growth, assumed pitch effectiveness and overlap are varied by
+    differential evolution. Each setting runs in turbulence of class B from 9 to 18 m/s, in a step
+    around rated wind and in gusts, beside the reference controller. The points that no other one
+    betters are designed and proved as by `takagi design`. A table, data and a figure are written
+    into DIR. A search that was stopped goes on where it was when the same command is given again.
+
+    Exit status: 0 a PROVED point meets every requirement; 1 none does; 2 misuse.
+    """
+    from takagi.models.loading import read_model
+
+    source = read_model(model)
+    if source.kind != "turbine":
+        raise ModelError(
+            f"takagi tune tunes the law of a wind turbine, but model {model} is "
+            f"{MAKERS[source.kind].words}; `takagi design --settle` sets how fast its law is"
+        )
+    from takagi.reports.output import write_folder
+    from takagi.reports.study.tuning import tuned
+    from takagi.reports.study.tuning_files import FILES, tuning_files
+
+    require_folder_place(out, files=FILES, folders=("figures", "results"))
+    with progress(f"takagi tune {model}") as tell:
+        try:
+            tuning = tuned(
+                source,
+                out,
+                minimise=minimise,
+                require=require,
+                tries=tries,
+                seeds=seeds,
+                duration=duration,
+                workers=workers,
+                scheduler=scheduler,
+                tell=tell,
+            )
+        except KeyboardInterrupt:
+            print(f"Finished results are kept in {out}: the same command goes on.", file=sys.stderr)
+            raise
+        tell("figure and tables")
+        files = tuning_files(tuning, model)
+        write_folder(out, files)
+    written = [str(out / name) for name in files]
+    print(_as_json(tuning, written) if as_json else _as_text(tuning, model, written))
+    best = tuning.best
+    return PROVED if best is not None and best.missed == 0 else UNPROVED
+
+
+run = partial(run_command, "tune", tune)
+
+
+def _as_text(tuning: Tuning, model: str, written: list[str]) -> str:
+    from takagi.reports.study.tuning_files import summary
+
+    lines = [*summary(tuning, model)]
+    if tuning.resumed:
+        lines.append(f"{tuning.resumed} of {tuning.tasks} results were computed before")
+    return "\n".join([*lines, "", *written])
+
+
+def _as_json(tuning: Tuning, written: list[str]) -> str:
+    best = tuning.best
+    return json.dumps(
+        {
+            "tried": tuning.tried,
+            "resumed": tuning.resumed,
+            "best": None if best is None else {"settings": best.at, "values": best.values},
+            "met": best is not None and best.missed == 0,
+            "files": written,
+        },
+        indent=2,
+    )
