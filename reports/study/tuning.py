@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.document.certificate_file import files_sha256
-from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
+from takagi.certificates.sweep.store import RESULTS, Task, canonical
+from takagi.certificates.sweep.tasks import Tell, run_tasks
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.turbine.loader import TurbineFile, load_turbine, model_files
