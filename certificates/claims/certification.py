@@ -21,6 +21,7 @@ from takagi.certificates.document.certificate_file import (
     dumps,
     provenance,
 )
+from takagi.certificates.document.decimals import rounded_up
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.attempts import (
     attempted,
@@ -31,7 +32,6 @@ from takagi.certificates.requests.attempts import (
 from takagi.certificates.requests.decay import Decay, Poles
 from takagi.certificates.requests.exit_probability import ExitProbability
 from takagi.certificates.requests.invariant_ellipsoid import InputLimits
-from takagi.certificates.requests.loop.decimals import rounded_up
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.requests.sampled_loop import SampledLoop

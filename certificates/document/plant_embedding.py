@@ -21,6 +21,7 @@ import numpy as np
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
+from takagi.certificates.document.decimals import rounded_up
 from takagi.models.arrays import Floats
 from takagi.models.blending.blending import EFFORT, RATE, SHARE
 from takagi.models.errors import ModelError
@@ -469,7 +470,6 @@ def _command_rate(model: TSModel, blending: Blending, actuator: Actuator) -> flo
     """Return a bound of the rate of an actuator's command on the box, in short decimals."""
     import sympy as sp
 
-    from takagi.certificates.requests.loop.decimals import rounded_up
     from takagi.models.ranges.expression_range import expression_range
 
     form = None if model.derivation is None else model.derivation.form

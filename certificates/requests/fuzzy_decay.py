@@ -24,7 +24,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.fuzzy_decay import FuzzyDecay as CheckedFuzzyDecay
 from takagi.certificates.checker.kinds.simplex_polynomial import Polynomial
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, rounded_up, short
+from takagi.certificates.document.decimals import DIGITS, rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.weight_pieces import (
     Corners,

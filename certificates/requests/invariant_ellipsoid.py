@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.input_rate import membership_corners, motion_rows
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
-from takagi.certificates.requests.decay import common_function
-from takagi.certificates.requests.loop.decimals import (
+from takagi.certificates.document.decimals import (
     floats,
     rounded_down,
     rounded_up,
     short,
     stack_of,
 )
+from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import (
     best_multiplier,

@@ -11,19 +11,19 @@ from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.observed_loop import ranges_kept, starts, whole_loops
 from takagi.certificates.checker.kinds.observer import error_loops, joint_loops, secant_loops
-from takagi.certificates.requests.decay import (
-    BACK_OFF,
-    decay_claims,
-    function_along,
-    rates_to_claim,
-)
-from takagi.certificates.requests.loop.decimals import (
+from takagi.certificates.document.decimals import (
     DIGITS,
     as_read,
     floats,
     rounded_down,
     short,
     stack_of,
+)
+from takagi.certificates.requests.decay import (
+    BACK_OFF,
+    decay_claims,
+    function_along,
+    rates_to_claim,
 )
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import SPARE

@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 from scipy.optimize import minimize_scalar
 
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
-from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
+from takagi.certificates.document.decimals import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.disturbance_channel import (
     Output,
     Path,

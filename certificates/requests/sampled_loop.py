@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.certificates.document.decimals import rounded_down, short
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.invariant_ellipsoid import candidate_set
-from takagi.certificates.requests.loop.decimals import rounded_down, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import box_rows, largest_level, state_halves
 from takagi.certificates.requests.request import Attempt, first_proved

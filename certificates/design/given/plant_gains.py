@@ -22,8 +22,8 @@ from takagi.certificates.checker.kernel.reader import (
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.plant.tracking_design import with_ranges
 from takagi.certificates.design.plant.tracking_gains import measured_rows
+from takagi.certificates.document.decimals import floats, stack_of
 from takagi.certificates.document.plant_embedding import plant_and_claim
-from takagi.certificates.requests.loop.decimals import floats, stack_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.tracking import observer_data
 from takagi.models.arrays import Floats
