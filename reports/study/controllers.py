@@ -16,14 +16,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.document.certificate_file import files_sha256
-from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
+from takagi.certificates.sweep.store import RESULTS, Task, canonical
+from takagi.certificates.sweep.tasks import Tell, run_tasks
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.simulation.closed_loop import Diverged, History
 from takagi.models.simulation.scenario import measure
-from takagi.models.turbine.loader import TurbineFile, load_turbine, model_files
-from takagi.reports.simulation.laws import ChosenLaws, chosen_laws
+from takagi.models.turbine.loader import TurbineFile
 from takagi.reports.simulation.runs import PlantParts, run_simulation, simulation_plant
 from takagi.reports.simulation.winds import requested_winds
+from takagi.reports.study.overlap import studied_law, studied_turbine
 from takagi.reports.study.rosco import (
     RETUNED,
     Tuning,
@@ -222,7 +223,7 @@ def _rows(mean: float, result: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def motion(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: a law in turbulence about one mean wind, seed by seed."""
-    turbine = _turbine(source, canonical(inputs["files"]))
+    turbine = studied_turbine(source, canonical(inputs["files"]))
     law = str(inputs["law"])
     run = _rosco_run if "tuning" in inputs else _law_run
     rows = []
@@ -248,8 +249,8 @@ _Run = Callable[["Turbine", str, Mapping[str, Any], "WindSeries"], History | str
 def _law_run(
     turbine: Turbine, source: str, inputs: Mapping[str, Any], wind: WindSeries
 ) -> History | str:
-    name = LAWS[inputs["law"]]
-    chosen = _laws(source, canonical(inputs["files"]), name)
+    asked = canonical({"law": LAWS[inputs["law"]], "settings": {}})
+    chosen = studied_law(source, canonical(inputs["files"]), asked)
     (run,) = run_simulation(turbine, chosen, [wind]).runs
     return run.history or run.remarks()[0]
 
@@ -269,25 +270,3 @@ def _counted(history: History) -> History:
     first = int(np.searchsorted(history.time - history.time[0], SETTLING - 1e-9))
     every: dict[str, Any] = {field.name: getattr(history, field.name) for field in fields(history)}
     return replace(history, **{k: v[first:] for k, v in every.items() if isinstance(v, np.ndarray)})
-
-
-@lru_cache(maxsize=1)
-def _turbine(source: str, files: str) -> Turbine:
-    if canonical(files_sha256(model_files(source))) != files:
-        raise RuntimeError(f"a file of model {source} was changed while the study ran")
-    return load_turbine(source)
-
-
-@lru_cache(maxsize=1)
-def _laws(source: str, files: str, name: str) -> ChosenLaws:
-    """Return one law; those of one design together, so that a process designs once."""
-    turbine = _turbine(source, files)
-    if name == "baseline":
-        return chosen_laws(turbine, [name])
-    chosen = _designed(source, files)
-    return replace(chosen, laws={name: chosen.laws[name]})
-
-
-@lru_cache(maxsize=1)
-def _designed(source: str, files: str) -> ChosenLaws:
-    return chosen_laws(_turbine(source, files), [n for n in LAWS.values() if n != "baseline"])

@@ -115,8 +115,13 @@ def year_totals(study: ControllersStudy, law: str, year: Weibull) -> dict[str, I
     }
 
 
-def ratios(study: ControllersStudy, law: str, other: str, year: Weibull) -> dict[str, Interval]:
-    """Return a law's totals of a year over another's, less 1 [%], paired by seed."""
+def ratios(
+    study: ControllersStudy, law: str, other: str, year: Weibull
+) -> dict[str, Interval | None]:
+    """Return a law's totals of a year over another's, less 1 [%], paired by seed.
+
+    None where the other has 0 with some seed.
+    """
     shares = _shares(study, year)
     return {
         title: paired_ratio(study.values(law, name), study.values(other, name), shares, exponent)
@@ -128,9 +133,11 @@ def ratios(study: ControllersStudy, law: str, other: str, year: Weibull) -> dict
     }
 
 
-def paired_ratio(values: Any, others: Any, shares: Any, exponent: float) -> Interval:
+def paired_ratio(values: Any, others: Any, shares: Any, exponent: float) -> Interval | None:
     """Return 100 (L / L_other - 1) of loads (winds, seeds), the same seeds drawn for both."""
     damage, other = shares @ values**exponent, shares @ others**exponent
+    if not (other > 0).all():
+        return None
     draws = resampled_seeds(len(damage))
 
     def share(of: Any, against: Any) -> Any:
@@ -261,7 +268,10 @@ def _year_table(study: ControllersStudy, year: Weibull) -> str:
         return text
     compared_rows = [
         {"law": words_of(law)}
-        | {f"{k} [%]": _with_interval(v) for k, v in ratios(study, law, compared, year).items()}
+        | {
+            f"{k} [%]": v and _with_interval(v)
+            for k, v in ratios(study, law, compared, year).items()
+        }
         for law in study.finished
         if law != compared
     ]
@@ -326,6 +336,8 @@ LOOKS: Mapping[str, tuple[str, Any, float]] = {
 OTHERS = (COLOURS[4], COLOURS[5])
 # A factor between the largest and the smallest load from which an axis is in decades.
 DECADES = 5.0
+# Below this the axis of the pitch travel is linear [deg].
+FEW_DEGREES = 20.0
 
 
 def controllers_figure(study: ControllersStudy) -> Figure:
@@ -362,7 +374,10 @@ def _panel(axes: Axes, study: ControllersStudy, name: str) -> None:
             study.means, [x.value for x in figures], line, color=colour, linewidth=width,
             marker="o" if len(study.means) == 1 else None, label=words_of(law),
         )  # fmt: skip
-    if min(every) > 0 and max(every) > DECADES * min(every) and name in DELS:
+    if name in DELS and max(every) > DECADES * min(every) > 0:
         axes.set_yscale("log")
+    elif name == "pitch_travel" and max(every) > FEW_DEGREES:
+        # In light wind it is 0, and a loop that swings has a hundred times that of the others.
+        axes.set_yscale("symlog", linthresh=FEW_DEGREES)
     quantity = QUANTITIES[name]
     axes.set_ylabel(quantity.title if compared is None else f"power to reference [{quantity.unit}]")

@@ -22,6 +22,7 @@ import os
 import re
 import shutil
 import sys
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
@@ -148,13 +149,19 @@ def retuned(turbine: Turbine, bandwidth: float, damping: float) -> Tuning:
     ModelError : the package is missing.
     """
     require_rosco()
-    try:
-        from rosco.toolbox import controller, utilities
-        from rosco.toolbox import turbine as described
-        from rosco.toolbox.inputs.validation import load_rosco_yaml
-    except ImportError as error:
-        raise ModelError(f"ROSCO's toolbox cannot be used ({error}); {NEEDED}") from error
-    with redirect_stdout(io.StringIO()), TemporaryDirectory() as folder:
+    # The toolbox's libraries warn of their own future, and it prints what it does.
+    with (
+        warnings.catch_warnings(),
+        redirect_stdout(io.StringIO()),
+        TemporaryDirectory() as folder,
+    ):
+        warnings.simplefilter("ignore")
+        try:
+            from rosco.toolbox import controller, utilities
+            from rosco.toolbox import turbine as described
+            from rosco.toolbox.inputs.validation import load_rosco_yaml
+        except ImportError as error:
+            raise ModelError(f"ROSCO's toolbox cannot be used ({error}); {NEEDED}") from error
         asked = load_rosco_yaml(_parameters(turbine, bandwidth, damping))
         machine = described.Turbine(asked["turbine_params"])
         _describe(machine, described.RotorPerformance, turbine)

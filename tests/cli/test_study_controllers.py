@@ -8,11 +8,14 @@ from __future__ import annotations
 import csv
 import importlib.util
 import json
+from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from takagi.cli.main import main
+from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import simulate
 from takagi.models.simulation.scenario import measure
 from takagi.models.simulation.turbine_plant import validation_plant
@@ -53,12 +56,6 @@ def rows_of(out: Path) -> list[dict[str, str]]:
 
 def test_a_run_is_the_end_of_one_of_simulate(tiny: Path) -> None:
     """The reference as a Python object in the other loop; the first 30 s are not counted."""
-    from dataclasses import fields, replace
-
-    import numpy as np
-
-    from takagi.models.simulation.baseline import BaselineLaw
-
     turbine = load_turbine("nrel5mw")
     (wind,) = requested_winds(turbine, ["turbulent:11:B:2"], duration=50)
     history = simulate(validation_plant(turbine), BaselineLaw(turbine), wind)
