@@ -268,5 +268,6 @@ def _rosco_run(
 def _counted(history: History) -> History:
     """Return the record from ``SETTLING`` on."""
     first = int(np.searchsorted(history.time - history.time[0], SETTLING - 1e-9))
-    every: dict[str, Any] = {field.name: getattr(history, field.name) for field in fields(history)}
-    return replace(history, **{k: v[first:] for k, v in every.items() if isinstance(v, np.ndarray)})
+    every = {field.name: getattr(history, field.name) for field in fields(history)}
+    late: dict[str, Any] = {k: v[first:] for k, v in every.items() if isinstance(v, np.ndarray)}
+    return replace(history, **late)

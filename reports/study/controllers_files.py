@@ -266,16 +266,13 @@ def _year_table(study: ControllersStudy, year: Weibull) -> str:
     )
     if compared is None:
         return text
-    compared_rows = [
-        {"law": words_of(law)}
-        | {
-            f"{k} [%]": v and _with_interval(v)
-            for k, v in ratios(study, law, compared, year).items()
-        }
-        for law in study.finished
-        if law != compared
-    ]
-    return f"{text}\nAgainst the {words_of(compared)}:\n\n{markdown_table(compared_rows)}"
+    against: list[dict[str, object]] = []
+    for law in study.finished:
+        row = {"law": words_of(law)}
+        for words, ratio in ratios(study, law, compared, year).items():
+            row[f"{words} [%]"] = _with_interval(ratio) if ratio else None
+        against += [row] if law != compared else []
+    return f"{text}\nAgainst the {words_of(compared)}:\n\n{markdown_table(against)}"
 
 
 def _worse_table(study: ControllersStudy) -> str:

@@ -10,6 +10,7 @@ import importlib.util
 import json
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,7 +61,7 @@ def test_a_run_is_the_end_of_one_of_simulate(tiny: Path) -> None:
     (wind,) = requested_winds(turbine, ["turbulent:11:B:2"], duration=50)
     history = simulate(validation_plant(turbine), BaselineLaw(turbine), wind)
     arrays = {f.name: getattr(history, f.name) for f in fields(history)}
-    late = {k: v[1500:] for k, v in arrays.items() if isinstance(v, np.ndarray)}
+    late: dict[str, Any] = {k: v[1500:] for k, v in arrays.items() if isinstance(v, np.ndarray)}
     metrics = measure(replace(history, **late), turbine)
 
     (row,) = [r for r in rows_of(tiny) if r["law"] == "reference" and r["seed"] == "2"]
