@@ -17,7 +17,7 @@ MEASURED := measure validation_plant lmi_layer lmi_growth kim_lee_ladder enclosu
 
 help:
 	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
-	@echo "make study       redraw the figures of docs/overlap-study.md (15 minutes of two cores)"
+	@echo "make study       redraw the figures of both studies (30 minutes of two cores)"
 	@echo "make test        run all tests (marked-tests: those that need TeX or minutes)"
 	@echo "make processors  run the tests whose numbers depend on the processor as on three kinds"
 	@echo "make check       lint, types and layers: what a change must pass beside the tests"
@@ -37,6 +37,9 @@ study: $(VENV)/.installed
 	$(BIN)/takagi study overlap nrel5mw --out build/study-overlap
 	cp build/study-overlap/figures/overlap.svg docs/figures/overlap-study.svg
 	cp build/study-overlap/figures/front.svg docs/figures/overlap-study-front.svg
+	$(BIN)/pip install -q -e '.[compare]'
+	$(BIN)/takagi study controllers nrel5mw --rosco all --out build/study-controllers
+	cp build/study-controllers/figures/controllers.svg docs/figures/controllers-study.svg
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile

@@ -17,7 +17,10 @@ class Study(NamedTuple):
     help: str  # one line, without a full stop
 
 
-STUDIES = (Study("overlap", "Fatigue, energy and proof over how far torque and pitch overlap"),)
+STUDIES = (
+    Study("overlap", "Fatigue, energy and proof over how far torque and pitch overlap"),
+    Study("controllers", "Laws, reference controller and ROSCO on the same plant and winds"),
+)
 
 
 def run(arguments: Sequence[str]) -> int:

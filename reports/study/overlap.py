@@ -235,7 +235,9 @@ def proof(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     try:
         if inputs["law"] == "coherent":
             return effort_sharing_point(turbine, inputs["settings"])
-        law = _chosen(source, canonical(inputs["files"]), canonical(_asked(inputs))).laws["paper"]
+        law = studied_law(source, canonical(inputs["files"]), canonical(_asked(inputs))).laws[
+            "paper"
+        ]
         result = windows_result(law, default_winds(turbine))  # type: ignore[arg-type]
         return {**result, "windows": len(result["windows"])}
     except ModelError as error:
@@ -249,7 +251,7 @@ def motion(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
 
     files = canonical(inputs["files"])
     turbine, _ = _settings(source, files, inputs)
-    chosen = _chosen(source, files, canonical(_asked(inputs)))
+    chosen = studied_law(source, files, canonical(_asked(inputs)))
     words = [f"turbulent:{inputs['mean']!r}:{TURBULENCE}:{seed}" for seed in inputs["seeds"]]
     winds = requested_winds(turbine, words, duration=inputs["duration"])
     simulation = run_simulation(turbine, chosen, winds, series=False)
@@ -267,13 +269,13 @@ def _asked(inputs: Mapping[str, Any]) -> dict[str, Any]:
 def _settings(source: str, files: str, inputs: Mapping[str, Any]) -> tuple[Turbine, DesignSettings]:
     from takagi.certificates.design.turbine.scale import default_settings
 
-    turbine = _turbine(source, files)
+    turbine = studied_turbine(source, files)
     law = "coherent" if inputs["law"] == "coherent" else "paper"
     return turbine, replace(default_settings(turbine), law=law, **inputs["settings"])
 
 
 @lru_cache(maxsize=1)
-def _turbine(source: str, files: str) -> Turbine:
+def studied_turbine(source: str, files: str) -> Turbine:
     if canonical(files_sha256(model_files(source))) != files:
         raise RuntimeError(f"a file of model {source} was changed while the study ran")
     return load_turbine(source)
@@ -284,7 +286,7 @@ def _regional(source: str, files: str) -> Any:
     """Return what Schulte's laws share, whatever their overlaps."""
     from takagi.certificates.design.turbine.published_law import regional_design
 
-    return regional_design(_turbine(source, files))
+    return regional_design(studied_turbine(source, files))
 
 
 @lru_cache(maxsize=1)
@@ -293,12 +295,12 @@ def _observer(source: str, files: str) -> Any:
     from takagi.certificates.design.turbine.effort_sharing_gains import wind_observer_design
     from takagi.certificates.design.turbine.scale import default_settings
 
-    turbine = _turbine(source, files)
+    turbine = studied_turbine(source, files)
     return wind_observer_design(turbine, default_settings(turbine)).observer
 
 
 @lru_cache(maxsize=2)
-def _chosen(source: str, files: str, asked: str) -> ChosenLaws:
+def studied_law(source: str, files: str, asked: str) -> ChosenLaws:
     """Return a law with its observer and its filter of the measured speed."""
     from takagi.certificates.design.turbine.effort_sharing_gains import wind_by_wind_law
     from takagi.certificates.design.turbine.published_law import designed_law

@@ -1,0 +1,128 @@
+"""`takagi study controllers`: a turbine's laws, its reference controller and ROSCO side by side."""
+
+from __future__ import annotations
+
+import json
+import sys
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
+from takagi.cli.options.turbine_options import Model
+from takagi.cli.output_place import require_folder_place
+from takagi.cli.progress import progress
+from takagi.cli.verbs.study_overlap import turbine_file
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.reports.study.controllers import ControllersStudy
+
+
+def controllers(
+    model: Model,
+    out: OutFolder,
+    *,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="effort-sharing, schulte, switched (Schulte's gains without overlap) or reference "
+            "(K w^2 + PI). May be repeated; all of them unless given.",
+        ),
+    ] = None,
+    rosco: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TUNING",
+            help="ROSCO's library too, by its Python package (takagi[compare]): shipped, "
+            "shipped-unshaved (without peak shaving), retuned, retuned-unshaved, all of these four "
+            "(all), or NAME=DISCON.IN, a file of yours. May be repeated.",
+        ),
+    ] = None,
+    winds: Annotated[
+        str, typer.Option(metavar="V,V,...", help="Mean winds [m/s].")
+    ] = "4,6,8,10,12,14,16,18,20,22,24",
+    seeds: Annotated[int, typer.Option(metavar="N", help="Of turbulence, at each wind.")] = 6,
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Of a run.")] = 600.0,
+    weibull: Annotated[
+        str,
+        typer.Option(
+            metavar="MEAN:SHAPE",
+            help="Of the mean wind over a year [m/s]; 8.5:2 is IEC class II, 10:2 class I.",
+        ),
+    ] = "8.5:2",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+) -> int:
+    """Compare MODEL's laws, its reference controller and ROSCO on the same plant and winds.
+
+    The validation plant runs in turbulence of class B with every law and the same seeds. Writes
+    study.csv (every run), controllers.json and controllers.md (differences to the reference
+    controller with intervals, a year's totals, where the effort-sharing law is worse) and a figure
+    of all winds into DIR. Every finished result is a file of DIR/results: a study that was stopped
+    goes on where it was when the same command is given again.
+
+    Exit status: 0 every loop ran to its end; 1 one diverged, or a result ended in an error; 2
+    misuse.
+    """
+    source = turbine_file(model)
+    from takagi.reports.output import write_folder
+    from takagi.reports.study.controllers import run_controllers_study
+    from takagi.reports.study.controllers_files import FILES, study_files
+    from takagi.reports.study.statistics import Weibull
+
+    year, means = Weibull.read(weibull), _means(winds)
+    require_folder_place(out, files=FILES, folders=("figures", "results"))
+    with progress(f"takagi study controllers {model}") as tell:
+        try:
+            study = run_controllers_study(
+                source,
+                out,
+                laws=law or [],
+                rosco=rosco or [],
+                means=means,
+                seeds=seeds,
+                duration=duration,
+                workers=workers,
+                scheduler=scheduler,
+                tell=tell,
+            )
+        except KeyboardInterrupt:
+            print(f"Finished results are kept in {out}: the same command goes on.", file=sys.stderr)
+            raise
+        tell("figure and tables")
+        files = study_files(study, year)
+        write_folder(out, files)
+    written = [str(out / name) for name in files]
+    print(_as_json(study, written) if as_json else _as_text(study, written))
+    return UNPROVED if study.failed else PROVED
+
+
+run = partial(run_command, "study controllers", controllers)
+
+
+def _means(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise ModelError(
+            f"--winds {text} was given; mean winds in m/s are needed, such as 8,12,16"
+        ) from error
+
+
+def _as_text(study: ControllersStudy, written: list[str]) -> str:
+    runs = sum(map(len, study.runs.values()))
+    lines = [f"{len(study.laws)} laws, {runs} runs of {study.duration:g} s"]
+    if study.resumed:
+        lines.append(f"{study.resumed} of {study.tasks} results were computed before")
+    lines += [f"FAILED: {words}" for words in study.failed[:3]]
+    return "\n".join([*lines, "", *written])
+
+
+def _as_json(study: ControllersStudy, written: list[str]) -> str:
+    counted = {"laws": study.laws, "results": study.tasks, "resumed": study.resumed}
+    return json.dumps({**counted, "failed": study.failed, "files": written}, indent=2)

@@ -1,0 +1,380 @@
+"""The files of a comparison of controllers: all runs, tables with intervals, a figure.
+
+Intervals are of 95 %, by the bootstrap over the seeds; differences are paired by seed and wind.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from takagi.models.simulation.scenario import BLADE_EXPONENT, TOWER_EXPONENT
+from takagi.reports.figures.style import COLOURS, figure_to_svg, house_style, new_figure
+from takagi.reports.output import csv_text
+from takagi.reports.page.markdown_table import markdown_table
+from takagi.reports.study.controllers import (
+    OURS,
+    SETTLING,
+    TURBULENCE,
+    ControllersStudy,
+    words_of,
+)
+from takagi.reports.study.statistics import (
+    HOURS_A_YEAR,
+    Interval,
+    Weibull,
+    lifetime_load,
+    lifetime_mean,
+    mean_interval,
+    resampled_seeds,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FILES = ("controllers.md", "controllers.json", "study.csv")
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A metric in tables: its words and unit, and whether more of it is better."""
+
+    words: str
+    unit: str
+    more: bool = False
+
+    @property
+    def title(self) -> str:
+        """Words and unit."""
+        return f"{self.words} [{self.unit}]"
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    "mean_power": Quantity("mean power", "kW", more=True),
+    "overspeed": Quantity("overspeed", "%"),
+    "pitch_travel": Quantity("pitch travel", "deg"),
+    "torque_rate": Quantity("torque rate", "kN m/s"),
+    "tower_del": Quantity("tower DEL", "MN m"),
+    "blade_del": Quantity("blade DEL", "MN m"),
+    "shaft_del": Quantity("shaft DEL", "MN m"),
+    "both_active": Quantity("both actuators at work", "% of time"),
+    "peak_power": Quantity("peak power", "% of rated"),
+    "torque_change": Quantity("torque change in 0.4 s", "kN m"),
+}
+DELS = {"tower_del": TOWER_EXPONENT, "blade_del": BLADE_EXPONENT, "shaft_del": TOWER_EXPONENT}
+EXPLANATION = """\
+Each figure is the mean over the seeds. Differences are paired: the same seed in the same wind under
+two laws; behind them stands the interval of 95 % by the bootstrap over the seeds ({seeds} seeds are
+few, so that it is rather too narrow). Power and energy are electrical, before losses outside of the
+generator. DEL: damage-equivalent load at 1 Hz, rainflow counting, Wohler exponent 4 (tower's
+fore-aft moment at the base, torque in the shaft) and 10 (flapwise moment at the blades' root, what
+all blades share). Both actuators are at work while pitch is more than 0.5 deg above fine pitch and
+torque more than 5 % below rated: a blend where it is meant, a fight where it is not. A simulation
+proves nothing."""
+
+
+def study_files(study: ControllersStudy, year: Weibull) -> dict[str, bytes | str]:
+    """Return file name -> content: ``FILES`` and the figure; the same runs, the same bytes."""
+    files: dict[str, bytes | str] = {
+        "study.csv": _csv(study),
+        "controllers.json": _json(study, year),
+    }
+    picture = ""
+    if study.finished:
+        file, title = "figures/controllers.svg", f"{study.turbine.name}: controllers in all winds"
+        figure = controllers_figure(study)
+        files[file] = figure_to_svg(figure, name="study-controllers", description=title)
+        picture = f"![{title}]({file})\n\n"
+    files["controllers.md"] = _markdown(study, year, picture)
+    return files
+
+
+def difference(study: ControllersStudy, law: str, other: str, name: str, wind: int) -> Interval:
+    """Return a law's metric less another's at the wind of a place, paired by seed."""
+    return mean_interval(study.values(law, name)[wind] - study.values(other, name)[wind])
+
+
+def _shares(study: ControllersStudy, year: Weibull) -> Any:
+    return year.shares(study.means, study.turbine.cut_in, study.turbine.cut_out)
+
+
+def year_totals(study: ControllersStudy, law: str, year: Weibull) -> dict[str, Interval]:
+    """Return a law's energy a year [MWh], travel [deg/h] and DELs [MN m] of all time."""
+    shares = _shares(study, year)
+    energy = study.values(law, "mean_power") * HOURS_A_YEAR / 1e3
+    totals = {
+        "energy [MWh/year]": lifetime_mean(energy, shares),
+        "pitch travel [deg/h]": lifetime_mean(study.values(law, "pitch_rate") * 3600, shares),
+    }
+    return totals | {
+        QUANTITIES[name].title: lifetime_load(study.values(law, name), shares, exponent)
+        for name, exponent in DELS.items()
+    }
+
+
+def ratios(
+    study: ControllersStudy, law: str, other: str, year: Weibull
+) -> dict[str, Interval | None]:
+    """Return a law's totals of a year over another's, less 1 [%], paired by seed.
+
+    None where the other has 0 with some seed.
+    """
+    shares = _shares(study, year)
+    return {
+        title: paired_ratio(study.values(law, name), study.values(other, name), shares, exponent)
+        for title, name, exponent in (
+            ("energy", "mean_power", 1.0),
+            ("pitch travel", "pitch_rate", 1.0),
+            *((QUANTITIES[name].words, name, exponent) for name, exponent in DELS.items()),
+        )
+    }
+
+
+def paired_ratio(values: Any, others: Any, shares: Any, exponent: float) -> Interval | None:
+    """Return 100 (L / L_other - 1) of loads (winds, seeds), the same seeds drawn for both."""
+    damage, other = shares @ values**exponent, shares @ others**exponent
+    if not (other > 0).all():
+        return None
+    draws = resampled_seeds(len(damage))
+
+    def share(of: Any, against: Any) -> Any:
+        return 100 * ((of / against) ** (1 / exponent) - 1)
+
+    drawn = share(damage[draws].mean(axis=1), other[draws].mean(axis=1))
+    return Interval.of(float(share(damage.mean(), other.mean())), drawn)
+
+
+@dataclass(frozen=True, slots=True)
+class Worse:
+    """Where ours is worse than another law: a metric, and the differences that are clear by wind.
+
+    ``unclear`` are the winds at which the mean is worse and the interval contains 0.
+    """
+
+    other: str
+    name: str
+    clear: Mapping[float, Interval]
+    unclear: tuple[float, ...]
+
+
+def where_worse(study: ControllersStudy) -> Iterator[Worse]:
+    """Yield every metric in which the effort-sharing law is worse than another law somewhere."""
+    if OURS not in study.finished:
+        return
+    for other in study.finished:
+        for name, quantity in QUANTITIES.items():
+            sign = -1 if quantity.more else 1
+            by_wind = {
+                v: difference(study, OURS, other, name, k) for k, v in enumerate(study.means)
+            }
+            worse = {v: d for v, d in by_wind.items() if sign * d.value > 0}
+            clear = {v: d for v, d in worse.items() if d.is_clear}
+            if other != OURS and worse:
+                yield Worse(other, name, clear, tuple(v for v in worse if v not in clear))
+
+
+def _csv(study: ControllersStudy) -> str:
+    rows = [{"law": law, **run} for law in study.laws for run in study.runs[law]]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    return csv_text(names, ([row.get(name) for name in names] for row in rows))
+
+
+def _json(study: ControllersStudy, year: Weibull) -> str:
+    compared = study.compared
+    data: dict[str, Any] = {
+        "model": study.turbine.name,
+        "winds": list(study.means),
+        "turbulence": TURBULENCE,
+        "seeds": study.seeds,
+        "duration": study.duration,
+        "settling": SETTLING,
+        "weibull": {**asdict(year), "shares": _shares(study, year).tolist()},
+        "compared_with": compared,
+        "units": {name: quantity.unit for name, quantity in QUANTITIES.items()},
+        "failed": study.failed,
+        "laws": {
+            law: {
+                "words": words_of(law),
+                "metrics": {
+                    name: [asdict(mean_interval(row)) for row in study.values(law, name)]
+                    for name in QUANTITIES
+                },
+                "differences": {
+                    name: [
+                        asdict(difference(study, law, compared, name, k))
+                        for k in range(len(study.means))
+                    ]
+                    for name in (QUANTITIES if compared not in (None, law) else ())
+                    if compared
+                },
+                "year": {k: asdict(v) for k, v in year_totals(study, law, year).items()},
+            }
+            for law in study.finished
+        },
+        "worse": [
+            {
+                "than": worse.other,
+                "metric": worse.name,
+                "clear": {f"{v:g}": asdict(d) for v, d in worse.clear.items()},
+                "unclear": list(worse.unclear),
+            }
+            for worse in where_worse(study)
+        ],
+    }
+    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+
+
+def _markdown(study: ControllersStudy, year: Weibull, picture: str) -> str:
+    name, winds = study.turbine.name, ", ".join(f"{v:g}" for v in study.means)
+    explained = EXPLANATION.format(seeds=study.seeds).replace("\n", " ")
+    text = (
+        f"# {name}: controllers side by side\n\n{len(study.laws)} laws on the validation plant, in "
+        f"turbulence of class {TURBULENCE} about {winds} m/s, {study.seeds} seeds of "
+        f"{study.duration:g} s each, after {SETTLING:g} s that are not counted. {explained}\n\n"
+        f"{picture}"
+    )
+    if study.failed:
+        text += "Not in the tables, because a run failed:\n\n"
+        text += "".join(f"- {words}\n" for words in study.failed) + "\n"
+    if not study.finished:
+        return text
+    text += _year_table(study, year) + _worse_table(study)
+    for metric, quantity in QUANTITIES.items():
+        text += f"\n## {quantity.title}\n\n{_by_wind(study, metric)}"
+    if study.compared is not None:
+        text += f"\n## Differences to the {words_of(study.compared)}\n"
+        for metric, quantity in QUANTITIES.items():
+            text += f"\n### {quantity.title}\n\n{_by_wind(study, metric, study.compared)}"
+    return text
+
+
+def _year_table(study: ControllersStudy, year: Weibull) -> str:
+    compared = study.compared
+    rows = []
+    for law in study.finished:
+        row: dict[str, object] = {"law": words_of(law)}
+        row |= {title: total.value for title, total in year_totals(study, law, year).items()}
+        rows.append(row)
+    text = (
+        f"## A year\n\nThe winds are weighed by a Weibull distribution with a mean of "
+        f"{year.mean:g} m/s and shape {year.shape:g}, which has "
+        f"{100 * _shares(study, year).sum():.0f} % of all time in these winds; loads by their "
+        f"damage.\n\n{markdown_table(rows)}"
+    )
+    if compared is None:
+        return text
+    against: list[dict[str, object]] = []
+    for law in study.finished:
+        row = {"law": words_of(law)}
+        for words, ratio in ratios(study, law, compared, year).items():
+            row[f"{words} [%]"] = _with_interval(ratio) if ratio else None
+        against += [row] if law != compared else []
+    return f"{text}\nAgainst the {words_of(compared)}:\n\n{markdown_table(against)}"
+
+
+def _worse_table(study: ControllersStudy) -> str:
+    if OURS not in study.finished or len(study.finished) < 2:
+        return ""
+    rows: list[dict[str, object]] = []
+    for worse in where_worse(study):
+        clear = [f"{v:g}: {d.value:+.3g}" for v, d in worse.clear.items()]
+        rows.append(
+            {
+                "in": QUANTITIES[worse.name].title,
+                "than": words_of(worse.other),
+                "clear at [m/s]: by": ", ".join(clear),
+                "within chance at [m/s]": ", ".join(f"{v:g}" for v in worse.unclear),
+            }
+        )
+    head = "\n## Where the effort-sharing law is worse\n\n"
+    if not rows:
+        return f"{head}Nowhere in these winds.\n"
+    return f"{head}A difference is clear where its interval leaves out 0.\n\n{markdown_table(rows)}"
+
+
+def _by_wind(study: ControllersStudy, name: str, compared: str | None = None) -> str:
+    rows = []
+    for law in study.finished:
+        if law == compared:
+            continue
+        row: dict[str, object] = {"law": words_of(law)}
+        for k, wind in enumerate(study.means):
+            if compared is None:
+                row[f"{wind:g} m/s"] = float(study.values(law, name)[k].mean())
+            else:
+                row[f"{wind:g} m/s"] = _with_interval(difference(study, law, compared, name, k))
+        rows.append(row)
+    return markdown_table(rows)
+
+
+def _with_interval(figure: Interval) -> str:
+    return f"{figure.value:+.3g} ({figure.low:+.3g} to {figure.high:+.3g})"
+
+
+# What the figure shows; power as a difference, which would else hide behind its own curve.
+PANELS = (
+    *("mean_power", "tower_del", "shaft_del", "blade_del", "pitch_travel", "overspeed"),
+    *("torque_change", "peak_power"),
+)
+# Colour, line and width of a law.
+LOOKS: Mapping[str, tuple[str, Any, float]] = {
+    OURS: (COLOURS[0], "-", 2.4),
+    "schulte": (COLOURS[2], "-", 1.4),
+    "switched": (COLOURS[2], ":", 1.4),
+    "reference": (COLOURS[6], "-", 1.4),
+    "rosco-shipped": (COLOURS[1], "-", 1.4),
+    "rosco-shipped-unshaved": (COLOURS[1], "--", 1.2),
+    "rosco-retuned": (COLOURS[3], "-", 1.4),
+    "rosco-retuned-unshaved": (COLOURS[3], "--", 1.2),
+}
+OTHERS = (COLOURS[4], COLOURS[5])
+# A factor between the largest and the smallest load from which an axis is in decades.
+DECADES = 5.0
+# Below this the axis of the pitch travel is linear [deg].
+FEW_DEGREES = 20.0
+
+
+def controllers_figure(study: ControllersStudy) -> Figure:
+    """Return the metrics over the mean wind, a line a law with its interval over the seeds."""
+    with house_style():
+        figure, panels = new_figure(len(PANELS) // 2, 2, height=9.4)
+        for axes, name in zip(panels, PANELS, strict=True):
+            _panel(axes, study, name)
+        for axes in panels[-2:]:
+            axes.set_xlabel("mean wind [m/s]")
+        handles, labels = panels[1].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=2)
+    return figure
+
+
+def _panel(axes: Axes, study: ControllersStudy, name: str) -> None:
+    compared = study.compared if name == "mean_power" else None
+    files = [law for law in study.finished if law not in LOOKS]
+    every = []
+    for law in study.finished:
+        colour, line, width = LOOKS.get(
+            law, (OTHERS[files.index(law) % 2] if law in files else "", "-.", 1.4)
+        )
+        if compared is None:
+            figures = [mean_interval(row) for row in study.values(law, name)]
+        else:
+            figures = [difference(study, law, compared, name, k) for k in range(len(study.means))]
+        every += [x.value for x in figures]
+        axes.fill_between(
+            study.means, [x.low for x in figures], [x.high for x in figures],
+            color=colour, alpha=0.15, linewidth=0,
+        )  # fmt: skip
+        axes.plot(
+            study.means, [x.value for x in figures], line, color=colour, linewidth=width,
+            marker="o" if len(study.means) == 1 else None, label=words_of(law),
+        )  # fmt: skip
+    if name in DELS and max(every) > DECADES * min(every) > 0:
+        axes.set_yscale("log")
+    elif name == "pitch_travel" and max(every) > FEW_DEGREES:
+        # In light wind it is 0, and a loop that swings has a hundred times that of the others.
+        axes.set_yscale("symlog", linthresh=FEW_DEGREES)
+    quantity = QUANTITIES[name]
+    axes.set_ylabel(quantity.title if compared is None else f"power to reference [{quantity.unit}]")
