@@ -290,7 +290,7 @@ def _regional(source: str, files: str) -> Any:
 
 
 @lru_cache(maxsize=1)
-def _observer(source: str, files: str) -> Any:
+def studied_observer(source: str, files: str) -> Any:
     """Return what all laws share that read an estimate of the wind."""
     from takagi.certificates.design.turbine.effort_sharing_gains import wind_observer_design
     from takagi.certificates.design.turbine.scale import default_settings
@@ -320,4 +320,4 @@ def studied_law(source: str, files: str, asked: str) -> ChosenLaws:
         law = designed_law(turbine, settings, _regional(source, files))
         law = switched_law(law) if name == SWITCHED else law
     filters = {name: measured} if (measured := speed_filter(settings)) else {}
-    return ChosenLaws({name: law}, _observer(source, files), filters)
+    return ChosenLaws({name: law}, studied_observer(source, files), filters)

@@ -7,6 +7,7 @@ quantities are those of the law over those of the reference controller in the sa
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +23,14 @@ from takagi.certificates.sweep.store import RESULTS, Task, canonical
 from takagi.certificates.sweep.tasks import Tell, run_tasks
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.turbine.loader import TurbineFile, load_turbine, model_files
+from takagi.models.turbine.loader import TurbineFile
+from takagi.reports.study.overlap import (
+    REFERENCE,
+    TURBULENCE,
+    studied_law,
+    studied_observer,
+    studied_turbine,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
@@ -30,10 +38,9 @@ if TYPE_CHECKING:
     from takagi.models.turbine.data import Turbine
     from takagi.reports.simulation.laws import ChosenLaws
 
-LAW, REFERENCE = "coherent", "baseline"
+LAW = "coherent"
 MEANS, SEEDS, DURATION = (9.0, 11.0, 13.0, 15.0, 18.0), 2, 600.0
 SHORTEST = 10.0
-TURBULENCE = "B"
 # Recovered: rotor speed and power stay within this share of rated [-].
 RECOVERED = 0.01
 STEP_TIME = 200.0
@@ -393,7 +400,7 @@ def behaviour(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     from takagi.reports.simulation.winds import requested_winds
 
     files = canonical(inputs["files"])
-    turbine = _turbine(source, files)
+    turbine = studied_turbine(source, files)
     try:
         chosen = _law(source, files, inputs["at"])
     except ModelError as error:
@@ -437,7 +444,7 @@ def proof(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: what the checker says of the certificate of `takagi design`."""
     from takagi.certificates.design.turbine.design import design_turbine
 
-    turbine = _turbine(source, canonical(inputs["files"]))
+    turbine = studied_turbine(source, canonical(inputs["files"]))
     try:
         design = design_turbine(turbine, _settings(turbine, inputs["at"]))
     except ModelError as error:
@@ -480,46 +487,26 @@ def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:
     return settings
 
 
-@lru_cache(maxsize=1)
-def _turbine(source: str, files: str) -> Turbine:
-    if canonical(files_sha256(model_files(source))) != files:
-        raise RuntimeError(f"a file of model {source} was changed while the search ran")
-    return load_turbine(source)
-
-
 def _law(source: str, files: str, at: Mapping[str, float]) -> ChosenLaws:
     from takagi.certificates.design.turbine.effort_sharing_gains import wind_by_wind_law
     from takagi.certificates.design.turbine.result import speed_filter
     from takagi.reports.simulation.laws import ChosenLaws
 
-    turbine = _turbine(source, files)
+    turbine = studied_turbine(source, files)
     settings = _settings(turbine, at)
     law = wind_by_wind_law(turbine, settings)[1]
     filters = {LAW: measured} if (measured := speed_filter(settings)) else {}
-    return ChosenLaws({LAW: law}, _observer(source, files), filters)
-
-
-@lru_cache(maxsize=1)
-def _observer(source: str, files: str) -> Any:
-    from takagi.certificates.design.turbine.effort_sharing_gains import wind_observer_design
-    from takagi.certificates.design.turbine.scale import default_settings
-
-    turbine = _turbine(source, files)
-    return wind_observer_design(turbine, default_settings(turbine)).observer
+    return ChosenLaws({LAW: law}, studied_observer(source, files), filters)
 
 
 @lru_cache(maxsize=1)
 def _reference(source: str, files: str, winds: str) -> dict[str, list[float]]:
     """Return the reference controller's metrics in the same turbulence, once in each process."""
-    import json
-
-    from takagi.models.simulation.baseline import BaselineLaw
-    from takagi.reports.simulation.laws import ChosenLaws
     from takagi.reports.simulation.runs import run_simulation
     from takagi.reports.simulation.winds import requested_winds
 
-    turbine, inputs = _turbine(source, files), json.loads(winds)
-    chosen = ChosenLaws({REFERENCE: BaselineLaw(turbine)}, None)
+    turbine, inputs = studied_turbine(source, files), json.loads(winds)
+    chosen = studied_law(source, files, canonical({"law": REFERENCE, "settings": {}}))
     asked = requested_winds(turbine, _turbulence(inputs), duration=inputs["duration"])
     runs = run_simulation(turbine, chosen, asked, series=False).runs
     names = ("energy", *_RATIOS.values())
