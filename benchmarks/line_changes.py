@@ -35,7 +35,9 @@ OTHER: dict[type[ast.operator], type[ast.operator]] = {
     ast.Pow: ast.Mult,
 }
 # A size that is compared with its limit, and the same with or without its equality.
-OF_SIZE = re.compile(r"(<=?|>=?) ((?:\w+ (?:\*|\*\*) )?(?:MOST|LARGEST|LONGEST|DEEPEST)\w*)(?! \*)\b")
+OF_SIZE = re.compile(
+    r"(<=?|>=?) ((?:\w+ (?:\*|\*\*) )?(?:MOST|LARGEST|LONGEST|DEEPEST)\w*)(?! \*)\b"
+)
 SWAPPED = {"min": "max", "max": "min", "all": "any", "any": "all", "at_least": "at_most"}
 SWAPPED |= {"at_most": "at_least", "exp_below": "exp_above", "exp_above": "exp_below"}
 SWAPPED |= {"is_positive_definite": "is_symmetric", "is_positive_semidefinite": "is_symmetric"}

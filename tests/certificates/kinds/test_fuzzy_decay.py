@@ -90,6 +90,7 @@ def test_what_is_false_is_not_proved(change: Data) -> None:
         {"P": [{"powers": [[1, 0]], "matrix": [[1]]}] * 2},
         {"P": [{"powers": [[1, 0], [0, 1]], "matrix": [[1]]}] * 2},
         {"P": [{"powers": "1", "matrix": [[1]]}] * 2},
+        {"P": [{"powers": [[1, 0.5]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1]]}]},
         {"P": [{"powers": [[2, -1]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1]]}]},
         {"P": [{"powers": [[1, 0]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1, 2]]}]},
     ],
@@ -99,6 +100,26 @@ def test_what_does_not_fit_is_refused(change: Data) -> None:
     """Degrees, exponents and rates that fit no polynomial raise CertificateError, nothing else."""
     with pytest.raises(CertificateError):
         said_of(model_data([[[-1]], [[-1]]]), None, scalar(1, 2) | change)
+
+
+@pytest.mark.parametrize("degrees", [[1, 0], [1, 0.5], [0.5, 0]])
+def test_the_degree_of_every_simplex_is_whole(degrees: list[float]) -> None:
+    model = model_data([[[-1]]] * 4, rules=[[0, 0], [0, 1], [1, 0], [1, 1]])
+    P = [{"powers": [row, [0, 0]], "matrix": [[1]]} for row in ([1, 0], [0, 1])]
+    claim = scalar(1, 1, degrees=degrees, P=P, rates=[[1, 1], None])
+
+    assert verdict_of(model, None, claim) == ("PROVED" if degrees == [1, 0] else "REFUSED")
+
+
+def test_more_corners_of_rates_than_can_be_checked_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model = model_data([[[-1]], [[-1]]])
+    assert verdict_of(model, None, scalar(1, 2)) == "PROVED"
+
+    monkeypatch.setattr("takagi.certificates.checker.kinds.fuzzy_decay.MOST_CORNERS", 1)
+    with pytest.raises(CertificateError, match="2 corners; at most 1"):
+        said_of(model, None, scalar(1, 2))
 
 
 def test_a_law_with_weights_of_its_own_is_refused() -> None:

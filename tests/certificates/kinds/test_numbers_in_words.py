@@ -19,8 +19,10 @@ UNIT, TALL = [[1, 0], [0, 1]], [[4, 0], [0, 1]]
 PLANT: Data = {"A": [[[-1, 0], [0, -2]]]}
 TWO: Data = {"A": PLANT["A"] * 2}
 PUSHED: Data = {"E": [UNIT]}
-NOISY: Data = {"E": [[[1], [0]]], "C": [[[1, 0.5]]]}
-FED: Data = {"B": [UNIT], "K": [UNIT]}
+NOISY: Data = {"E": [[[1], [0]]], "C": [[[1, 0.5]]], "disturbance_names": ["d [-]"]}
+NAMES = ["f [-]", "g [-]"]
+FED: Data = {"B": [UNIT], "K": [UNIT], "input_names": NAMES}
+SAMPLED: Data = {"A": [[[0.5, 0], [0, 0.2]]], "sample_time": 1}
 OF_THE_MODEL = {"disturbance": "disturbances"}
 BOUNDED = OF_THE_MODEL | {"disturbance_bounds": [0.12345678, 0.2], "level": 1, "multiplier": 1}
 WEIGHTS = {"degrees": [1], "polya": 0, "rates": [[0.2, 0.12345678]]}
@@ -149,6 +151,44 @@ CASES: list[tuple[str, Data, Data, dict[str, float], tuple[str, ...]]] = [
         ("at most 2.12346^2 times", "while the weights keep to their rates: 0.2, 0.123456 1/s"),
     ),
     (
+        "fuzzy-decay",
+        SAMPLED | {"A": SAMPLED["A"] * 2},
+        {key: WEIGHTS[key] for key in ("degrees", "polya", "P")} | {"decay_rate": 0.61234567},
+        {RATE: 0.61234567},
+        ("exp(-1.22469 t)", "however the weights move"),
+    ),
+    (
+        "invariant-ellipsoid",
+        SAMPLED | NOISY,
+        {"level": 1, "multiplier": 0.51234567},
+        {
+            "volume of the set": pi,
+            "safe start of x1, others at rest": 1,
+            "safe start of x2, others at rest": 1,
+        },
+        ("from inside V = x'Px falls as (1 - 0.512345)^k without disturbance",),
+    ),
+    (
+        "invariant-ellipsoid",
+        FED | NOISY,
+        BOUNDED | {"disturbance": "inputs"},
+        {
+            "volume of the set": pi,
+            "safe start of x1, others at rest": 1,
+            "safe start of x2, others at rest": 1,
+            "bound on disturbance 1": 0.12345678,
+            "bound on disturbance 2": 0.2,
+        },
+        ("for w added to u, without the model's disturbance, with |w_k| <=", "; from outside V - "),
+    ),
+    (
+        "h2-norm",
+        SAMPLED | NOISY,
+        OF_THE_MODEL | {"P": [[3, 0], [0, 3]], "norm": 1.9},
+        {"-norm": 1.9},
+        ("white noise of unit covariance in each sample, along",),
+    ),
+    (
         "exit-probability",
         NOISY,
         OF_THE_MODEL
@@ -157,8 +197,9 @@ CASES: list[tuple[str, Data, Data, dict[str, float], tuple[str, ...]]] = [
         {"horizon": 9.1234567, "-probability of leaving the set": 0.11234567},
         (
             "within 9.12345 s is at most 0.112346, from x'Px <= 0.112345 at the start",
-            "; the model's disturbance is white noise, independent, of intensity 0.112345^2 for",
+            "; the model's disturbance is white noise, independent, of intensity 0.112345^2 for d",
             "-w added to u",
+            "-without the model's disturbance",
         ),
     ),
     (
@@ -170,8 +211,8 @@ CASES: list[tuple[str, Data, Data, dict[str, float], tuple[str, ...]]] = [
         {"horizon": 1, "-probability of leaving the set": 0.9},
         (
             "from x = 0 at the start",
-            "; w added to u is white noise, independent, of intensity 0.1^2 for w_1, w_2 moves by "
-            "at most 0.112345 besides, without the model's disturbance",
+            "; w added to u is white noise, independent, of intensity 0.1^2 for f [-], g [-] moves "
+            "by at most 0.112345 besides, without the model's disturbance",
         ),
     ),
     (
@@ -196,7 +237,8 @@ def test_figures_and_words_by_hand(
     kind: str, loop: Data, evidence: Data, figures: dict[str, float], words: tuple[str, ...]
 ) -> None:
     parts = PLANT | loop
-    gains = law_data(parts.pop("K")) if "K" in parts else None
+    named = {"input_names": NAMES, "sample_time": parts.get("sample_time")}
+    gains = law_data(parts.pop("K"), **named) if "K" in parts else None
     claim = {"name": "x", "kind": kind, "P": UNIT} | evidence
 
     found = said_of(model_data(parts.pop("A"), **parts), gains, claim)
