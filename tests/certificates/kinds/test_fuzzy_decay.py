@@ -111,15 +111,30 @@ def test_the_degree_of_every_simplex_is_whole(degrees: list[float]) -> None:
     assert verdict_of(model, None, claim) == ("PROVED" if degrees == [1, 0] else "REFUSED")
 
 
-def test_more_corners_of_rates_than_can_be_checked_are_refused(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("limit", "value", "words"),
+    [
+        ("fuzzy_decay.MOST_CORNERS", 1, "2 corners; at most 1"),
+        ("fuzzy_decay.MOST_CORNERS", 0, "a simplex of 2 corners is too large"),
+        ("fuzzy_decay.MOST_WORK", 1, "too many rules, corners of rates"),
+        ("simplex_polynomial.MOST_TERMS", 1, "a polynomial of 2 terms; at most 1"),
+        ("simplex_polynomial.MOST_PRODUCTS", 3, "a product of 2 by 2 terms"),
+        ("simplex_polynomial.MOST_WORK", 3, "a product of 2 by 2 terms"),
+    ],
+)
+def test_more_work_than_a_reader_waits_for_is_refused(
+    limit: str, value: int, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    model = model_data([[[-1]], [[-1]]])
-    assert verdict_of(model, None, scalar(1, 2)) == "PROVED"
+    """x' = (-1 and -2) x by two functions: four products, two terms, two corners."""
+    model = model_data([[[-1]], [[-2]]])
+    assert said_of(model, None, scalar(1, 2)).verdict is Verdict.PROVED
 
-    monkeypatch.setattr("takagi.certificates.checker.kinds.fuzzy_decay.MOST_CORNERS", 1)
-    with pytest.raises(CertificateError, match="2 corners; at most 1"):
-        said_of(model, None, scalar(1, 2))
+    monkeypatch.setattr(f"takagi.certificates.checker.kinds.{limit}", value)
+    try:
+        said = said_of(model, None, scalar(1, 2)).text
+    except CertificateError as refused:
+        said = str(refused)
+    assert words in said
 
 
 def test_a_law_with_weights_of_its_own_is_refused() -> None:
