@@ -35,7 +35,9 @@ OTHER: dict[type[ast.operator], type[ast.operator]] = {
     ast.Pow: ast.Mult,
 }
 # A size that is compared with its limit, and the same with or without its equality.
-OF_SIZE = re.compile(r"(<=?|>=?) ((?:\w+ (?:\*|\*\*) )?(?:MOST|LARGEST|LONGEST)\w*)(?! \*)\b")
+OF_SIZE = re.compile(
+    r"(<=?|>=?) ((?:\w+ (?:\*|\*\*) )?(?:MOST|LARGEST|LONGEST|DEEPEST)\w*)(?! \*)\b"
+)
 SWAPPED = {"min": "max", "max": "min", "all": "any", "any": "all", "at_least": "at_most"}
 SWAPPED |= {"at_most": "at_least", "exp_below": "exp_above", "exp_above": "exp_below"}
 SWAPPED |= {"is_positive_definite": "is_symmetric", "is_positive_semidefinite": "is_symmetric"}
@@ -176,7 +178,11 @@ def _sites(tree: ast.AST) -> Iterator[tuple[ast.AST, str]]:
 
 
 def _reached(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes that decide something: no annotations, no words, no limits of size."""
+    """Yield the nodes that decide something: no annotations, no words, no limits of size.
+
+    Nor ``strict=True`` of a ``zip``: the lengths of a file's lists are compared where it is read,
+    so that it only guards the program against itself.  Nor to how many digits a number is shown.
+    """
     for name, value in ast.iter_fields(node):
         if name in ("annotation", "returns", "decorator_list"):
             continue
@@ -187,6 +193,11 @@ def _reached(node: ast.AST) -> Iterator[ast.AST]:
                 continue
             if isinstance(child, ast.Assign) and isinstance(node, ast.Module):
                 continue
+            if isinstance(child, ast.keyword) and child.arg == "strict":
+                continue
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("at_least", "at_most"):
+                if child is not node.func and child is not node.args[0]:
+                    continue
             if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
                 continue
             if isinstance(child, ast.AST):

@@ -106,6 +106,14 @@ def test_numbers_are_exactly_what_is_written(value: object) -> None:
     assert number(read_text(f'{{"a":{value}}}', "file"), "a", "file") == Fraction(str(value))
 
 
+def test_more_entries_than_any_certificate_has_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Brackets and commas are counted before an object is made."""
+    monkeypatch.setattr("takagi.certificates.checker.kernel.reader.MOST_PARTS", 4)
+    assert read_text('{"a":[1,2,3]}', "file")["a"] == ["1", "2", "3"]
+    with pytest.raises(CertificateError, match="over 4 entries"):
+        read_text('{"a":[1,2,3,4]}', "file")
+
+
 def test_brackets_inside_strings_are_not_depth() -> None:
     """A text of opening brackets is a text."""
     assert read_text('{"a":"' + "[" * 1000 + '"}', "file")["a"] == "[" * 1000

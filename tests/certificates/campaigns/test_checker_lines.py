@@ -54,11 +54,13 @@ def test_one_change_at_a_time(text: str, expected: list[str], tmp_path: Path) ->
 
 
 def test_words_types_and_limits_stay(tmp_path: Path) -> None:
-    """A message, an annotation, an import, a constant of the module."""
+    """A message, an annotation, an import, a constant of the module; digits, and ``strict``."""
     text = '"""1 + 1"""\nfrom a import b\nMOST = 1 + 1\n'
     text += 'def f(a: "1 + 1") -> None:\n    raise ValueError(f"{a + 1}")\n'
+    text += "def g(a, b):\n    return at_least(a, 6), zip(a, b, strict=True)\n"
 
-    assert broken(text, tmp_path) == []
+    found = broken(text, tmp_path)
+    assert len(found) == 1 and "at_most(a, 6)" in found[0]
 
 
 def test_one_more_than_a_limit_of_size_is_left_out(tmp_path: Path) -> None:

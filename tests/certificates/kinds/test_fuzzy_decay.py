@@ -90,6 +90,7 @@ def test_what_is_false_is_not_proved(change: Data) -> None:
         {"P": [{"powers": [[1, 0]], "matrix": [[1]]}] * 2},
         {"P": [{"powers": [[1, 0], [0, 1]], "matrix": [[1]]}] * 2},
         {"P": [{"powers": "1", "matrix": [[1]]}] * 2},
+        {"P": [{"powers": [[1, 0.5]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1]]}]},
         {"P": [{"powers": [[2, -1]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1]]}]},
         {"P": [{"powers": [[1, 0]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1, 2]]}]},
     ],
@@ -99,6 +100,41 @@ def test_what_does_not_fit_is_refused(change: Data) -> None:
     """Degrees, exponents and rates that fit no polynomial raise CertificateError, nothing else."""
     with pytest.raises(CertificateError):
         said_of(model_data([[[-1]], [[-1]]]), None, scalar(1, 2) | change)
+
+
+@pytest.mark.parametrize("degrees", [[1, 0], [1, 0.5], [0.5, 0]])
+def test_the_degree_of_every_simplex_is_whole(degrees: list[float]) -> None:
+    model = model_data([[[-1]]] * 4, rules=[[0, 0], [0, 1], [1, 0], [1, 1]])
+    P = [{"powers": [row, [0, 0]], "matrix": [[1]]} for row in ([1, 0], [0, 1])]
+    claim = scalar(1, 1, degrees=degrees, P=P, rates=[[1, 1], None])
+
+    assert verdict_of(model, None, claim) == ("PROVED" if degrees == [1, 0] else "REFUSED")
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "words"),
+    [
+        ("fuzzy_decay.MOST_CORNERS", 1, "2 corners; at most 1"),
+        ("fuzzy_decay.MOST_CORNERS", 0, "a simplex of 2 corners is too large"),
+        ("fuzzy_decay.MOST_WORK", 1, "too many rules, corners of rates"),
+        ("simplex_polynomial.MOST_TERMS", 1, "a polynomial of 2 terms; at most 1"),
+        ("simplex_polynomial.MOST_PRODUCTS", 3, "a product of 2 by 2 terms"),
+        ("simplex_polynomial.MOST_WORK", 3, "a product of 2 by 2 terms"),
+    ],
+)
+def test_more_work_than_a_reader_waits_for_is_refused(
+    limit: str, value: int, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """x' = (-1 and -2) x by two functions: four products, two terms, two corners."""
+    model = model_data([[[-1]], [[-2]]])
+    assert said_of(model, None, scalar(1, 2)).verdict is Verdict.PROVED
+
+    monkeypatch.setattr(f"takagi.certificates.checker.kinds.{limit}", value)
+    try:
+        said = said_of(model, None, scalar(1, 2)).text
+    except CertificateError as refused:
+        said = str(refused)
+    assert words in said
 
 
 def test_a_law_with_weights_of_its_own_is_refused() -> None:

@@ -72,6 +72,23 @@ def test_what_is_false_is_not_proved(change: Data) -> None:
 
 
 @pytest.mark.parametrize(
+    ("change", "verdict"),
+    [
+        ({}, "PROVED"),
+        ({"absolute": [[0.1, 0.1], [0.1, -0.05]]}, "UNDECIDED"),
+        ({"tau": [1, -0.1]}, "UNDECIDED"),
+    ],
+    ids=str,
+)
+def test_every_step_and_multiplier_has_its_sign(change: Data, verdict: str) -> None:
+    """Two inputs, of which one step or multiplier alone is negative."""
+    unit = [[1, 0], [0, 1]]
+    good = claim(P=unit, tau=[1, 1], absolute=[[0.1, 0.1], [0.1, 0.1]])
+    model, gains = model_data([unit], B=[unit]), law_data([[[3, 0], [0, 3]]])
+    assert verdict_of(model, gains, good | change) == verdict
+
+
+@pytest.mark.parametrize(
     "change", [{"tau": []}, {"tau": [1, 1]}, {"absolute": [[0, 0]]}, {"relative": None}], ids=str
 )
 def test_what_does_not_fit_is_refused(change: Data) -> None:

@@ -67,6 +67,9 @@ def test_moving_memberships_move_the_input() -> None:
         {"input_limits": [4.999]},
     ):
         assert verdict_of(model, gains, claim | mutant) == "UNDECIDED"
+    slow = {"membership_rates": [0.41234567, 0.4], "rate_limits": [21.1234567]}
+    text = said_of(model, gains, claim | slow).text
+    assert "and |u_k'| <= 21.1235 for memberships with |h_j'| <= 0.412345, 0.4, along" in text
     # Rates sum to zero, so the slower membership holds back the other.
     slow = claim | {"membership_rates": [0.5, 9]}
     assert verdict_of(model, gains, slow) == "PROVED"
@@ -79,7 +82,7 @@ def test_sampled_input_moves_from_one_sample_to_the_next() -> None:
     claim |= {"input_limits": [0.5], "rate_limits": [0.25], "rate_shares": {"motion": [0.25]}}
     gains = law_data([[[0.5]]], sample_time=1)
 
-    assert verdict_of(model, gains, claim) == "PROVED"
+    assert "|u_k(x+) - u_k(x)| <= 0.25, along" in said_of(model, gains, claim).text
     less = {"rate_limits": [0.2499], "rate_shares": {"motion": [0.2499]}}
     assert verdict_of(model, gains, claim | less) == "UNDECIDED"
 

@@ -50,6 +50,9 @@ from tests.certificates.kinds.observed_documents import (
         ({"input_limits": [5.75]}, True),
         ({"input_limits": [5.74]}, False),
         ({"input_limits": [-6]}, False),
+        # With a term of x and e: 9 c (1 + 1 + 0.4) / 0.96 = 21.6 for c = 0.96, 4.647...^2.
+        ({"P": [[1, 0.2], [0.2, 1]], "level": 0.96, "input_limits": [4.65]}, True),
+        ({"P": [[1, 0.2], [0.2, 1]], "level": 0.96, "input_limits": [4.64]}, False),
     ],
 )
 def test_limits_of_a_linear_plant_from_both_sides(changed: Data, proved: bool) -> None:

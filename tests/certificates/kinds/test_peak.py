@@ -85,6 +85,16 @@ def test_feedthrough_takes_its_share() -> None:
     assert verdict_of(model, None, through | {"gain": 1.5000001}) == "UNDECIDED"
 
 
+def test_feedthrough_to_one_output_of_three() -> None:
+    """Beside it a second state, which is another output, and an output that is always zero."""
+    model = model_data([[[-2, 0], [0, -2]]], E=[[[1], [0]]])
+    output = {"C": [[[1, 0], [0, 1], [0, 0]]], "F": [[[1], [0], [0]]]}
+    claim = line()[1] | {"P": [[1, 0], [0, 1]], "output": output, "share": 0.666666666666}
+
+    assert verdict_of(model, None, claim | {"gain": 1.5000001}) == "PROVED"
+    assert verdict_of(model, None, claim | {"gain": 1.4999999}) == "UNDECIDED"
+
+
 def test_two_disturbances_one_of_them_direct() -> None:
     """y = x + [1, 0] w: |x| <= sqrt(1/2) and |w1| <= 1 add up to no more than their bound."""
     model, claim = line()

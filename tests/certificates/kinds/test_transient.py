@@ -44,6 +44,9 @@ def test_scales_measure_the_states() -> None:
     assert found.verdict is Verdict.PROVED
     assert "over their scales" in found.text
     assert verdict_of(model, None, round_one | {"scales": [1, 0.51]}) == "UNDECIDED"
+    for scales in ([1, 0], [-1, 0.5]):
+        with pytest.raises(CertificateError, match="positive"):
+            said_of(model, None, claim | {"scales": scales})
 
 
 def test_settling_time_from_both_sides() -> None:
