@@ -258,6 +258,14 @@ def test_initial_state_without_equilibrium_gives_the_trim_torque() -> None:
     assert law.blended(x, seen).torque == pytest.approx(TURBINE.rated_torque)
 
 
+@pytest.mark.parametrize(("wind", "end"), [(25.4, 25.0), (2.5, 3.0)])
+def test_initial_state_outside_the_range_is_that_of_its_end(wind: float, end: float) -> None:
+    """The first wind of a turbulent one about 24 m/s may be above cut-out."""
+    law = make_law()
+
+    assert law.initial_state(wind) == pytest.approx(law.initial_state(end))
+
+
 def test_reference_speed_is_the_trim_speed() -> None:
     """omega_ref of the loop is the trim's, region 1.5 included, and held outside the wind range."""
     law = make_law()

@@ -106,19 +106,22 @@ class PublishedLaw:
 
     def reference_speed(self, wind: float) -> float:
         """Return omega_ref(v_hat) [rad/s]; an estimate outside cut-in to cut-out is held there."""
-        v = min(max(wind, self.turbine.cut_in), self.turbine.cut_out)
-        per_ratio = v / self.turbine.rotor_radius
+        per_ratio = self._inside(wind) / self.turbine.rotor_radius
         ceiling = TABLE_SHARE * self.turbine.torque.x_range[1] * per_ratio
         minimum = min(self.turbine.minimum_rotor_speed, ceiling)
         optimal = optimal_tip_speed_ratio(self.turbine) * per_ratio
         return min(max(optimal, minimum), self.speed_setpoint)
 
+    def _inside(self, wind: float) -> float:
+        return min(max(wind, self.turbine.cut_in), self.turbine.cut_out)
+
     def initial_state(self, wind: float) -> Floats:
         """Return the integral at the law's own equilibrium, or nearest to the trim without one.
 
-        See ``equilibrium``: that equilibrium need not be the turbine's trim.
+        See ``equilibrium``: that equilibrium need not be the turbine's trim.  A wind outside cut-in
+        to cut-out is held there: the first of a turbulent one may be.
         """
-        return np.array([equilibrium(self, wind).integral])
+        return np.array([equilibrium(self, self._inside(wind)).integral])
 
     def blended(
         self, state: ArrayLike, measurement: Measurement, *, reference: float | None = None
