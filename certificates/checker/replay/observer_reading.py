@@ -48,15 +48,8 @@ def measured_outputs(observer: Any, model: Any, where: str) -> list[int]:
     ------
     CertificateError : a name that is not one output, or is there twice.
     """
-    if reader.text(model, "kind", "model") == "plant":
-        listed = reader.member(model, "outputs", "model")
-        if not isinstance(listed, list):
-            raise CertificateError("model.outputs: a list of outputs is needed")
-        names = [y.get("name") if isinstance(y, dict) else None for y in listed]
-    else:
-        names = reader.member(model, "output_names", "model")
-        if not isinstance(names, list):
-            raise CertificateError("model.output_names: a list of names is needed")
+    plant = reader.text(model, "kind", "model") == "plant"
+    names = reader.member(model, "outputs" if plant else "output_names", "model")
     measured = reader.member(observer, "measured", where)
     if (
         not isinstance(measured, list)
@@ -64,6 +57,10 @@ def measured_outputs(observer: Any, model: Any, where: str) -> list[int]:
         or len(set(map(str, measured))) != len(measured)
     ):
         raise CertificateError(f"{where}.measured: different names of outputs are needed")
+    if not isinstance(names, list):
+        names = []
+    if plant:
+        names = [y.get("name") if isinstance(y, dict) else None for y in names]
     for name in measured:
         if not isinstance(name, str) or names.count(name) != 1:
             raise CertificateError(f"{where}.measured: {name!a} is not one output of the model")
