@@ -146,8 +146,12 @@ def test_no_function_at_the_start_is_told_with_its_wind(built: Built) -> None:
 
 
 @pytest.mark.slow
-def test_a_cell_without_a_wind_error_is_told_with_what_would_do(built: Built) -> None:
+def test_a_cell_without_a_wind_error_is_told_with_what_would_do(
+    built: Built, reduced: bool
+) -> None:
     """A frozen wake that is too strong near rated wind: the cell, the reason, the pitch tried."""
+    if reduced:
+        pytest.skip("reduced: a minute and a half; words of one cell")
     wake, asked = built.turbine.frozen_wake, DesignSettings()
     columns = (wake.wind[2:], wake.pitch[2:], wake.power_sensitivity[2:])
     strong = replace(built.turbine, frozen_wake=FrozenWake(*columns, "from 13 m/s on"))

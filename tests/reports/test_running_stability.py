@@ -76,8 +76,10 @@ def test_the_default_law_is_stable_and_nothing_is_noted(name: str) -> None:
     assert require_stable(turbine, default_settings(turbine)) == ()
 
 
-def test_a_tower_mode_at_the_crossover_of_pitch_is_refused() -> None:
+def test_a_tower_mode_at_the_crossover_of_pitch_is_refused(reduced: bool) -> None:
     """The pitch loop crosses over at 0.57 rad/s near rated wind; 1 rad/s is stable."""
+    if reduced:
+        pytest.skip("another loop that grows: not in the reduced form")
     soft = with_tower(0.48)
 
     assert require_stable(with_tower(1.0), default_settings(soft)) == ()

@@ -79,8 +79,10 @@ def test_without_structure_nothing_is_lost() -> None:
 
 
 @pytest.mark.slow
-def test_rules_share_a_gain_and_all_pairs_decay() -> None:
+def test_rules_share_a_gain_and_all_pairs_decay(reduced: bool) -> None:
     """Zeros and equal gains are exact; P shows the rate for every pair, by numpy."""
+    if reduced:
+        pytest.skip("reduced: half a minute")
     model = two_rules()
     each = structured_pdc(model, [[1, 0]], gain_bound=10.0)
     one = structured_pdc(model, [[1, 0]], gain_bound=10.0, shared=[7, 7])
