@@ -178,13 +178,13 @@ def requirements_of(written: str) -> tuple[Requirement, ...]:
             )
         name, sign, number, unit = match.groups()
         quantity = quantity_named(name)
-        wanted = ">=" if quantity.larger else "<="
-        if sign not in (None, wanted) or (unit or quantity.unit).replace(" ", "") != (
+        direction = ">=" if quantity.larger else "<="
+        if sign not in (None, direction) or (unit or quantity.unit).replace(" ", "") != (
             quantity.unit.replace(" ", "")
         ):
             unit_words = quantity.unit or "no unit: it is a ratio to the reference controller's"
             raise ModelError(
-                f"--require: {part!r} was given; {name} takes {wanted} and {unit_words}"
+                f"--require: {part!r} was given; {name} takes {direction} and {unit_words}"
             )
         if name in asked:
             raise ModelError(f"--require: {name} was given twice; give each quantity once")

@@ -49,10 +49,11 @@ class PlantBumpless(EffortBlend):
                 side = Fraction(0), function(most, blend.overlap)
                 ranges.box[name] = evaluator.add_side(name, side)
                 parts.append(g.variable(name))
-            moved = g.divide(plant.value_of(blend.rate), acting.effectiveness)
-            told = g.add(g.multiply(parts[0], moved), g.multiply(parts[1], self._inverse(acting)))
-            rate = self._rate(acting)
-            yield Enclosure(ranges, told, -rate, rate, f"the rate of {acting.name}")
+            by_effort = g.divide(plant.value_of(blend.rate), acting.effectiveness)
+            by_state = self._inverse(acting)
+            command_rate = g.add(g.multiply(parts[0], by_effort), g.multiply(parts[1], by_state))
+            bound = self._rate(acting)
+            yield Enclosure(ranges, command_rate, -bound, bound, f"the rate of {acting.name}")
 
     def _inverse(self, acting: Acting) -> int:
         """Return the node of (1/b)'; its sign does not matter, because that of U' does not."""
