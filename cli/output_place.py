@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from takagi.reports.output import OutputError
@@ -72,3 +74,13 @@ def _try_to_write(folder: Path) -> None:
                 os.fsync(file.fileno())
     except OSError as error:
         raise OutputError(folder, error) from error
+
+
+@contextmanager
+def finished_results_kept(folder: Path, what: str = "results") -> Iterator[None]:
+    """Say at Ctrl-C that what is finished stays in ``folder``, and let the interrupt pass."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"Finished {what} are kept in {folder}: the same command goes on.", file=sys.stderr)
+        raise

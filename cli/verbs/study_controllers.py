@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +11,7 @@ import typer
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
-from takagi.cli.output_place import require_folder_place
+from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
 from takagi.cli.verbs.study_overlap import turbine_file
 from takagi.models.errors import ModelError
@@ -78,7 +77,7 @@ def controllers(
     year, means = Weibull.read(weibull), _means(winds)
     require_folder_place(out, files=FILES, folders=("figures", "results"))
     with progress(f"takagi study controllers {model}") as tell:
-        try:
+        with finished_results_kept(out):
             study = run_controllers_study(
                 source,
                 out,
@@ -91,9 +90,6 @@ def controllers(
                 scheduler=scheduler,
                 tell=tell,
             )
-        except KeyboardInterrupt:
-            print(f"Finished results are kept in {out}: the same command goes on.", file=sys.stderr)
-            raise
         tell("figure and tables")
         files = study_files(study, year)
         write_folder(out, files)

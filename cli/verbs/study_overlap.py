@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +11,7 @@ import typer
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
-from takagi.cli.output_place import require_folder_place
+from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import MAKERS
 from takagi.models.errors import ModelError
@@ -59,7 +58,7 @@ def overlap(
     axes = study_axes(over or [])
     require_folder_place(out, files=FILES, folders=("figures", "results"))
     with progress(f"takagi study overlap {model}") as tell:
-        try:
+        with finished_results_kept(out):
             study = run_overlap_study(
                 source,
                 axes,
@@ -70,9 +69,6 @@ def overlap(
                 scheduler=scheduler,
                 tell=tell,
             )
-        except KeyboardInterrupt:
-            print(f"Finished results are kept in {out}: the same command goes on.", file=sys.stderr)
-            raise
         tell("figures and tables")
         files = study_files(study)
         write_folder(out, files)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -14,7 +13,7 @@ import typer
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import IN_FILES, Model, law_in_files, typed_name
-from takagi.cli.output_place import require_folder_place
+from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import MAKERS
 from takagi.models.errors import ModelError, did_you_mean
@@ -65,13 +64,10 @@ def sweep(
         from takagi.reports.output import write_folder
         from takagi.reports.sweep.maps import sweep_files
 
-        try:
+        with finished_results_kept(out, "points"):
             result = run_sweep(
                 named, source, axes, out, workers=workers, scheduler=scheduler, tell=tell
             )
-        except KeyboardInterrupt:
-            print(f"Finished points are kept in {out}: the same command goes on.", file=sys.stderr)
-            raise
         tell("figure and tables")
         files = sweep_files(result)
         write_folder(out, files)

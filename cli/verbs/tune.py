@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +11,7 @@ import typer
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
-from takagi.cli.output_place import require_folder_place
+from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import MAKERS
 from takagi.models.errors import ModelError
@@ -73,7 +72,7 @@ def tune(
 
     require_folder_place(out, files=FILES, folders=("figures", "results"))
     with progress(f"takagi tune {model}") as tell:
-        try:
+        with finished_results_kept(out):
             tuning = tuned(
                 source,
                 out,
@@ -86,9 +85,6 @@ def tune(
                 scheduler=scheduler,
                 tell=tell,
             )
-        except KeyboardInterrupt:
-            print(f"Finished results are kept in {out}: the same command goes on.", file=sys.stderr)
-            raise
         tell("figure and tables")
         files = tuning_files(tuning, model)
         write_folder(out, files)
