@@ -126,6 +126,14 @@ def _surface(surface: Surface) -> dict[str, Any]:
 def effort_sharing_law_data(law: EffortSharingLaw) -> dict[str, Any]:
     """Return the law as plain data, the same in gain file and certificate."""
     table, gains = law.schedule, law.gains
+    setpoints = {}
+    if (inputs := law.setpoints) is not None:
+        setpoints["setpoints"] = {
+            "lowest_speed": inputs.lowest_speed,
+            "lowest_torque": inputs.lowest_torque,
+            "power_per_torque": inputs.power_per_torque,
+            "speed_effort": inputs.speed_effort.tolist(),
+        }
     return {
         "name": law.name,
         "wind": table.wind.tolist(),
@@ -142,6 +150,7 @@ def effort_sharing_law_data(law: EffortSharingLaw) -> dict[str, Any]:
         "pitch_max": law.pitch_max,
         "wind_filter": law.wind_filter,
         "integral_limit": law.integral_limit,
+        **setpoints,
     }
 
 

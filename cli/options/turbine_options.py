@@ -92,6 +92,16 @@ TURBINE_OPTIONS: Options = (
         "80%; rated torque unless given.",
     ),
     option(
+        "lowest_speed_setpoint SPEED",
+        "Turbines: the law takes set-points of rotor speed and power at run time, the speed from "
+        "this one, 10rpm or 1.05rad/s, to the rated one. Effort-sharing law.",
+    ),
+    option(
+        "lowest_torque_setpoint TORQUE",
+        "Turbines: the same, with the torque from this one, 38.8kNm or 90%, to the rated one. "
+        "Effort-sharing law.",
+    ),
+    option(
         "pitch_effectiveness_share SHARE",
         "Turbines: pitch effectiveness that the law assumes, as a share of the frozen wake's [-]; "
         "1 unless given. A smaller one moves pitch more. Effort-sharing law.",

@@ -29,6 +29,8 @@ _OF_EFFORT_SHARING = (
     "power_coefficient",
     "equilibrium_wake",
     "pitch_effectiveness_share",
+    "lowest_speed_setpoint",
+    "lowest_torque_setpoint",
     "wind_filter",
     "two_step",
     "one_step",
@@ -64,7 +66,7 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
         if value is not None and not (math.isfinite(value) and value > 0):
             raise ModelError(f"option {option_of(name)}: {value:g} was given; it must be positive")
     speed = given["speed_setpoint"]
-    setpoint = None if speed is None else _setpoint(speed, turbine)
+    setpoint = None if speed is None else _setpoint("speed_setpoint", speed, turbine)
     overlaps = {name: given[name] for name in _OVERLAPS if given[name] is not None}
     settings = replace(default_settings(turbine), law=law, speed_setpoint=setpoint, **overlaps)
     _check_law(law, given)
@@ -99,8 +101,11 @@ def _law_fields(
 ) -> dict[str, Any]:
     """Return what was asked of the law, as fields of ``DesignSettings``."""
     fields: dict[str, Any] = {}
-    if (torque := given["torque_setpoint"]) is not None:
-        fields["torque_setpoint"] = _torque(torque, turbine, speed_setpoint)
+    for name in ("torque_setpoint", "lowest_torque_setpoint"):
+        if (torque := given[name]) is not None:
+            fields[name] = _torque(name, torque, turbine, speed_setpoint)
+    if (speed := given["lowest_speed_setpoint"]) is not None:
+        fields["lowest_speed_setpoint"] = _setpoint("lowest_speed_setpoint", speed, turbine)
     if (share := given["pitch_effectiveness_share"]) is not None:
         needed = "above 0 and at most 10 is needed, such as 1"
         _require(0 < share <= 10, f"--pitch-effectiveness-share: {share:g} was given; {needed}")
@@ -129,7 +134,7 @@ def _require(holds: bool, words: str) -> None:
         raise ModelError(f"option {words}")
 
 
-def _setpoint(written: str, turbine: Turbine) -> float:
+def _setpoint(name: str, written: str, turbine: Turbine) -> float:
     """Return the rotor speed [rad/s] of a text such as 11.5rpm."""
     from takagi.models.files.units import to_si, typed_figure
     from takagi.models.turbine.trim import reference_speed
@@ -141,11 +146,11 @@ def _setpoint(written: str, turbine: Turbine) -> float:
         speed = to_si(value, unit, "rad/s")
         reference_speed(turbine, turbine.cut_in, speed_setpoint=speed)
     except ModelError as error:
-        raise ModelError(f"option --speed-setpoint {written}: {error}") from error
+        raise ModelError(f"option {option_of(name)} {written}: {error}") from error
     return speed
 
 
-def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
+def _torque(name: str, written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
     """Return the torque [N m] of a text such as 34.5kNm, or of a share of rated torque, 80%."""
     from takagi.models.files.units import to_si, typed_figure
     from takagi.models.turbine.trim import derated
@@ -160,7 +165,7 @@ def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> flo
             torque = to_si(value, unit, "N m")
         derated(turbine, torque, speed_setpoint=speed_setpoint)
     except ModelError as error:
-        raise ModelError(f"option --torque-setpoint {written}: {error}") from error
+        raise ModelError(f"option {option_of(name)} {written}: {error}") from error
     return torque
 
 

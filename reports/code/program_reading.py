@@ -298,7 +298,7 @@ class _Reading:
 
 
 def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
-    """Return a turbine's input with the range of the trim table; its rest is the lowest trim."""
+    """Return a turbine's input with its range; it rests at the lowest trim, set-points at rated."""
     trim, limits = document["trim"], document["limits"]
     speed, wind = trim["rotor_speed"], trim["wind"]
     rests_and_ranges = {
@@ -308,6 +308,14 @@ def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
         "wind_guess": (wind[0], (wind[0], wind[-1])),
         "wind_estimate": (wind[0], (wind[0], wind[-1])),
     }
+    if "setpoints" in (law := document["law"]):
+        setpoints, rated = law["setpoints"], law["rotor_speed"][-1]
+        factor, lowest = setpoints["power_per_torque"], setpoints["lowest_speed"]
+        power = factor * rated * law["rated_torque"]
+        rests_and_ranges |= {
+            "speed_setpoint": (rated, (lowest, rated)),
+            "power_setpoint": (power, (factor * lowest * setpoints["lowest_torque"], power)),
+        }
     rest, ends = rests_and_ranges.get(signal.name, (None, None))
     return replace(signal, rest=rest, range=ends)
 

@@ -26,6 +26,15 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 
+class SetpointEntry(Strict):
+    """The set-points that the law takes at run time: from these to the rated ones."""
+
+    lowest_speed: float = Field(gt=0, description="[rad/s]")
+    lowest_torque: float = Field(gt=0, description="[N m]")
+    power_per_torque: float = Field(gt=0, description="electrical power / (torque rotor speed)")
+    speed_effort: Numbers = Field(description="effort per change of the reference speed [1/s]")
+
+
 class CoherentLawTables(Strict):
     """The effort-sharing law: tables over the schedule wind, linear between the nodes."""
 
@@ -44,6 +53,7 @@ class CoherentLawTables(Strict):
     pitch_max: float
     wind_filter: float = Field(ge=0, description="tau_f [s]; 0 passes the estimate through")
     integral_limit: float = Field(gt=0, description="largest |x| [rad/s]")
+    setpoints: SetpointEntry | None = Field(default=None, description="None for none")
 
     @model_validator(mode="after")
     def _one_number_per_node(self) -> CoherentLawTables:

@@ -135,7 +135,18 @@ def compiled_law(turbine: Turbine, law: Law, observer: Observer | None) -> Compi
     except CertificateError:
         # A filter between the regions that gain files cannot express.
         return None
-    return None if program is None else CompiledLaw(law, observer, instructions(program))
+    if program is None:
+        return None
+    return CompiledLaw(law, observer, instructions(program, _setpoints(law)))
+
+
+def _setpoints(law: Law) -> dict[str, float]:
+    """Return the set-points that a law has now; none for the rated ones."""
+    if not isinstance(law, EffortSharingLaw) or law.setpoints is None or law.operation is None:
+        return {}
+    speed, torque = law.operation
+    power = law.setpoints.power_per_torque * speed * torque
+    return {"speed_setpoint": speed, "power_setpoint": power}
 
 
 def _program(turbine: Turbine, law: Law, observer: WindObserver | None) -> ControllerProgram | None:
@@ -173,8 +184,14 @@ def _program(turbine: Turbine, law: Law, observer: WindObserver | None) -> Contr
     return controller_program(json.loads(text, parse_float=Decimal, parse_int=Decimal))
 
 
-def instructions(program: ControllerProgram) -> Instructions:
+def instructions(
+    program: ControllerProgram, setpoints: Mapping[str, float] | None = None
+) -> Instructions:
     """Return the stages of ``STAGES`` of a program as instructions.
+
+    Parameters
+    ----------
+    setpoints : of those that the law reads, the values; None takes the rated ones.
 
     Raises
     ------
@@ -183,6 +200,9 @@ def instructions(program: ControllerProgram) -> Instructions:
     from takagi.models.simulation import equations
 
     writing = _Writing(program)
+    rated = {s.name: float(s.rest or 0) for s in program.inputs if s.name.endswith("_setpoint")}
+    for name, value in {**rated, **(setpoints or {})}.items():
+        writing.names[name] = writing.number(value)
     stages = [stage for stage in program.stages if stage.name in STAGES]
     kept = [state for stage in stages for state in stage.kept]
     for state in kept:

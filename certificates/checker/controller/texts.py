@@ -26,6 +26,13 @@ EFFORT_SHARING_UNITS = {
     "wind_filter": "s",
     "integral_limit": "rad/s",
 }
+# Of ``law.setpoints``, in the file of a law that takes set-points at run time.
+SETPOINT_UNITS = {
+    "lowest_speed": "rad/s",
+    "lowest_torque": "N m, high-speed shaft",
+    "power_per_torque": "-, electrical power over torque times rotor speed",
+    "speed_effort": "1/s",
+}
 PUBLISHED_UNITS = {
     "speed_setpoint": "rad/s",
     "minimum_rotor_speed": "rad/s",
@@ -180,8 +187,11 @@ def law_texts(law: Any, controller: Mapping[str, Any]) -> dict[str, Any]:
         added_texts = OBSERVED if "observer" in law else BLEND if "blending" in law else {}
         return {"formulas": FORMULAS | added_texts}
     effort_sharing = law["name"] == "coherent"
-    controller = EFFORT_SHARING_UNITS if effort_sharing else PUBLISHED_UNITS
-    units = {f"law.{name}": unit for name, unit in controller.items()} | TURBINE_UNITS
+    law_units = EFFORT_SHARING_UNITS if effort_sharing else PUBLISHED_UNITS
+    units = {f"law.{name}": unit for name, unit in law_units.items()}
+    if "setpoints" in law:
+        units |= {f"law.setpoints.{name}": unit for name, unit in SETPOINT_UNITS.items()}
+    units |= TURBINE_UNITS
     texts = EFFORT_SHARING if effort_sharing else PUBLISHED
     if "measurement" not in controller:
         return {"units": units, **texts}

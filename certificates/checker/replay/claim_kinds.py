@@ -31,6 +31,7 @@ TURBINE_KINDS = {
     "paper-loop": "turbine.published.loop_claim.PublishedLoop",
     "running-loop": "turbine.running_loop.running_claim.RunningLoop",
     "wind-rate": "turbine.effort_sharing.wind_rate.WindRate",
+    "set-points": "turbine.effort_sharing.set_points.SetPoints",
     "bumpless": "turbine.effort_sharing.bumpless.Bumpless",
 }
 READ = {*KINDS, *PLANT_KINDS, *TURBINE_KINDS}

@@ -33,6 +33,8 @@ DRIVES = (
     "first-order pitch drive",
 )
 PROGRAM = ("continuous time", "exact speed")
+# Of a law with set-points at run time.
+AT_RATED = "speed and power set-points at their rated values"
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,9 @@ class TurbineClaim(ClaimKind):
     where: str
     name: str
     members: ClassVar[Mapping[str, Members | None]]
+
+    def assumptions(self) -> tuple[str, ...]:
+        return (*self.assumes, AT_RATED) if "setpoints" in self.data["gains"] else self.assumes
 
     def premises(self) -> Obligations:
         """Yield what the parts need; where it fails, no part is looked at."""

@@ -74,6 +74,14 @@ def loop_document(
     """
     model, gains = turbine_data(turbine, files), effort_sharing_law_data(law)
     claims, left_out = loop_claims(model, gains, effort_sharing_claim(candidate))
+    if law.setpoints is not None:
+        if tell is not None:
+            tell("loop at constant set-points")
+        # Imported here: it loads a solver.  The user asked for set-points, so that a claim that is
+        # not proved stays in the file.
+        from takagi.certificates.claims.turbine.set_points_claim import set_points_claim
+
+        claims.append(set_points_claim(turbine, law, model, gains))
     if controller is not None:
         if tell is not None:
             tell("loop with its observer, at constant winds")

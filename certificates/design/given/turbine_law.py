@@ -36,6 +36,7 @@ from takagi.models.laws.effort_sharing.law import (
     EffortGains,
     EffortSharingLaw,
     LoopUncertainty,
+    SetpointInputs,
 )
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, frozen_wake_effectiveness
 from takagi.models.laws.published.law import PublishedLaw
@@ -93,7 +94,7 @@ def effort_sharing_law_from_data(
             f"{source}.name: {name!r} was given; a gain file is certified for the "
             "effort-sharing law ('coherent'), Schulte's law by designing it anew, without --gains"
         )
-    unknown = sorted(set(data) - {"name", *_SINGLE, *(key for key, _ in _ROWS)})
+    unknown = sorted(set(data) - {"name", "setpoints", *_SINGLE, *(key for key, _ in _ROWS)})
     if unknown:
         raise CertificateError(
             f"{source} has members that this law does not have: {', '.join(unknown)}. Earlier "
@@ -107,7 +108,16 @@ def effort_sharing_law_from_data(
     }
     single: dict[str, Any] = {key: float(number(data, key, source)) for key in _SINGLE}
     schedule = EffortSchedule(**_part(row, _SCHEDULE), overlap=single.pop("overlap"))
+    if "setpoints" in data:
+        single["setpoints"] = _setpoint_inputs(data["setpoints"], f"{source}.setpoints", nodes)
     return EffortSharingLaw(schedule, EffortGains(**_part(row, _GAINS)), **single)
+
+
+def _setpoint_inputs(stated: Any, where: str, nodes: int) -> SetpointInputs:
+    names = ("lowest_speed", "lowest_torque", "power_per_torque")
+    speed, torque, factor = (float(number(stated, name, where)) for name in names)
+    column = [float(value) for value in numbers(stated, "speed_effort", where, nodes)]
+    return SetpointInputs(speed, torque, factor, np.array(column))
 
 
 _SCHEDULE = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")

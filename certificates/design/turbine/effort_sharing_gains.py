@@ -8,7 +8,7 @@ result does not hold for the enclosed loop of the claim, the two-step design is 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -28,8 +28,19 @@ from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_ga
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw, LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.law import (
+    EffortSharingLaw,
+    LoopBox,
+    LoopUncertainty,
+    SetpointInputs,
+)
+from takagi.models.laws.effort_sharing.schedule import (
+    EffortSchedule,
+    effort_schedule,
+    speed_effort,
+)
 from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.trim import derated
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign
@@ -246,7 +257,6 @@ def wind_by_wind_law(
     ModelError : no trim or no gain at some wind; names it.
     """
     from takagi.lmi.turbine.effort import effort_gains
-    from takagi.models.laws.effort_sharing.schedule import effort_schedule
 
     schedule = effort_schedule(
         turbine,
@@ -256,4 +266,28 @@ def wind_by_wind_law(
     )
     effort = effort_gains(turbine, schedule, settings.effort)
     law = EffortSharingLaw.of(turbine, schedule, effort.gains, wind_filter=settings.wind_filter)
-    return effort, law
+    return effort, replace(law, setpoints=_setpoint_inputs(turbine, schedule, settings))
+
+
+def _setpoint_inputs(
+    turbine: Turbine, schedule: EffortSchedule, settings: DesignSettings
+) -> SetpointInputs | None:
+    """Return the set-points that the law takes at run time; None where none are asked for.
+
+    Raises
+    ------
+    ModelError : a lowest torque that the rotor reaches before pitch can reduce it, or no trim at
+        the lowest speed.
+    """
+    speed, torque = settings.lowest_speed_setpoint, settings.lowest_torque_setpoint
+    if speed is None and torque is None:
+        return None
+    torque = turbine.rated_torque if torque is None else torque
+    derated(turbine, torque, speed_setpoint=settings.speed_setpoint)
+    speed = float(schedule.rotor_speed[-1]) if speed is None else speed
+    return SetpointInputs(
+        round(speed, 9),
+        round(torque, 6),
+        turbine.generator_efficiency * turbine.gear_ratio,
+        speed_effort(turbine, schedule, speed),
+    )

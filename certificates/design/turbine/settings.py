@@ -48,6 +48,9 @@ class DesignSettings:
     torque_overlap : eps_T of the coupling filter [N m] (published laws).
     speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
     torque_setpoint : de-rated torque [N m, high-speed shaft]; None takes the rated torque.
+    lowest_speed_setpoint, lowest_torque_setpoint : where one is given, the law takes set-points at
+        run time, from these [rad/s], [N m, high-speed shaft] to the rated ones; the other is then
+        the rated one (coherent).
     wind_filter : tau_f, of the effort-sharing law's low-pass on the wind estimate [s].
     effectiveness_share : b of the effort-sharing law divided by the frozen wake's pitch
         effectiveness [-].
@@ -69,6 +72,8 @@ class DesignSettings:
     torque_overlap: float = 4000.0
     speed_setpoint: float | None = None
     torque_setpoint: float | None = None
+    lowest_speed_setpoint: float | None = None
+    lowest_torque_setpoint: float | None = None
     wind_filter: float = DEFAULT_WIND_FILTER
     effectiveness_share: float = DEFAULT_EFFECTIVENESS_SHARE
     speed_filter: float = DEFAULT_SPEED_FILTER

@@ -17,6 +17,10 @@ coupling weights are f1 = psi'(U) and f2 = 1 - psi'(U), a convex sum: some actua
 the loop gain is the same everywhere.  Tables and ramp are continuous, so neither command jumps
 unless the measured speed or, without a filter, the wind estimate does.
 
+Set-points of rotor speed and electrical power may be taken at run time (``SetpointInputs``).  With
+a lower reference speed, omega* + r, and a lower torque in the place of T_rated, T_s, the demanded
+effort is U = q* + s(v) r + (T_rated - T_s) n_g/J + u.
+
 With the integrator scaled by nu(v), a slow loop (at low wind little torque is in reserve) is a fast
 loop on another time scale. Therefore one quadratic function can show decay at all winds.
 
@@ -31,7 +35,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import product
@@ -81,6 +85,40 @@ class EffortGains:
             )
 
 
+class Operation(NamedTuple):
+    """The rotor speed [rad/s] and the torque [N m] that set-points allow."""
+
+    speed: float
+    torque: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetpointInputs:
+    """The set-points that a law takes at run time: from the lowest to the rated ones.
+
+    Attributes
+    ----------
+    lowest_speed : of the rotor [rad/s].   lowest_torque : [N m, high-speed shaft].
+    power_per_torque : electrical power over torque times rotor speed, efficiency times n_g [-].
+    speed_effort : (K,) s, effort per change of the reference speed, at the nodes [1/s].
+    """
+
+    lowest_speed: float
+    lowest_torque: float
+    power_per_torque: float
+    speed_effort: Floats
+
+    def operation(self, speed: float, power: float, rated: Operation) -> Operation:
+        """Return what a speed [rad/s] and a power set-point [W] allow.
+
+        Torque falls first, to the lowest; where that is not enough, speed falls too.
+        """
+        lowest, factor = self.lowest_torque, self.power_per_torque
+        slowed = min(speed, power / (factor * lowest))
+        slowed = min(max(slowed, self.lowest_speed), rated.speed)
+        return Operation(slowed, min(max(power / (factor * slowed), lowest), rated.torque))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class EffortSharingLaw:
     """The effort-sharing law as a value; see the module's formulas.
@@ -93,6 +131,8 @@ class EffortSharingLaw:
     pitch_min, pitch_max : [rad].
     wind_filter : tau_f [s]; 0 passes the estimate through.
     integral_limit : the integrator is held at |x| = this [rad/s]; a certified set lies inside.
+    setpoints : which set-points the law takes at run time; None for none.
+    operation : what the set-points allow now, see ``at_setpoints``; None for the rated ones.
     """
 
     schedule: EffortSchedule
@@ -103,6 +143,8 @@ class EffortSharingLaw:
     pitch_max: float
     wind_filter: float = DEFAULT_WIND_FILTER
     integral_limit: float = 0.1
+    setpoints: SetpointInputs | None = None
+    operation: Operation | None = None
     name: str = "coherent"
     state_names: tuple[str, ...] = ("speed integral [rad/s]", "schedule wind [m/s]")
 
@@ -147,6 +189,21 @@ class EffortSharingLaw:
             wind_filter=wind_filter,
         )
 
+    def at_setpoints(self, *, speed: float, power: float) -> EffortSharingLaw:
+        """Return the law with these set-points [rad/s, W], constant from now on.
+
+        Raises
+        ------
+        ModelError : a law that takes no set-points.
+        """
+        if self.setpoints is None:
+            raise ModelError(
+                "set-points were given for a law that takes none at run time; design it with "
+                "--lowest-speed-setpoint or --lowest-torque-setpoint"
+            )
+        rated = Operation(float(self.schedule.rotor_speed[-1]), self.rated_torque)
+        return replace(self, operation=self.setpoints.operation(speed, power, rated))
+
     def initial_state(self, wind: float) -> Floats:
         """Return x = 0 and the schedule wind at the given wind [m/s]."""
         return np.array([0.0, self._inside(wind)])
@@ -156,16 +213,27 @@ class EffortSharingLaw:
         x, wind = self._unpacked(state, measurement)
         table = _columns(self)
         k, share = _place(table.wind, wind)
-        signal = measurement.rotor_speed - _between(table.rotor_speed, k, share) - x
-        effort = _between(table.trim_effort, k, share)
+        reference, effort, most = self._references(table, k, share)
+        signal = measurement.rotor_speed - reference - x
         effort += _between(table.proportional, k, share) * signal
         overlap = self.schedule.overlap
-        torque = self.rated_torque - self.effort_torque * _ramp(-effort, overlap)
+        torque = most - self.effort_torque * _ramp(-effort, overlap)
         pitch = self.pitch_min + _ramp(effort, overlap) / _between(table.effectiveness, k, share)
         return Command(
-            min(max(torque, 0.0), self.rated_torque),
+            min(max(torque, 0.0), most),
             min(max(pitch, self.pitch_min), self.pitch_max),
         )
+
+    def _references(self, table: _Columns, k: int, share: float) -> tuple[float, float, float]:
+        """Return reference speed [rad/s], effort at rest [rad/s^2] and largest torque [N m]."""
+        speed = _between(table.rotor_speed, k, share)
+        effort = _between(table.trim_effort, k, share)
+        if self.setpoints is None or self.operation is None:
+            return speed, effort, self.rated_torque
+        reduction = min(self.operation.speed - speed, 0.0)
+        effort += _between(tuple(self.setpoints.speed_effort.tolist()), k, share) * reduction
+        effort += (self.rated_torque - self.operation.torque) / self.effort_torque
+        return speed + reduction, effort, self.operation.torque
 
     def state_rate(self, state: ArrayLike, measurement: Measurement) -> Floats:
         """Return (x', v_f'); the integrator is held at its limit."""
@@ -178,7 +246,7 @@ class EffortSharingLaw:
     def _integral_rate(self, x: float, wind: float, measurement: Measurement) -> float:
         table = _columns(self)
         k, share = _place(table.wind, wind)
-        error = measurement.rotor_speed - _between(table.rotor_speed, k, share)
+        error = measurement.rotor_speed - self._references(table, k, share)[0]
         rate = -table.integral_rate[k] * error
         return 0.0 if abs(x) >= self.integral_limit and rate * x > 0 else rate
 

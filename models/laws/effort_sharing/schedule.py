@@ -34,6 +34,7 @@ DEFAULT_EFFECTIVENESS_SHARE = 1.0
 COARSE, FINE = 0.5, 0.1
 FINE_FROM_RATED = (-0.9, 1.6)
 SLOW_WIND_SPACING = 0.25
+SMALLEST_REDUCTION = 1e-3  # rad/s, over which a secant is taken
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,7 +135,7 @@ def effort_schedule(
     ]
     limit = [round(frozen_wake_effectiveness(turbine, v), 6) for v in wind]
     effort = [
-        round(_trim_effort(turbine, v, w, b, overlap), 9)
+        round(effort_at_rest(turbine, v, w, b, overlap, turbine.rated_torque), 9)
         for v, w, b in zip(wind, speed, effectiveness, strict=True)
     ]
     return EffortSchedule(
@@ -145,6 +146,30 @@ def effort_schedule(
         np.array(limit),
         overlap,
     )
+
+
+def speed_effort(turbine: Turbine, schedule: EffortSchedule, lowest_speed: float) -> Floats:
+    """Return s at the nodes: the change of trim effort over that of the reference speed [1/s].
+
+    The secant from omega* to the lowest speed set-point [rad/s], at rated torque; where omega* is
+    not above that speed, which is at low winds, the first one.
+
+    Raises
+    ------
+    ModelError : no trim at the lowest speed.
+    """
+    columns = (schedule.wind, schedule.rotor_speed, schedule.effectiveness, schedule.trim_effort)
+    secants: list[float | None] = []
+    for v, speed, b, effort in zip(*(column.tolist() for column in columns), strict=True):
+        if speed < lowest_speed + SMALLEST_REDUCTION:
+            secants.append(None)
+            continue
+        slower = effort_at_rest(turbine, v, lowest_speed, b, schedule.overlap, turbine.rated_torque)
+        secants.append(round((slower - effort) / (lowest_speed - speed), 6))
+    first = next((secant for secant in secants if secant is not None), None)
+    if first is None:
+        return np.zeros(len(secants))
+    return np.array([first if secant is None else secant for secant in secants])
 
 
 def _nodes(turbine: Turbine, speed_setpoint: float | None) -> list[float]:
@@ -193,11 +218,25 @@ def _merged(nodes: list[float], kinks: list[float]) -> list[float]:
     return [*merged, nodes[-1]]
 
 
-def _trim_effort(turbine: Turbine, v: float, omega: float, b: float, overlap: float) -> float:
+def effort_at_rest(
+    turbine: Turbine, v: float, omega: float, b: float, overlap: float, torque: float
+) -> float:
+    """Return the effort at which the torques balance, with this torque in place of rated torque.
+
+    Parameters
+    ----------
+    v : wind [m/s].   omega : rotor speed [rad/s].   b : assumed pitch effectiveness
+        [rad/s^2 per rad].   overlap : eps [rad/s^2].   torque : [N m, high-speed shaft].
+
+    Raises
+    ------
+    ModelError : no balance within the tables.
+    """
+
     def excess(q: float) -> float:
         pitch = turbine.pitch_min + float(effort_ramp(q, overlap)) / b
         reserve = turbine.inertia * float(effort_ramp(-q, overlap))
-        demanded = turbine.gear_ratio * turbine.rated_torque - reserve
+        demanded = turbine.gear_ratio * torque - reserve
         try:
             return float(rotor_torque(turbine, omega, pitch, v)) - demanded
         except ModelError as error:
@@ -206,7 +245,7 @@ def _trim_effort(turbine: Turbine, v: float, omega: float, b: float, overlap: fl
                 "narrow the overlap"
             ) from error
 
-    full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
+    full = turbine.gear_ratio * torque / turbine.inertia
     top = b * (turbine.torque.y_range[1] - turbine.pitch_min) * 0.999
     # The first sign change from below. On the stall side of the table there may be further ones.
     grid = np.concatenate([np.linspace(-full - overlap, overlap, 9), np.linspace(overlap, top, 60)])

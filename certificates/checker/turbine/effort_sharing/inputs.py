@@ -18,24 +18,59 @@ from takagi.certificates.checker.kernel.reader import (
     text,
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.turbine.members import plain
+from takagi.certificates.checker.turbine.members import Members, plain
 from takagi.certificates.checker.turbine.rotor import Plant
 
 MOST_WINDS = 2000
 NAME = "coherent"  # of the effort-sharing law in a file
 # Numbers that differ by a larger share of their size are two floats.
 FINEST = Fraction(1, 2**50)
-MEMBERS = plain(
-    "name wind rotor_speed trim_effort effectiveness effectiveness_limit overlap proportional "
-    "integral_rate rated_torque effort_torque "
-    "pitch_min pitch_max wind_filter integral_limit"
-)
+MEMBERS: Members = {
+    **plain(
+        "name wind rotor_speed trim_effort effectiveness effectiveness_limit overlap proportional "
+        "integral_rate rated_torque effort_torque "
+        "pitch_min pitch_max wind_filter integral_limit"
+    ),
+    "setpoints": plain("lowest_speed lowest_torque power_per_torque speed_effort"),
+}
 
 
 def increasing_in_floats(values: Sequence[Fraction], where: str) -> None:
     """Refuse a row that does not increase, or not in floats: a program has no other numbers."""
     if any(b - a <= FINEST * max(abs(a), abs(b)) for a, b in pairwise(values)):
         raise CertificateError(f"{where}: the numbers must increase, also as floats")
+
+
+@dataclass(frozen=True)
+class SetpointRange:
+    """Which set-points the law takes at run time: speed and torque from these to the rated ones.
+
+    Attributes
+    ----------
+    power_per_torque : electrical power over torque times rotor speed.
+    speed_effort : effort per change of the reference speed, one entry per wind node.
+    """
+
+    lowest_speed: Fraction
+    lowest_torque: Fraction
+    power_per_torque: Fraction
+    speed_effort: list[Fraction]
+
+    @classmethod
+    def read(
+        cls, gains: Any, speed: Sequence[Fraction], rated_torque: Fraction
+    ) -> SetpointRange | None:
+        """Return the range, None for a law without set-points; refuses one above the rated ones."""
+        if "setpoints" not in gains:
+            return None
+        stated, where = gains["setpoints"], "gains.setpoints"
+        slowest, torque, factor = (
+            positive(stated, name, where)
+            for name in ("lowest_speed", "lowest_torque", "power_per_torque")
+        )
+        if slowest > speed[-1] or torque > rated_torque:
+            raise CertificateError(f"{where}: a lowest set-point is above the rated one")
+        return cls(slowest, torque, factor, numbers(stated, "speed_effort", where, len(speed)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +90,7 @@ class Law:
     pitch_min: Fraction
     pitch_max: Fraction
     integral_limit: Fraction
+    setpoints: SetpointRange | None
 
     @classmethod
     def read(cls, gains: Any) -> Law:
@@ -70,20 +106,23 @@ class Law:
         count = len(wind)
         if not 2 <= count <= MOST_WINDS:
             raise CertificateError(f"gains.wind: {count} winds; 2 to {MOST_WINDS} are needed")
+        speed = numbers(gains, "rotor_speed", "gains", count)
+        rated_torque = positive(gains, "rated_torque", "gains")
         law = cls(
             wind=wind,
-            speed=numbers(gains, "rotor_speed", "gains", count),
+            speed=speed,
             effort=numbers(gains, "trim_effort", "gains", count),
             effectiveness=numbers(gains, "effectiveness", "gains", count),
             limit=numbers(gains, "effectiveness_limit", "gains", count),
             gamma=numbers(gains, "proportional", "gains", count),
             nu=numbers(gains, "integral_rate", "gains", count - 1),
             overlap=positive(gains, "overlap", "gains"),
-            rated_torque=positive(gains, "rated_torque", "gains"),
+            rated_torque=rated_torque,
             effort_torque=positive(gains, "effort_torque", "gains"),
             pitch_min=number(gains, "pitch_min", "gains"),
             pitch_max=number(gains, "pitch_max", "gains"),
             integral_limit=positive(gains, "integral_limit", "gains"),
+            setpoints=SetpointRange.read(gains, speed, rated_torque),
         )
         if min(wind[0], *law.speed, *law.effectiveness, *law.gamma, *law.nu) <= 0:
             raise CertificateError("gains: winds, speeds, gains, effectiveness must be positive")
