@@ -37,6 +37,7 @@ TITLES = {
     "wind-rate": "Admissible winds",
     "bumpless": "Hand-over without bumps",
     "running-loop": "The loop with its observer",
+    "set-points": "Constant set-points of speed and power",
     "paper-loop": "The loop of Schulte's law",
 }
 # Of a function of the weights so many matrices are printed.

@@ -50,6 +50,7 @@ def summary_rows(design: TurbineDesign) -> list[SummaryRow]:
         *_margins(measured.margins.rows),
         *of_set[3:],
         *_wind_rate(design),
+        *_setpoints(design),
         *_actuators(design),
         *([] if law is None else [_gains(law)]),
         *([_row("not proved", open_, basis="claimed", shortfall="open")] if open_ else []),
@@ -241,6 +242,35 @@ def _wind_rate(design: TurbineDesign) -> list[SummaryRow]:
                 f"of a wind that is measured, through the law's filter of {filter_:g} s",
             ),
             _ends("rate of the wind", rates, "m/s^2"),
+            proved[1],
+        )
+    ]
+
+
+def _setpoints(design: TurbineDesign) -> list[SummaryRow]:
+    """Return the set-points of speed and power at which the loop is proved to settle."""
+    proved, law = proved_claim(design, "set-points"), design.effort_sharing_law
+    if proved is None or law is None or law.setpoints is None:
+        return []
+    setpoints, rated = law.setpoints, float(law.schedule.rotor_speed[-1])
+    speeds = setpoints.lowest_speed * RPM, rated * RPM
+    low, high = setpoints.lowest_speed * setpoints.lowest_torque, rated * law.rated_torque
+    powers = [setpoints.power_per_torque * product / 1e6 for product in (low, high)]
+    rate = min(float(cell["decay_rate"]) for cell in proved[0]["cells"])
+    return [
+        _row(
+            "set-points",
+            (
+                f"speed {speeds[0]:.4g} to {speeds[1]:.4g} rpm, power {powers[0]:.3g} to "
+                f"{powers[1]:.3g} MW, at run time",
+                _time_words(rate),
+                "each constant, and a constant known wind",
+            ),
+            (
+                *_ends("speed set-point", speeds, "rpm"),
+                *_ends("power set-point", powers, "MW"),
+                Number("decay rate", rate, "1/s"),
+            ),
             proved[1],
         )
     ]

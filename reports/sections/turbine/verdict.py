@@ -51,6 +51,10 @@ CLAIMS = {
         "Settling with the wind observer",
         "The controller estimates the wind; with that estimate in the loop it still settles.",
     ),
+    "set-points": (
+        "Set-points at run time",
+        "A lower speed or power is asked for by two inputs, and the loop settles at every value.",
+    ),
     "paper-loop": (
         "Settling, wind by wind",
         "At each of these winds there is one operating point, and the loop returns to it.",

@@ -308,8 +308,8 @@ class SetPoints(TurbineClaim):
             f"{range_within(self._power(), rated)} W), each constant, in {len(self.cells)} cells: "
             f"the loop has one equilibrium in each stated set, where the rotor turns at the lower "
             f"one of reference speed and speed set-point, and settles there at no less than "
-            f"{at_least(rate, 3)} 1/s, from a speed error "
-            f"alone of up to {at_least(self._least_reach(), 3)} rad/s or more, by cell; nominal inertia and "
+            f"{at_least(rate, 3)} 1/s, from a speed error alone of up to "
+            f"{at_least(self._least_reach(), 3)} rad/s or more, by cell; nominal inertia and "
             "equilibrium wake"
         )
 
