@@ -1,0 +1,228 @@
+"""The claim ``set-points``: at every constant wind and set-point the loop settles.
+
+Theorem: the module of the kind.  The second way is the law on the rotor, integrated from the edges
+of the sets; its speed at rest is the lower one of lambda_opt v / R and the set-point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from takagi.certificates.checker.kernel.claim_kind import Outcome
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.replay.claim_kinds import replay
+from takagi.certificates.checker.turbine.effort_sharing.set_points import covers
+from takagi.certificates.checker.turbine.turbine_claim import AT_RATED
+from takagi.certificates.claims.turbine.set_points_claim import set_points_claim
+from takagi.certificates.document.certificate_file import dumps, effort_sharing_law_data
+from takagi.models.errors import ModelError
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw, SetpointInputs
+from takagi.models.laws.effort_sharing.schedule import speed_effort
+from takagi.models.laws.protocol import Measurement
+from takagi.models.turbine.data import rotor_torque
+
+# rad/s and the share of rated torque: a small range, of one box an interval at most winds.
+LOWEST_SPEED, LOWEST_TORQUE = 1.22, 0.97
+FIRST_WIND, CELLS = 10.8, 8  # m/s
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A law with set-points, model and gains as a certificate states them, and the claim."""
+
+    law: EffortSharingLaw
+    members: dict[str, Any]
+    claim: dict[str, Any]
+
+    def outcome(self, change: Callable[[dict[str, Any], dict[str, Any]], object]) -> Outcome:
+        """Return the checker's answer after a change of claim and gains."""
+        claim, members = deepcopy(self.claim), deepcopy(self.members)
+        change(claim, members["gains"])
+        data = read_text(dumps({**members, "claims": [claim]}), "test")
+        return replay(data["claims"][0], data, None, [], "claims[0]")
+
+
+@pytest.fixture(scope="module")
+def subject(built: Any) -> Subject:
+    turbine, law = built.turbine, excerpt(built.law)
+    inputs = SetpointInputs(
+        LOWEST_SPEED,
+        round(LOWEST_TORQUE * turbine.rated_torque, 3),
+        turbine.generator_efficiency * turbine.gear_ratio,
+        speed_effort(turbine, law.schedule, LOWEST_SPEED),
+    )
+    law = replace(law, setpoints=inputs)
+    members = {"model": built.document["model"], "gains": effort_sharing_law_data(law)}
+    return Subject(law, members, set_points_claim(turbine, law, **members))
+
+
+def excerpt(law: EffortSharingLaw) -> EffortSharingLaw:
+    """Return the law on few winds: where the effort passes from torque to pitch."""
+    first = int(np.searchsorted(law.schedule.wind, FIRST_WIND))
+    nodes, cells = slice(first, first + CELLS + 1), slice(first, first + CELLS)
+    columns = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
+    schedule = replace(law.schedule, **{n: getattr(law.schedule, n)[nodes] for n in columns})
+    gains = replace(
+        law.gains,
+        proportional=law.gains.proportional[nodes],
+        integral_rate=law.gains.integral_rate[cells],
+    )
+    return replace(law, schedule=schedule, gains=gains)
+
+
+def unchanged(claim: dict[str, Any], gains: dict[str, Any]) -> None:
+    """Change nothing."""
+
+
+def test_the_loop_is_proved_at_all_set_points(subject: Subject, built: Any) -> None:
+    outcome = subject.outcome(unchanged)
+    assert outcome.verdict is Verdict.PROVED, outcome.failure
+    claim = outcome.in_words()
+    figures = {figure.name: float(figure.value) for figure in claim.figures}
+    rated = built.turbine.rated_power
+    # Power is efficiency times torque times generator speed, so its share is that of both.
+    share = LOWEST_SPEED / built.turbine.rated_rotor_speed * LOWEST_TORQUE
+    assert figures["lowest power set-point"] == pytest.approx(share * rated, rel=1e-6)
+    assert "constant set-points" in claim.assumes
+    assert AT_RATED not in claim.assumes
+
+
+def test_motions_from_the_edges_of_the_sets_settle_at_the_set_point(
+    subject: Subject, built: Any
+) -> None:
+    """y'Py falls at least as fast as is stated, on the rotor itself."""
+    turbine, rng = built.turbine, np.random.default_rng(5)
+    for cell in subject.claim["cells"]:
+        v, reduction, torque = (rng.uniform(*cell[n]) for n in ("wind", "reduction", "torque"))
+        reference = float(np.interp(v, subject.law.schedule.wind, subject.law.schedule.rotor_speed))
+        # Where the set-point is not below the reference, any higher one gives the same.
+        speed = reference + reduction
+        power = turbine.generator_efficiency * turbine.gear_ratio * torque * speed
+        if speed < LOWEST_SPEED:
+            continue
+        law = subject.law.at_setpoints(speed=speed, power=power)
+
+        def rate(_: float, z: Any, law: EffortSharingLaw = law, v: float = v) -> list[float]:
+            seen = Measurement(z[0], z[1], v)
+            state = [z[2], v]
+            command = law.command(state, seen)
+            balance = rotor_torque(turbine, z[0], z[1], v) - turbine.gear_ratio * command.torque
+            drive = (command.pitch - z[1]) / turbine.pitch_time_constant
+            return [float(balance) / turbine.inertia, drive, law.state_rate(state, seen)[0]]
+
+        rest = solve_ivp(
+            rate, (0, 4000), [speed, law.schedule.pitch(v, turbine), 0.0], "LSODA", rtol=1e-10,
+            atol=1e-12,
+        ).y[:, -1]  # fmt: skip
+        assert rest[0] == pytest.approx(speed, abs=1e-6)
+        P, rho = np.array(cell["P"]), cell["decay_rate"]
+        direction = rng.normal(size=3)
+        direction[1] = abs(direction[1])
+        y = direction / np.sqrt(direction @ P @ direction)
+        times = np.linspace(0, min(1 / rho, 60.0), 9)
+        path = solve_ivp(
+            rate, (0, times[-1]), rest + y, "LSODA", t_eval=times, rtol=1e-10, atol=1e-12
+        ).y.T - rest  # fmt: skip
+        levels = np.einsum("ti,ij,tj->t", path, P, path)
+        assert np.all(levels <= np.exp(-2 * rho * times) + 1e-4), (v, speed, torque)
+
+
+def scaled(key: str, factor: float) -> Callable[[dict[str, Any], dict[str, Any]], object]:
+    """Return a change of one number of all cells by a factor."""
+
+    def change(claim: dict[str, Any], gains: dict[str, Any]) -> None:
+        for cell in claim["cells"]:
+            cell[key] = (np.array(cell[key]) * factor).tolist()
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (scaled("decay_rate", 1.2), "decay"),
+        (scaled("P", 0.98), "bound of"),
+        (scaled("bounds", 0.98), "bound of"),
+        (scaled("P", -1.0), "definite"),
+        (lambda claim, gains: claim["cells"][3].update(shift=[-0.05, -0.04]), "equilibrium"),
+        (lambda claim, gains: claim["cells"][3].update(shift=[0.04, 0.05]), "equilibrium"),
+        (lambda claim, gains: claim["cells"].pop(3), "not covered"),
+        (lambda claim, gains: gains["setpoints"].update(lowest_speed=1.21), "not covered"),
+        (lambda claim, gains: gains["setpoints"].update(lowest_torque=4e4), "not covered"),
+        (lambda claim, gains: gains.update(integral_limit=1e-4), "integral"),
+        (lambda claim, gains: claim["cells"][0].update(wind=[10.9, 11.5]), "interval"),
+    ],
+)
+def test_each_number_of_a_cell_counts(
+    subject: Subject, change: Callable[[dict[str, Any], dict[str, Any]], object], word: str
+) -> None:
+    outcome = subject.outcome(change)
+    assert outcome.verdict is Verdict.UNDECIDED
+    assert word in outcome.failure
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda claim, gains: gains.pop("setpoints"),
+        lambda claim, gains: gains["setpoints"].update(lowest_speed=1.3),
+        lambda claim, gains: gains["setpoints"].update(lowest_torque=5e4),
+        lambda claim, gains: gains["setpoints"]["speed_effort"].pop(),
+        lambda claim, gains: gains["setpoints"].update(power_per_torque=0),
+        lambda claim, gains: claim["cells"][0].update(wind=[11.0, 10.9]),
+        lambda claim, gains: claim["cells"][0].update(decay_rate=0),
+        lambda claim, gains: claim["cells"][0].update(further=1),
+        lambda claim, gains: gains["setpoints"].update(further=1),
+    ],
+)
+def test_what_is_no_claim_is_refused(
+    subject: Subject, change: Callable[[dict[str, Any], dict[str, Any]], object]
+) -> None:
+    with pytest.raises(CertificateError):
+        subject.outcome(change)
+
+
+def test_other_claims_of_such_a_law_assume_rated_set_points(subject: Subject, built: Any) -> None:
+    """Their theorems are about the law at its rated set-points, and each says so."""
+    gains = {**built.document["gains"], "setpoints": subject.members["gains"]["setpoints"]}
+    gains["setpoints"] = {**gains["setpoints"], "speed_effort": [0] * len(gains["wind"])}
+    for members, expected in ((gains, True), (built.document["gains"], False)):
+        document = {**built.document, "gains": members}
+        data = read_text(dumps(document), "test")
+        outcome = replay(data["claims"][0], data, None, [], "claims[0]")
+        assert outcome.verdict is Verdict.PROVED
+        assert (AT_RATED in outcome.in_words().assumes) is expected
+
+
+def test_a_law_without_set_points_takes_none(built: Any) -> None:
+    with pytest.raises(ModelError, match="set-point"):
+        built.law.at_setpoints(speed=1.2, power=4e6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_boxes_that_a_region_is_cut_into_cover_it(data: st.DataObject) -> None:
+    """And without any one of them they do not."""
+    boxes = [((Fraction(0), Fraction(1)),) * 3]
+    for _ in range(data.draw(st.integers(1, 8))):
+        box = boxes.pop(data.draw(st.integers(0, len(boxes) - 1)))
+        side = data.draw(st.integers(0, 2))
+        low, high = box[side]
+        cut = low + (high - low) * data.draw(st.fractions(Fraction(1, 8), Fraction(7, 8)))
+        boxes += [(*box[:side], half, *box[side + 1 :]) for half in ((low, cut), (cut, high))]  # type: ignore[misc]
+    region = ((Fraction(0), Fraction(1)),) * 3
+    assert covers(boxes, region)
+    left_out = data.draw(st.integers(0, len(boxes) - 1))
+    assert not covers([box for k, box in enumerate(boxes) if k != left_out], region)
