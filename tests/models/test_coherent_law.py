@@ -11,11 +11,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import ModelError, Turbine, nrel5mw
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.law import (
+    EffortGains,
+    EffortSharingLaw,
+    SetpointInputs,
+)
 from takagi.models.laws.effort_sharing.schedule import (
     EffortSchedule,
     effort_schedule,
     frozen_wake_effectiveness,
+    speed_effort,
 )
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
@@ -331,3 +336,86 @@ def test_it_recovers_within_a_minute(turbine: Turbine) -> None:
     assert off[late].max() < 0.025
     assert off[last].max() < 0.01
     assert np.abs(history.law_states[last, 0]).max() < 0.05
+
+
+@pytest.fixture(scope="module")
+def with_setpoints(turbine: Turbine, law: EffortSharingLaw) -> EffortSharingLaw:
+    inputs = SetpointInputs(
+        1.05,
+        0.92 * turbine.rated_torque,
+        turbine.generator_efficiency * turbine.gear_ratio,
+        speed_effort(turbine, law.schedule, 1.05),
+    )
+    return replace(law, setpoints=inputs)
+
+
+@pytest.mark.parametrize(
+    ("speed", "power", "speed_share", "torque_share"),
+    [
+        (2.0, 1.2, 1.0, 1.0),
+        (2.0, 0.95, 1.0, 0.95),
+        # Below the lowest torque the speed falls, and below the lowest speed nothing does.
+        (2.0, 0.85, 0.85 / 0.92, 0.92),
+        (2.0, 0.1, 1.05, 0.92),
+        # A speed set-point leaves torque at rated, and never above it.
+        (1.1, 1.0, 1.1, 1.0),
+        (0.5, 1.0, 1.05, 1.0),
+    ],
+)
+def test_set_points_lower_torque_first(
+    turbine: Turbine,
+    with_setpoints: EffortSharingLaw,
+    speed: float,
+    power: float,
+    speed_share: float,
+    torque_share: float,
+) -> None:
+    """Power is efficiency times torque times generator speed.
+
+    A share of the rated speed below 1 is one, a number above 1 is a speed [rad/s].
+    """
+    rated = turbine.rated_rotor_speed
+    operation = with_setpoints.at_setpoints(
+        speed=speed, power=power * turbine.rated_power
+    ).operation
+
+    assert operation is not None
+    expected = speed_share if speed_share > 1 else speed_share * rated
+    assert operation.speed == pytest.approx(expected, rel=1e-6)
+    assert operation.torque == pytest.approx(torque_share * turbine.rated_torque, rel=1e-6)
+
+
+@given(wind=WINDS, e=ERRORS, x=ERRORS)
+def test_rated_set_points_change_nothing(
+    turbine: Turbine,
+    law: EffortSharingLaw,
+    with_setpoints: EffortSharingLaw,
+    wind: float,
+    e: float,
+    x: float,
+) -> None:
+    measured = Measurement(demanded(law, wind, e, x)[0], 0.1, wind)
+    rated = with_setpoints.at_setpoints(speed=99.0, power=2 * turbine.rated_power)
+
+    assert rated.command([x, wind], measured) == pytest.approx(law.command([x, wind], measured))
+    assert rated.state_rate([x, wind], measured) == pytest.approx(
+        law.state_rate([x, wind], measured)
+    )
+
+
+@pytest.mark.parametrize("wind", [8.0, 11.0, 14.0, 20.0, 25.0])
+def test_speed_effort_is_that_of_the_trim_at_the_lowest_speed(
+    turbine: Turbine, with_setpoints: EffortSharingLaw, wind: float
+) -> None:
+    """At the lowest speed set-point and rated torque the law rests at that trim, x = 0.
+
+    Second way: the trim of a turbine that is de-rated to this speed.
+    """
+    law = with_setpoints.at_setpoints(speed=1.05, power=9e9)
+    point = trim(turbine, wind, speed_setpoint=1.05)
+
+    command = law.command([0.0, wind], Measurement(point.rotor_speed, point.pitch, wind))
+
+    # The tables are lines between their nodes.
+    assert command.torque == pytest.approx(point.torque, rel=0.02)
+    assert command.pitch == pytest.approx(point.pitch, abs=0.01)
