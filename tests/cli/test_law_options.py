@@ -91,6 +91,10 @@ def test_a_low_torque_goes_with_a_low_speed() -> None:
     [
         ({"torque_setpoint": "80"}, "a number with its unit"),
         ({"torque_setpoint": "80 rpm"}, "--torque-setpoint 80 rpm: unit 'rpm'"),
+        ({"lowest_torque_setpoint": "60%"}, "--lowest-torque-setpoint 60%: .*raise the torque"),
+        ({"lowest_speed_setpoint": "10"}, "--lowest-speed-setpoint 10: .*unit"),
+        ({"lowest_speed_setpoint": "9rpm"}, "25 m/s"),
+        ({"law": "paper", "lowest_speed_setpoint": "10rpm"}, "effort-sharing"),
         ({"torque_setpoint": "120%"}, "at or below the rated torque"),
         ({"torque_setpoint": "-5%"}, "above 0"),
         ({"pitch_effectiveness_share": 0.0}, "--pitch-effectiveness-share: 0 was given"),

@@ -135,6 +135,7 @@ def check_limits(turbine: Turbine, settings: DesignSettings) -> None:
 
     both        a steady state at every wind from cut-in to cut-out, at which more wind gives more
                 torque, or it cannot be observed
+                and at the lowest speed set-point, where set-points are taken at run time
     coherent    overlap < n_g T_rated / J, the effort that torque can hold in reserve, and
                 bandwidth, grown too, <= 1 / tau, the rate of the pitch drive
     published   torque overlap below half of rated torque, its rounded corner below the largest
@@ -148,6 +149,8 @@ def check_limits(turbine: Turbine, settings: DesignSettings) -> None:
     """
     _check_rated_torque(turbine, settings.speed_setpoint)
     _check_trims(turbine, settings.speed_setpoint)
+    if settings.lowest_speed_setpoint is not None:
+        _check_trims(turbine, settings.lowest_speed_setpoint)
     if settings.law == "coherent":
         _check_overlap(turbine, settings.overlap)
         if settings.effort is not None:
