@@ -200,7 +200,7 @@ def instructions(
     from takagi.models.simulation import equations
 
     writing = _Writing(program)
-    rated = {s.name: float(s.rest or 0) for s in program.inputs if s.name.endswith("_setpoint")}
+    rated = {s.name: float(s.rest or 0) for s in program.inputs if s.optional}
     for name, value in {**rated, **(setpoints or {})}.items():
         writing.names[name] = writing.number(value)
     stages = [stage for stage in program.stages if stage.name in STAGES]
