@@ -137,11 +137,11 @@ def compiled_law(turbine: Turbine, law: Law, observer: Observer | None) -> Compi
         return None
     if program is None:
         return None
-    return CompiledLaw(law, observer, instructions(program, _setpoints(law)))
+    return CompiledLaw(law, observer, instructions(program, setpoints_now(law)))
 
 
-def _setpoints(law: Law) -> dict[str, float]:
-    """Return the set-points that a law has now; none for the rated ones."""
+def setpoints_now(law: Law) -> dict[str, float]:
+    """Return the set-points [rad/s], [W] that a law has now; none for the rated ones."""
     if not isinstance(law, EffortSharingLaw) or law.setpoints is None or law.operation is None:
         return {}
     speed, torque = law.operation

@@ -37,7 +37,7 @@ def recorded_file(setpoints: bool = False) -> str:
     law = data["gains"]
     if setpoints:
         lowest = {"lowest_speed": Number("1.05"), "lowest_torque": Number("38784.195")}
-        column = [Number(f"0.{300 + k}") for k in range(len(law["wind"]))]
+        column = [Number(f"-0.{30 + 10 * k:03d}") for k in range(len(law["wind"]))]
         factor = Number(repr(0.944 * 97))
         law["setpoints"] = {**lowest, "power_per_torque": factor, "speed_effort": column}
     trim = {"wind": law["wind"], "rotor_speed": law["rotor_speed"], "pitch": [law["pitch_min"]]}
