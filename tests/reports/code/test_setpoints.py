@@ -165,16 +165,17 @@ def library(program: ControllerProgram, tmp_path_factory: pytest.TempPathFactory
 
 
 def powers(library: Path, file: Path, records: list[float]) -> tuple[list[float], list[str]]:
-    """Return the torque at each call where the speed is high, and the messages that came."""
+    """Return torque and pitch of each call, one after the other, and the messages that came."""
     run = Simulator(library, file, str(file), T)
     run.records({20: 1.3 * GEAR_RATIO, 27: 15.0, 23: 4.3e4})
     run.pitch(0.2)
     assert run.call(0, 0.0)[2:] == (0, "")
-    sent, told = [], []
+    sent: list[float] = []
+    told: list[str] = []
     for k, record in enumerate(records):
         run.records({13: record})
         answer = run.call(1, T * (k + 1))
-        sent.append(answer.torque)
+        sent += answer[:2]
         if answer.fail:
             told.append(answer.message)
     assert run.call(-1, T * len(records)).fail == 0
@@ -195,9 +196,10 @@ def test_the_input_file_has_the_set_points(
     given = {"measured_speed": float(np.float32(1.3 * GEAR_RATIO)) / GEAR_RATIO,
              "pitch": float(np.float32(0.2)), "wind_guess": 15.0,
              "speed_setpoint": 1.1, "power_setpoint": 4.2e6}  # fmt: skip
-    assert not told and sent == pytest.approx(
-        [run.sample(step, given)["torque_sent"] for _ in sent], rel=1e-6
-    )
+    wanted = [run.sample(step, given) for _ in sent[::2]]
+    assert not told
+    assert sent[::2] == pytest.approx([row["torque_sent"] for row in wanted], rel=1e-6)
+    assert sent[1::2] == pytest.approx([row["pitch_sent"] for row in wanted], rel=1e-6)
 
 
 def test_record_13_is_the_power_and_the_last_one_holds(library: Path, tmp_path: Path) -> None:
@@ -207,11 +209,11 @@ def test_record_13_is_the_power_and_the_last_one_holds(library: Path, tmp_path: 
     none, told = powers(library, file, [0.0, math.nan, -4e6, math.inf] * 25)
     assert none == rated
     assert len(told) == 1 and "record 13 is no power" in told[0]
-    lower = edited(library.parent / "DISCON.IN", tmp_path / "b", power_setpoint=4.5e6)
+    lower = edited(library.parent / "DISCON.IN", tmp_path / "b", power_setpoint=4.75e6)
     number, silent = powers(library, lower, [0.0] * 100)
-    record, told = powers(library, file, [4.5e6] * 50 + [0.0] * 50)
+    record, told = powers(library, file, [4.75e6] * 50 + [0.0] * 50)
     assert record == number != rated and not silent
-    assert len(told) == 1 and "4.5e+06 W holds" in told[0]
+    assert len(told) == 1 and "4.75e+06 W holds" in told[0]
 
 
 def test_a_power_beyond_the_range_is_limited_and_told_once(library: Path, tmp_path: Path) -> None:
