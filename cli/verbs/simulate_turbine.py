@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,13 @@ SCENARIO_OPTIONS: Options = (
         "Turbines: simulate the law of a gain file, with its observer; of the named laws, only "
         "reference can be simulated with it.",
         Path,
+    ),
+    option(
+        "setpoint NAME=VALUE",
+        "Turbines: a set-point that the law takes at run time, from the start on: speed=11.5rpm of "
+        "the rotor or power=4MW, electrical; may be repeated. With --law-from, or a design's "
+        "folder.",
+        list[str],
     ),
     option(
         "coupling_filter NAME",
@@ -85,6 +92,7 @@ SCENARIO_OPTIONS: Options = (
 OPTIONS: Options = (*SCENARIO_OPTIONS, *CAMPAIGN_OPTIONS)
 # How often a turbine's law runs unless it is said [s].
 SAMPLE_TIME = 0.02
+SETPOINT_UNITS = {"speed": "rad/s", "power": "W"}
 
 
 def simulate(
@@ -122,6 +130,7 @@ def _laws(
         default_laws,
         filed_laws,
         require_law_names,
+        with_setpoints,
     )
     from takagi.reports.simulation.runs import (
         PlantParts,
@@ -142,6 +151,8 @@ def _laws(
         )
     if law_from:
         turbine, filed = filed_laws(turbine, law_from, names)
+    if asked["setpoint"]:
+        turbine, filed = with_setpoints(turbine, filed, _setpoints(asked["setpoint"]))
     parts = PlantParts(
         asked["wake"], tuple(asked["without"] or ()), asked["speed_filter"], asked["ripple"]
     )
@@ -197,6 +208,25 @@ def _laws(
 
         print_simulation(simulation, written)
     return UNPROVED if simulation.diverged else PROVED
+
+
+def _setpoints(texts: Sequence[str]) -> dict[str, float]:
+    """Return the set-points of texts such as speed=11.5rpm, in SI."""
+    from takagi.models.files.units import to_si, typed_figure
+
+    setpoints: dict[str, float] = {}
+    for text in texts:
+        name, _, written = text.partition("=")
+        try:
+            if name not in SETPOINT_UNITS or name in setpoints:
+                raise ModelError("speed=11.5rpm or power=4MW is needed, each once")
+            value, unit = typed_figure(written)
+            if not unit:
+                raise ModelError("a number with its unit is needed, such as 11.5rpm or 4MW")
+            setpoints[name] = to_si(value, unit, SETPOINT_UNITS[name])
+        except ModelError as error:
+            raise ModelError(f"option --setpoint {text}: {error}") from error
+    return setpoints
 
 
 def _tell_slow_sampling(plant: SimulatedTurbine, step: float) -> None:

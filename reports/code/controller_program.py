@@ -190,6 +190,7 @@ class Signal:
     ----------
     rest : value in SI that is used before the first finite measurement.
     range : interval in SI in which the model holds; None where the file states none.
+    optional : whether an input may be left unconnected, which is then at rest; a set-point.
     """
 
     name: str
@@ -197,6 +198,14 @@ class Signal:
     meaning: str
     rest: Decimal | None = None
     range: tuple[Decimal, Decimal] | None = None
+    optional: bool = False
+
+    @property
+    def words(self) -> str:
+        """The meaning, of a set-point with its range."""
+        if not self.optional or self.range is None:
+            return self.meaning
+        return f"{self.meaning}; {self.range[0]} to {self.range[1]}"
 
 
 @dataclass(frozen=True, slots=True)

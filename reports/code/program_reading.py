@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from decimal import Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from itertools import pairwise
 from math import frexp, ldexp
 from pathlib import Path
@@ -44,6 +44,7 @@ from takagi.reports.code.controller_program import (
 from takagi.reports.code.run import floats, value_of
 
 RATES = ("limits.torque_rate", "limits.pitch_rate")
+MILLI = Decimal("0.001")
 
 
 def require_order(program: ControllerProgram) -> None:
@@ -308,16 +309,18 @@ def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
         "wind_guess": (wind[0], (wind[0], wind[-1])),
         "wind_estimate": (wind[0], (wind[0], wind[-1])),
     }
+    setpoint_ranges: dict[str, tuple[Decimal, Decimal]] = {}
     if "setpoints" in (law := document["law"]):
-        setpoints, rated = law["setpoints"], law["rotor_speed"][-1]
-        factor, lowest = setpoints["power_per_torque"], setpoints["lowest_speed"]
-        power = factor * rated * law["rated_torque"]
-        rests_and_ranges |= {
-            "speed_setpoint": (rated, (lowest, rated)),
-            "power_setpoint": (power, (factor * lowest * setpoints["lowest_torque"], power)),
-        }
-    rest, ends = rests_and_ranges.get(signal.name, (None, None))
-    return replace(signal, rest=rest, range=ends)
+        stated, rated = law["setpoints"], law["rotor_speed"][-1]
+        lowest, factor = stated["lowest_speed"], stated["power_per_torque"]
+        # Rounded outwards to mW: the law limits the torque, so that at rest it is the rated one.
+        least = (factor * lowest * stated["lowest_torque"]).quantize(MILLI, ROUND_FLOOR)
+        most = (factor * rated * law["rated_torque"]).quantize(MILLI, ROUND_CEILING)
+        setpoint_ranges = {"speed_setpoint": (lowest, rated), "power_setpoint": (least, most)}
+    if (ends := setpoint_ranges.get(signal.name)) is not None:
+        return replace(signal, rest=ends[1], range=ends, optional=True)
+    rest, limits_there = rests_and_ranges.get(signal.name, (None, None))
+    return replace(signal, rest=rest, range=limits_there)
 
 
 def renamed(formula: Formula, names: Mapping[str, str]) -> Formula:

@@ -137,11 +137,11 @@ def compiled_law(turbine: Turbine, law: Law, observer: Observer | None) -> Compi
         return None
     if program is None:
         return None
-    return CompiledLaw(law, observer, instructions(program, _setpoints(law)))
+    return CompiledLaw(law, observer, instructions(program, setpoints_now(law)))
 
 
-def _setpoints(law: Law) -> dict[str, float]:
-    """Return the set-points that a law has now; none for the rated ones."""
+def setpoints_now(law: Law) -> dict[str, float]:
+    """Return the set-points [rad/s], [W] that a law has now; none for the rated ones."""
     if not isinstance(law, EffortSharingLaw) or law.setpoints is None or law.operation is None:
         return {}
     speed, torque = law.operation
@@ -200,7 +200,7 @@ def instructions(
     from takagi.models.simulation import equations
 
     writing = _Writing(program)
-    rated = {s.name: float(s.rest or 0) for s in program.inputs if s.name.endswith("_setpoint")}
+    rated = {s.name: float(s.rest or 0) for s in program.inputs if s.optional}
     for name, value in {**rated, **(setpoints or {})}.items():
         writing.names[name] = writing.number(value)
     stages = [stage for stage in program.stages if stage.name in STAGES]

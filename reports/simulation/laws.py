@@ -44,6 +44,8 @@ LAW_NAMES: Mapping[str, str] = MappingProxyType(
         ),
     }
 )
+# Set-points beyond their ends by this share are these ends, written with few digits.
+ROUNDED = 1e-6
 DEFAULT_LAWS = ("coherent", "paper", "baseline")
 
 
@@ -195,6 +197,55 @@ def filed_laws(
     return _as_held(turbine, held), ChosenLaws(
         laws, observer, _speed_filter(document, law.name, path)
     )
+
+
+def with_setpoints(
+    turbine: Turbine, chosen: ChosenLaws | None, setpoints: Mapping[str, float]
+) -> tuple[Turbine, ChosenLaws]:
+    """Return a filed law at these set-points from the start on, and the turbine as de-rated.
+
+    Parameters
+    ----------
+    chosen : as ``filed_laws`` returns it; None without a file.
+    setpoints : "speed" of the rotor [rad/s], electrical "power" [W]; the rated one unless given.
+
+    Raises
+    ------
+    ModelError : no law that takes set-points, or one outside the range that the law is proved for.
+    """
+    law = None if chosen is None else chosen.laws.get("coherent")
+    if chosen is None or not isinstance(law, EffortSharingLaw) or law.setpoints is None:
+        raise ModelError(
+            "option --setpoint: no law here takes set-points at run time; design one with "
+            "`takagi design MODEL --lowest-speed-setpoint SPEED --lowest-torque-setpoint TORQUE "
+            "--out DIR`, and simulate DIR"
+        )
+    if "baseline" in chosen.laws:
+        raise ModelError(
+            "option --setpoint: the reference controller takes no set-points; leave --law "
+            "reference out"
+        )
+    inputs, rated = law.setpoints, float(law.schedule.rotor_speed[-1])
+    factor = inputs.power_per_torque
+    ranges = {
+        "speed": (inputs.lowest_speed, rated, "rad/s"),
+        "power": (
+            factor * inputs.lowest_speed * inputs.lowest_torque,
+            factor * rated * law.rated_torque,
+            "W",
+        ),
+    }
+    for name, value in setpoints.items():
+        low, high, unit = ranges[name]
+        if not low * (1 - ROUNDED) <= value <= high * (1 + ROUNDED):
+            raise ModelError(
+                f"option --setpoint {name}: {value:.6g} {unit} was given; the law takes "
+                f"{low:.6g} to {high:.6g} {unit}"
+            )
+    asked = {name: high for name, (_, high, _) in ranges.items()} | dict(setpoints)
+    moved = law.at_setpoints(speed=asked["speed"], power=asked["power"])
+    assert moved.operation is not None
+    return _as_held(turbine, moved.operation.torque), replace(chosen, laws={"coherent": moved})
 
 
 def _observer(turbine: Turbine, stated: Any, path: Path) -> WindObserver:

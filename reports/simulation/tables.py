@@ -22,6 +22,7 @@ from takagi.reports.figures.response import (
 )
 from takagi.reports.figures.style import figure_to_png, figure_to_svg
 from takagi.reports.output import csv_text
+from takagi.reports.simulation.compiled_law import setpoints_now
 from takagi.reports.simulation.laws import LAW_NAMES
 from takagi.reports.simulation.runs import Run, Simulation, simulation_plant
 from takagi.reports.simulation.winds import winds_words
@@ -82,6 +83,10 @@ def table_rows(simulation: Simulation) -> list[dict[str, Any]]:
 def notes(simulation: Simulation) -> list[str]:
     """Return what must be known to read the table: a line per law, then per remarkable run."""
     lines = [f"{law_words(name)}: {LAW_NAMES.get(name, '')}." for name in simulation.chosen.laws]
+    for name, law in simulation.chosen.laws.items():
+        if asked := setpoints_now(law):
+            speed, power = asked["speed_setpoint"], asked["power_setpoint"]
+            lines.append(f"{law_words(name)}: at most {speed:.5g} rad/s and {power / 1e3:.5g} kW.")
     for run in simulation.runs:
         if run.remarks():
             lines.append(f"{law_words(run.law)} in {run.wind}: {'; '.join(run.remarks())}.")
@@ -163,7 +168,10 @@ def as_json(simulation: Simulation, *, files: Sequence[str] = ()) -> str:
             for wind in simulation.winds
         ],
         "laws": {name: LAW_NAMES.get(name, "") for name in simulation.chosen.laws},
+        "setpoints": {name: setpoints_now(law) for name, law in simulation.chosen.laws.items()},
         "units": {
+            "speed_setpoint": "rad/s",
+            "power_setpoint": "W",
             "duration": "s",
             "speed_filter": "rad/s",
             "ripple": "-",

@@ -16,11 +16,13 @@ from takagi.reports.code.c.words import comment
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
 from takagi.reports.code.proof_words import as_list, proof_lines
+from takagi.reports.code.status import reported_range
 from takagi.reports.code.targets import Exported, ExportSettings
 from takagi.reports.code.templates import filled
 
 TEMPLATES = ("discon.h", "discon.c", "discon_files.c", "DISCON.IN", "Makefile", "README.md")
-READ = ("speed", "measured_speed", "pitch", "wind_guess", "wind_estimate")
+READ = ("speed", "measured_speed", "pitch", "wind_guess", "wind_estimate", "speed_setpoint",
+        "power_setpoint")  # fmt: skip
 USUAL_DRIVE_TIME = "0.2"  # s
 
 
@@ -106,6 +108,8 @@ def _context(
         "word": word,
         "library": f"lib{word}_discon.so",
         "variants": variants,
+        "setpoints": {signal.name: signal for signal in program.inputs if signal.optional},
+        "reported_range": reported_range,
         "version": document["version"],
         "sha256": program.hashes.get("gains", "none"),
         "proof": as_list(proof_lines(program)),
