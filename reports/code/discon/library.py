@@ -20,7 +20,7 @@ from takagi.reports.code.status import reported_range
 from takagi.reports.code.targets import Exported, ExportSettings
 from takagi.reports.code.templates import filled
 
-TEMPLATES = ("discon.h", "discon.c", "discon_files.c", "DISCON.IN", "Makefile", "README.md")
+TEMPLATES = ("discon.h", "discon.c", "discon_files.c", "Makefile", "README.md")
 READ = ("speed", "measured_speed", "pitch", "wind_guess", "wind_estimate", "speed_setpoint",
         "power_setpoint")  # fmt: skip
 USUAL_DRIVE_TIME = "0.2"  # s
@@ -35,7 +35,9 @@ class _Variant(NamedTuple):
 
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
-    """Return the sources of the library, ``DISCON.IN``, ``Makefile`` and ``README.md``.
+    """Return the sources of the library, its input file, ``Makefile`` and ``README.md``.
+
+    The input file is not called DISCON.IN, as those that come with turbines are.
 
     Raises
     ------
@@ -48,9 +50,11 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     for *_, law in variants:
         files |= {f"{law.word}.h": law.header, f"{law.word}.c": law.source}
     files |= {name: filled("discon.templates", name, context) for name in TEMPLATES}
+    input_file = context["input_file"]
+    files[input_file] = filled("discon.templates", "input_file", context)
     use = {
         "Makefile": f"make: gives {context['library']}",
-        "DISCON.IN": "settings, each explained; the simulator's DLL_InFile",
+        input_file: "settings, each explained; the simulator's DLL_InFile",
         "README.md": "how to build and use it, records and messages",
         "discon.c": "the calls of the interface, around the law",
         "discon_files.c": "input file and checkpoints",
@@ -107,6 +111,7 @@ def _context(
         "title": comment(program.name),
         "word": word,
         "library": f"lib{word}_discon.so",
+        "input_file": f"{word}_discon.IN",
         "variants": variants,
         "setpoints": {signal.name: signal for signal in program.inputs if signal.optional},
         "reported_range": reported_range,

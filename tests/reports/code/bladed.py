@@ -29,11 +29,17 @@ def built(program: ControllerProgram, folder: Path) -> Path:
         assert isinstance(text, str)
         (folder / name).write_text(text, encoding="utf-8")
     # The records are of blades that take a command at once, whatever the file is written for.
-    file = folder / "DISCON.IN"
-    edited(file, file, pitch_drive="off")
     run(["make", f"CC={cc}", f"CFLAGS={' '.join(STRICT)}"], folder)
     (library,) = folder.glob("lib*_discon.so")
+    file = input_file(library)
+    edited(file, file, pitch_drive="off")
     return library
+
+
+def input_file(library: Path) -> Path:
+    """Return the input file that was written beside a library."""
+    (file,) = library.parent.glob("*_discon.IN")
+    return file
 
 
 def edited(source: Path, to: Path, **values: object) -> Path:

@@ -15,7 +15,7 @@ from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.discon.library import export
 from takagi.reports.code.program_reading import controller_program, read_controller
 from takagi.reports.code.targets import ExportSettings
-from tests.reports.code.bladed import GEAR_RATIO, Answer, Simulator, built, edited
+from tests.reports.code.bladed import GEAR_RATIO, Answer, Simulator, built, edited, input_file
 from tests.reports.test_gain_file_alone import plant_file
 
 T = 0.02
@@ -34,7 +34,7 @@ def library(made: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def file(made: Path) -> Path:
-    return made.parent / "DISCON.IN"
+    return input_file(made)
 
 
 def started(library: Path, file: Path, name: str, *, calls: int = 5) -> Simulator:
@@ -325,3 +325,25 @@ def test_without_rate_limits_it_is_refused() -> None:
     bare = controller_program(program.document, without=["rate limits"])
     with pytest.raises(ModelError, match="needs the program 'rate limits'"):
         export(bare, ExportSettings())
+
+
+@pytest.mark.parametrize(("drive", "follows", "told"), [
+    ("off", True, True), ("off", False, False), ("first_order", True, False),
+])  # fmt: skip
+def test_a_simulator_without_a_pitch_drive_is_told(
+    library: Path, file: Path, tmp_path: Path, drive: str, follows: bool, told: bool
+) -> None:
+    """Blades that stand at once where pitch was sent to have no drive; those that lag have one."""
+    run = Simulator(library, edited(file, tmp_path / "i", pitch_drive=drive), "drive", T)
+    pitch, messages = 0.1, []
+    run.pitch(pitch)
+    run.call(0, 0.0)
+    for k in range(1, 400):
+        # Above rated speed, and faster and faster: pitch moves at every sample.
+        run.records({20: (1.27 + 1e-4 * k) * GEAR_RATIO})
+        run.pitch(pitch)
+        answer = run.call(1, k * T)
+        messages += [answer.message] if "pitch drive" in answer.message else []
+        pitch = answer.pitch if follows else pitch + 0.1 * (answer.pitch - pitch)
+    assert len(messages) == int(told)
+    assert all("first_order" in message for message in messages)

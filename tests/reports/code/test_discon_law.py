@@ -18,7 +18,7 @@ from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
 from takagi.reports.code.run import ProgramRun
-from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built, edited
+from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built, edited, input_file
 from tests.reports.code.design_program import program_of
 
 EXACT = 1e-6
@@ -81,9 +81,7 @@ def seen_speed(speed: float) -> float:
 def test_a_run_of_wind_steps(library: Path, rows: list[Row], turbine_design: TurbineDesign) -> None:
     law, top = PythonLaw(turbine_design, T), turbine_design.turbine.rated_torque
     pitches = []
-    for row, (torque, pitch) in zip(
-        rows, sent(library, library.parent / "DISCON.IN", rows), strict=True
-    ):
+    for row, (torque, pitch) in zip(rows, sent(library, input_file(library), rows), strict=True):
         wanted = law.sample(seen_speed(row[1]), row[2], row[3])
         assert torque == pytest.approx(wanted.torque, abs=EXACT * top)
         assert pitch == pytest.approx(wanted.pitch, abs=EXACT)
@@ -97,7 +95,7 @@ def test_the_log_says_where_the_estimate_is_held(library: Path, tmp_path: Path) 
     It is no message: in a gust above 25 m/s the estimate is held as well, beyond the law's tables.
     """
     log = tmp_path / "log.csv"
-    run = Simulator(library, edited(library.parent / "DISCON.IN", tmp_path / "i", log_file=log),
+    run = Simulator(library, edited(input_file(library), tmp_path / "i", log_file=log),
                     "held", T)  # fmt: skip
     run.pitch(0.1)
     run.records({20: 1.2 * GEAR_RATIO, 21: 1.2, 27: 12.0})
@@ -114,7 +112,7 @@ def test_the_log_says_where_the_estimate_is_held(library: Path, tmp_path: Path) 
 def test_the_wind_of_record_27(
     library: Path, program: ControllerProgram, rows: list[Row], tmp_path: Path
 ) -> None:
-    file = edited(library.parent / "DISCON.IN", tmp_path / "i", wind_source="record27",
+    file = edited(input_file(library), tmp_path / "i", wind_source="record27",
                   speed_source="record21")  # fmt: skip
     run = ProgramRun(controller_program(program.document, without=["observer"]))
     for row, (torque, pitch) in zip(rows, sent(library, file, rows), strict=True):
@@ -131,7 +129,7 @@ def test_filter_sample_time_and_drive(
 ) -> None:
     """The law every third step, of a filtered speed, before a drive at its rate limit."""
     file = edited(
-        library.parent / "DISCON.IN", tmp_path / "i", speed_filter=1.5, sample_time=3 * T,
+        input_file(library), tmp_path / "i", speed_filter=1.5, sample_time=3 * T,
         pitch_drive=drive, pitch_drive_rate=0.05,
     )  # fmt: skip
     step = float(np.float32(T))
@@ -169,7 +167,7 @@ def test_the_baseline_law(turbine_design: TurbineDesign, rows: list[Row], tmp_pa
     library = built(program, tmp_path)
     run, step = ProgramRun(program), float(np.float32(T))
     for row, (torque, pitch) in zip(
-        rows[:600], sent(library, tmp_path / "DISCON.IN", rows[:600]), strict=True
+        rows[:600], sent(library, input_file(library), rows[:600]), strict=True
     ):
         wanted = run.sample(step, {"speed": seen_speed(row[1]), "pitch": row[2]})
         assert torque == pytest.approx(wanted["torque_sent"], rel=EXACT)
@@ -179,7 +177,7 @@ def test_the_baseline_law(turbine_design: TurbineDesign, rows: list[Row], tmp_pa
 def test_a_checkpoint_goes_on_where_it_was(library: Path, rows: list[Row], tmp_path: Path) -> None:
     """Bit by bit, read by a copy of the library that saw no first call."""
     file = edited(
-        library.parent / "DISCON.IN", tmp_path / "i", pitch_drive="second_order",
+        input_file(library), tmp_path / "i", pitch_drive="second_order",
         speed_filter=2.0, sample_time=2 * T, log_file=tmp_path / "log.csv",
     )  # fmt: skip
     whole = list(sent(library, file, rows[:1500]))

@@ -22,7 +22,7 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.run import ProgramRun
-from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built
+from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built, input_file
 from tests.reports.code.compiled import Compiled
 from tests.reports.code.design_program import program_of
 from tests.reports.code.fmu_files import exported, fmpy, simulated
@@ -144,7 +144,7 @@ def by_c(law: Compiled, record: Record) -> Floats:
 
 
 def by_library(library: Path, record: Record) -> Iterator[tuple[float, float]]:
-    run = Simulator(library, library.parent / "DISCON.IN", step=T)
+    run = Simulator(library, input_file(library), step=T)
     run.records({27: record.guess})
     run.pitch(float(record.pitch[0]))
     assert run.call(0, 0.0).fail == 0

@@ -21,7 +21,7 @@ from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.structured_text.block import function_block
 from takagi.reports.code.targets import ExportSettings, exported
-from tests.reports.code.bladed import GEAR_RATIO, Simulator, built, edited
+from tests.reports.code.bladed import GEAR_RATIO, Simulator, built, edited, input_file
 from tests.reports.code.compiled import STRICT, Compiled
 from tests.reports.code.design_program import recorded_file, recorded_program
 from tests.reports.code.fmu_files import exported as exported_fmu
@@ -187,9 +187,9 @@ def test_the_input_file_has_the_set_points(
 ) -> None:
     """Numbers of the file reach the law; those of the file as it is written are the rated ones."""
     plain = built(recorded_program(), tmp_path / "plain")
-    as_written = powers(library, library.parent / "DISCON.IN", [0.0] * 60)
-    assert as_written == powers(plain, plain.parent / "DISCON.IN", [0.0] * 60)
-    file = edited(library.parent / "DISCON.IN", tmp_path / "i", speed_setpoint=1.1,
+    as_written = powers(library, input_file(library), [0.0] * 60)
+    assert as_written == powers(plain, input_file(plain), [0.0] * 60)
+    file = edited(input_file(library), tmp_path / "i", speed_setpoint=1.1,
                   power_setpoint="4.2e6")  # fmt: skip
     sent, told = powers(library, file, [0.0] * 60)
     run, step = ProgramRun(program), float(np.float32(T))
@@ -204,12 +204,12 @@ def test_the_input_file_has_the_set_points(
 
 def test_record_13_is_the_power_and_the_last_one_holds(library: Path, tmp_path: Path) -> None:
     """Zero, negative and not finite are no power: at first the rated one is there."""
-    file = edited(library.parent / "DISCON.IN", tmp_path / "a", power_setpoint="record13")
-    rated = powers(library, library.parent / "DISCON.IN", [0.0] * 100)[0]
+    file = edited(input_file(library), tmp_path / "a", power_setpoint="record13")
+    rated = powers(library, input_file(library), [0.0] * 100)[0]
     none, told = powers(library, file, [0.0, math.nan, -4e6, math.inf] * 25)
     assert none == rated
     assert len(told) == 1 and "record 13 is no power" in told[0]
-    lower = edited(library.parent / "DISCON.IN", tmp_path / "b", power_setpoint=4.75e6)
+    lower = edited(input_file(library), tmp_path / "b", power_setpoint=4.75e6)
     number, silent = powers(library, lower, [0.0] * 100)
     record, told = powers(library, file, [4.75e6] * 50 + [0.0] * 50)
     assert record == number != rated and not silent
@@ -217,8 +217,8 @@ def test_record_13_is_the_power_and_the_last_one_holds(library: Path, tmp_path: 
 
 
 def test_a_power_beyond_the_range_is_limited_and_told_once(library: Path, tmp_path: Path) -> None:
-    file = edited(library.parent / "DISCON.IN", tmp_path / "a", power_setpoint="record13")
-    least = edited(library.parent / "DISCON.IN", tmp_path / "b", power_setpoint=LOWEST_POWER)
+    file = edited(input_file(library), tmp_path / "a", power_setpoint="record13")
+    least = edited(input_file(library), tmp_path / "b", power_setpoint=LOWEST_POWER)
     wanted, _ = powers(library, least, [0.0] * 50)
     sent, told = powers(library, file, [1e6] * 50)
     assert sent == pytest.approx(wanted, rel=1e-6)
@@ -237,6 +237,6 @@ def test_a_power_beyond_the_range_is_limited_and_told_once(library: Path, tmp_pa
 def test_other_set_points_are_refused(
     key: str, value: str, words: str, library: Path, tmp_path: Path
 ) -> None:
-    file = edited(library.parent / "DISCON.IN", tmp_path / "i", **{key: value})
+    file = edited(input_file(library), tmp_path / "i", **{key: value})
     answer = Simulator(library, file, f"{key} {value}").call(0, 0.0)
     assert answer.fail == -1 and words in answer.message and key in answer.message

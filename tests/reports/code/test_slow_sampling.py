@@ -32,7 +32,7 @@ from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.structured_text import block as block_file
 from takagi.reports.code.targets import ExportSettings
 from tests.plant_files import designed_in, filed_plant
-from tests.reports.code.bladed import Simulator, built, edited
+from tests.reports.code.bladed import Simulator, built, edited, input_file
 from tests.reports.code.compiled import STRICT, Compiled
 from tests.reports.code.design_program import recorded_program
 from tests.reports.code.structured_text import FunctionBlock
@@ -105,7 +105,7 @@ def test_c_says_it_at_every_step(program: ControllerProgram, tmp_path: Path) -> 
 def test_a_bladed_simulation_does_not_begin(program: ControllerProgram, tmp_path: Path) -> None:
     """With the reason and the cure; a step that grows later is said."""
     library = built(program, tmp_path / "library")
-    file = library.parent / "DISCON.IN"
+    file = input_file(library)
 
     refused = Simulator(library, file, "slow", step=0.5).call(0, 0.0)
     assert refused.fail == -1
