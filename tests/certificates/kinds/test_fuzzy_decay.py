@@ -102,6 +102,15 @@ def test_what_does_not_fit_is_refused(change: Data) -> None:
         said_of(model_data([[[-1]], [[-1]]]), None, scalar(1, 2) | change)
 
 
+@pytest.mark.parametrize(("degree", "verdict"), [(8, "PROVED"), (9, "REFUSED")])
+def test_the_highest_degree(degree: int, verdict: str) -> None:
+    """P = 1 as a polynomial of that degree, all of whose coefficients are 1."""
+    P = [{"powers": [[k, degree - k]], "matrix": [[1]]} for k in range(degree + 1)]
+    claim = scalar(1, 1, degrees=[degree], P=P)
+
+    assert verdict_of(model_data([[[-1]], [[-1]]]), None, claim) == verdict
+
+
 @pytest.mark.parametrize("degrees", [[1, 0], [1, 0.5], [0.5, 0]])
 def test_the_degree_of_every_simplex_is_whole(degrees: list[float]) -> None:
     model = model_data([[[-1]]] * 4, rules=[[0, 0], [0, 1], [1, 0], [1, 1]])

@@ -8,6 +8,7 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.models import TSModel
+from tests.certificates.embedding.plants import CLAIM, one_state
 from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
 
 Data = dict[str, Any]
@@ -130,3 +131,15 @@ def test_a_model_with_inputs_and_no_law_is_its_own_loop() -> None:
 
     assert verdict_of(model_data([[[1]]], B=[[[1]]]), None, claim) == "DISPROVED"
     assert verdict_of(model_data([[[-1]]], B=[[[1]]]), None, claim) == "UNDECIDED"
+
+
+@pytest.mark.parametrize(("growth", "verdict"), [("1/3", "DISPROVED"), ("1/pi", "UNDECIDED")])
+def test_a_number_that_is_no_fraction_leaves_it_open(growth: str, verdict: str) -> None:
+    """x' = c x grows at both ends of the bounds of c, but ends alone say nothing of c between."""
+    model = one_state(f"x*{growth}", "1", 1, 1)
+    number = {"name": "c", "expression": growth, "lower": "0.3", "upper": "0.4"}
+    in_bounds = {"numbers": [number], "A": [["c"]]} if verdict == "UNDECIDED" else {"A": [["1/3"]]}
+    model["embedding"] |= {"premises": []} | in_bounds
+
+    assert verdict_of(model, None, CLAIM) == "PROVED"
+    assert verdict_of(model, None, CLAIM, ALONE | {"blend": 0}) == verdict
