@@ -104,9 +104,9 @@ def test_what_does_not_fit_is_refused(change: Data) -> None:
 
 @pytest.mark.parametrize(("degree", "verdict"), [(8, "PROVED"), (9, "REFUSED")])
 def test_the_highest_degree(degree: int, verdict: str) -> None:
-    """P = 1 as a polynomial of that degree, all of whose coefficients are 1."""
+    """P = 1 as a polynomial of that degree, all of whose coefficients are 1, at any rates."""
     P = [{"powers": [[k, degree - k]], "matrix": [[1]]} for k in range(degree + 1)]
-    claim = scalar(1, 1, degrees=[degree], P=P)
+    claim = scalar(1, 1, degrees=[degree], P=P, rates=[[1000, 1000]])
 
     assert verdict_of(model_data([[[-1]], [[-1]]]), None, claim) == verdict
 
