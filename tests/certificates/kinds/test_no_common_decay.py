@@ -143,3 +143,16 @@ def test_a_number_that_is_no_fraction_leaves_it_open(growth: str, verdict: str) 
 
     assert verdict_of(model, None, CLAIM) == "PROVED"
     assert verdict_of(model, None, CLAIM, ALONE | {"blend": 0}) == verdict
+
+
+@pytest.mark.parametrize(
+    ("rules", "words"),
+    [(1, "rule 1 alone"), (2, "1/2 rule 1 + 1/2 rule 2"), (4, "1/4 rule 4"), (5, "of 5 rules")],
+)
+def test_a_blend_of_many_rules_is_counted(rules: int, words: str) -> None:
+    """x' = x at each of six rules; blends of more than four are not written out."""
+    shares = [int(k < rules) for k in range(6)]
+
+    found = said_of(model_data([[[1]]] * 6), None, ALONE | {"blend": [shares]})
+    assert found.verdict is Verdict.DISPROVED
+    assert found.text.endswith(words)
