@@ -26,6 +26,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from itertools import accumulate
 from pathlib import Path
 from types import ModuleType
 
@@ -59,8 +60,9 @@ OPTIONS = (
     *("-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain"),
     "--hypothesis-profile=broken lines",
 )
-# Bounds of one change: tests, seconds of the processor, and bytes.
-MOST_TESTS, SECONDS, MEMORY = 60, 15, 6_000_000_000
+# Bounds of one change: tests at first, seconds of those after them, seconds of the processor
+# beside what the tests took, and bytes.
+MOST_TESTS, FURTHER_SECONDS, SECONDS, MEMORY = 60, 60, 15, 6_000_000_000
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -153,15 +155,21 @@ class LineTests:
             for name in names
         )
 
-    def of(self, change: Change) -> list[str]:
-        """Return tests that run the changed statement; of one outside functions the module's."""
+    def of(self, change: Change) -> tuple[list[str], list[str]]:
+        """Return tests that run the changed statement; of one outside functions the module's.
+
+        First those that are tried on every change, then those for what survives them.
+        """
         by_line = self.by_line.get(change.module, {})
         lines = range(change.line, change.last + 1) if change.owner else tuple(by_line)
         names = {name for line in lines for name in by_line.get(line, ()) if name in self.seconds}
         quickest = varied(names, self.seconds)[: MOST_TESTS // 2]
         # A line that hundreds of tests run has its own among those that run the fewest others.
         special = sorted(names - {*quickest}, key=lambda name: (self.lines[name], name))
-        return [*quickest, *special[: MOST_TESTS - len(quickest)]]
+        first = [*quickest, *special[: MOST_TESTS - len(quickest)]]
+        others = sorted(names - {*first}, key=lambda name: (self.seconds[name], name))
+        passed = accumulate(self.seconds[name] for name in others)
+        return first, [n for n, s in zip(others, passed, strict=True) if s <= FURTHER_SECONDS]
 
 
 def varied(names: set[str], seconds: dict[str, float]) -> list[str]:
@@ -214,11 +222,11 @@ def _measure(lines: Path, seconds: Path, paths: Sequence[str]) -> bool:
 
 def is_noticed(change: Change, tests: LineTests) -> bool:
     """Whether a test of the changed line fails, crashes or does not end."""
-    names = tests.of(change)
-    if not names:
-        return False
-    seconds = SECONDS + 4 * sum(tests.seconds[name] for name in names)
-    return not in_a_process(partial(_passes, change, names), int(seconds))
+    for names in tests.of(change):
+        seconds = SECONDS + 4 * sum(tests.seconds[name] for name in names)
+        if names and not in_a_process(partial(_passes, change, names), int(seconds)):
+            return True
+    return False
 
 
 def _passes(change: Change, names: Sequence[str]) -> bool:

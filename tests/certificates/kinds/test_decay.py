@@ -250,3 +250,13 @@ def test_misuse_is_refused() -> None:
         certify(model, claims=[])
     with pytest.raises(ModelError, match="shape"):
         certify(model, gains=[[[1, 2]]])
+
+
+@pytest.mark.parametrize(("d", "verdict"), [(1e-24, "PROVED"), (0, "UNDECIDED")])
+def test_stability_of_samples_is_not_rounded(d: float, verdict: str) -> None:
+    """z^2 = z - d^2 has a root about 1 - d^2 = 1 - 10^-48: e^0 rounded down would be less."""
+    model = model_data([[[1, -d], [d, 0]]], sample_time=1)
+    claim = {"name": "x", "kind": "decay", "P": [[1, -d], [-d, 1]], "decay_rate": 0}
+
+    assert verdict_of(model, None, claim) == verdict
+    assert verdict_of(model, None, claim | {"decay_rate": 1e-40}) == "UNDECIDED"

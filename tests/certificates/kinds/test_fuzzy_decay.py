@@ -102,6 +102,15 @@ def test_what_does_not_fit_is_refused(change: Data) -> None:
         said_of(model_data([[[-1]], [[-1]]]), None, scalar(1, 2) | change)
 
 
+@pytest.mark.parametrize(("degree", "verdict"), [(8, "PROVED"), (9, "REFUSED")])
+def test_the_highest_degree(degree: int, verdict: str) -> None:
+    """P = 1 as a polynomial of that degree, all of whose coefficients are 1, at any rates."""
+    P = [{"powers": [[k, degree - k]], "matrix": [[1]]} for k in range(degree + 1)]
+    claim = scalar(1, 1, degrees=[degree], P=P, rates=[[1000, 1000]])
+
+    assert verdict_of(model_data([[[-1]], [[-1]]]), None, claim) == verdict
+
+
 @pytest.mark.parametrize("degrees", [[1, 0], [1, 0.5], [0.5, 0]])
 def test_the_degree_of_every_simplex_is_whole(degrees: list[float]) -> None:
     model = model_data([[[-1]]] * 4, rules=[[0, 0], [0, 1], [1, 0], [1, 1]])
@@ -289,3 +298,19 @@ def test_premises_have_their_own_pieces() -> None:
     assert found.verdict is Verdict.PROVED
     assert claim["kind"] == "fuzzy-decay"
     assert {entry[0] for entry in claim["halvings"] if entry} == {0, 1}
+
+
+@pytest.mark.parametrize(
+    ("sample_time", "halvings", "work"),
+    [(None, None, 4 * 2), (None, HALF, 3 * 4 * 2), (1, None, 4 * 2 * 2**4)],
+)
+def test_the_work_of_a_claim_is_counted(
+    sample_time: Any, halvings: Any, work: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Four monomials of degree 1 + 1 + 1, two speeds or two P_b, three nodes, order 1 or 2."""
+    model = model_data([[[-0.1]], [[-0.2]]], sample_time=sample_time)
+    claim = scalar(1, 1, polya=1) | ({} if halvings is None else {"halvings": halvings})
+
+    for most, verdict in ((work, "PROVED"), (work - 1, "REFUSED")):
+        monkeypatch.setattr("takagi.certificates.checker.kinds.fuzzy_decay.MOST_WORK", most)
+        assert verdict_of(model, None, claim) == verdict

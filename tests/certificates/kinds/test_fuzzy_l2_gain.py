@@ -241,3 +241,17 @@ def test_requests_that_cannot_be_meant_are_refused() -> None:
         FuzzyL2Gain(gain=-1.0)
     with pytest.raises(ModelError, match="no output"):
         certify(TSModel([[[-1.0]], [[-2.0]]], E=[[1.0]]), claims=[FuzzyL2Gain()])
+
+
+@pytest.mark.parametrize(("sample_time", "order"), [(None, 1 + 3 + 2), (1, 2 + 3 + 2)])
+def test_the_work_of_a_claim_is_counted(
+    sample_time: Any, order: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Five monomials of degree 1 + 2 + 1; two speeds or two P_b; three inputs and two outputs."""
+    model = lag(sample_time, -0.1) | {"E": [[[1, 1, 1]]], "C": [[[1], [1]]]}
+    claim = claimed((1, 1), 90, polya=1, P=function(1, 1))
+    work = 5 * 2 * order**4
+
+    for most, verdict in ((work, "PROVED"), (work - 1, "REFUSED")):
+        monkeypatch.setattr("takagi.certificates.checker.kinds.fuzzy_decay.MOST_WORK", most)
+        assert verdict_of(model, None, claim) == verdict

@@ -111,6 +111,9 @@ def test_every_corner_of_the_disturbance_counts() -> None:
     assert verdict_of(model | {"E": [[[1, 1]]]}, None, two) == "PROVED"
     two["disturbance_bounds"] = [1, 0.001]
     assert verdict_of(model | {"E": [[[1, -1]]]}, None, two) == "UNDECIDED"
+    for bounds in ([0.5, -0.5], [-0.5, 0.5]):
+        two["disturbance_bounds"] = bounds
+        assert verdict_of(model | {"E": [[[1, -1]]]}, None, two) == "REFUSED"
 
 
 def test_input_range_is_kept_by_every_gain() -> None:

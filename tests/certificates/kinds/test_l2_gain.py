@@ -148,6 +148,12 @@ def test_no_energy_keeps_an_input_in_its_range() -> None:
 
     assert verdict_of(boxed, None, claim) == "PROVED"
     assert verdict_of(boxed, None, claim | {"energy_bound": 0.01}) == "UNDECIDED"
+    # A state's range is kept, as is an input's where w is the model's disturbance.
+    of_state = model | {"box": {"x1 [-]": [-2, 3]}}
+    assert verdict_of(of_state, None, claim | {"energy_bound": 2}) == "PROVED"
+    assert verdict_of(of_state, None, claim | {"energy_bound": 2.000001}) == "UNDECIDED"
+    pushed = claim | {"disturbance": "disturbances", "energy_bound": 2}
+    assert verdict_of(boxed | {"E": [[[1]]]}, None, pushed) == "PROVED"
 
 
 def test_cross_terms_of_rules_and_gains_count() -> None:

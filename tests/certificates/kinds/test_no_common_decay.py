@@ -8,6 +8,7 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.models import TSModel
+from tests.certificates.embedding.plants import CLAIM, one_state
 from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
 
 Data = dict[str, Any]
@@ -130,3 +131,28 @@ def test_a_model_with_inputs_and_no_law_is_its_own_loop() -> None:
 
     assert verdict_of(model_data([[[1]]], B=[[[1]]]), None, claim) == "DISPROVED"
     assert verdict_of(model_data([[[-1]]], B=[[[1]]]), None, claim) == "UNDECIDED"
+
+
+@pytest.mark.parametrize(("growth", "verdict"), [("1/3", "DISPROVED"), ("1/pi", "UNDECIDED")])
+def test_a_number_that_is_no_fraction_leaves_it_open(growth: str, verdict: str) -> None:
+    """x' = c x grows at both ends of the bounds of c, but ends alone say nothing of c between."""
+    model = one_state(f"x*{growth}", "1", 1, 1)
+    number = {"name": "c", "expression": growth, "lower": "0.3", "upper": "0.4"}
+    in_bounds = {"numbers": [number], "A": [["c"]]} if verdict == "UNDECIDED" else {"A": [["1/3"]]}
+    model["embedding"] |= {"premises": []} | in_bounds
+
+    assert verdict_of(model, None, CLAIM) == "PROVED"
+    assert verdict_of(model, None, CLAIM, ALONE | {"blend": 0}) == verdict
+
+
+@pytest.mark.parametrize(
+    ("rules", "words"),
+    [(1, "rule 1 alone"), (2, "1/2 rule 1 + 1/2 rule 2"), (4, "1/4 rule 4"), (5, "of 5 rules")],
+)
+def test_a_blend_of_many_rules_is_counted(rules: int, words: str) -> None:
+    """x' = x at each of six rules; blends of more than four are not written out."""
+    shares = [int(k < rules) for k in range(6)]
+
+    found = said_of(model_data([[[1]]] * 6), None, ALONE | {"blend": [shares]})
+    assert found.verdict is Verdict.DISPROVED
+    assert found.text.endswith(words)

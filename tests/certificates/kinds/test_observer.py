@@ -112,6 +112,35 @@ def test_joint_function_from_both_sides() -> None:
         assert verdict_of(model, gains, claim | mutant) == "UNDECIDED"
 
 
+@pytest.mark.parametrize("kind", ["observer", "observed-feedback"])
+@pytest.mark.parametrize(
+    ("s", "verdict"), [(5, "PROVED"), (4, "UNDECIDED"), (0.2, "UNDECIDED"), (-5, "UNDECIDED")]
+)
+def test_the_error_is_no_transposed_one(kind: str, s: float, verdict: str) -> None:
+    """e' = [[-1, 4], [0, -1]] e by P = diag(1, s): 4 s > 16; e' = [[-1, 0], [4, -1]] e: s < 1/4."""
+    model = model_data([[[-1, 4], [3, -1]]], B=[[[0], [1]]], C=[[[1, 0]]])
+    gains = law_data([[[3, 0]]])
+    state = [1, 5] if kind == "observed-feedback" else []
+    claim = {"name": "e", "kind": kind, "L": [[[0], [3]]], "decay_rate": 0}
+    weights = [*(v / 10000 for v in state), 1, s]
+
+    assert verdict_of(model, gains, claim | {"P": np.diag(weights).tolist()}) == verdict
+
+
+@pytest.mark.parametrize("paired", ["gains", "observer"])
+@pytest.mark.parametrize(("s", "verdict"), [(1, "PROVED"), (0.3, "UNDECIDED")])
+def test_pairs_of_one_loop_alone_are_pairs_of_both(paired: str, s: float, verdict: str) -> None:
+    """K and B, or L and C, differ by rule: x' = -2 x + 3 e and e' = -3 e at least, s > 3/8."""
+    model, gains, claim = joint()
+    two = [[[1]], [[1.001]]]
+    if paired == "gains":
+        model, gains = model | {"B": two}, law_data([[[3]], [[3]]])
+    else:
+        model, claim = model | {"C": two}, claim | {"L": [[[4]], [[4]]]}
+
+    assert verdict_of(model, gains, claim | {"P": [[1, 0], [0, s]]}) == verdict
+
+
 def test_joint_loop_counts_cross_terms_of_gains() -> None:
     """u = -h1 2 xhat + h2 2 xhat on inputs of opposite signs: half and half nothing acts."""
     model = model_data([[[1]]], B=[[[1]], [[-1]]], C=[[[1]]])

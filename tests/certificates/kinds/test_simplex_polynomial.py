@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.kinds import simplex_polynomial
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
 
 Weights = list[list[Fraction]]
@@ -121,3 +124,18 @@ def test_half_of_the_weights_has_the_same_values(
 
     assert half.degrees == X.degrees
     assert same(at(half, t), at(X, w))
+
+
+@pytest.mark.parametrize(("limit", "work"), [("MOST_PRODUCTS", 9), ("MOST_WORK", 9 * 2**3)])
+def test_products_are_counted_before_they_are_made(
+    limit: str, work: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three terms by three, each a product of matrices of order 2: eight of numbers."""
+    terms = {a: Matrix.identity(2) for a in exponents((3,), (1,))}
+    X = Polynomial((3,), (1,), terms)
+
+    monkeypatch.setattr(simplex_polynomial, limit, work)
+    assert len((X @ X).terms) == 6
+    monkeypatch.setattr(simplex_polynomial, limit, work - 1)
+    with pytest.raises(Refused, match="3 by 3 terms"):
+        X @ X

@@ -76,7 +76,7 @@ def test_the_checker_says_what_the_page_says(kind: str, form: str, said: str) ->
 
 
 Floats = NDArray[np.float64]
-x, u, w = sp.symbols("x u w", real=True)
+x, v, u, w = sp.symbols("x v u w", real=True)
 
 
 @pytest.mark.parametrize(
@@ -120,6 +120,36 @@ def test_a_function_that_no_weight_moves_is_decay() -> None:
     claim |= {"rates": [[22, 22]], "P": [{"powers": [[0, 0]], "matrix": [[1]]}]}
 
     assert verdicts(plant_document(cubic("secants"), claim)) == ["PROVED", "PROVED"]
+
+
+@pytest.mark.parametrize("degrees", [[1, 0], [0, 1]])
+@pytest.mark.parametrize("form", ["sector", "secants"])
+def test_a_function_of_one_of_two_weights(degrees: list[int], form: str) -> None:
+    """x' = -x - x^3 beside v' = -v - v^3: of averages, one that moves P is enough to refuse."""
+    sides = tuple(Variable(s, "-", Interval.of(-1, 1)) for s in (x, v))
+    plant = Plant(equations=(-x - x**3, -v - v**3), states=sides, name="two")
+    model = secant_model(plant) if form == "secants" else sector_model(plant)
+    moving = degrees.index(1)
+    P = [
+        {"powers": [row, [0, 0]] if moving == 0 else [[0, 0], row], "matrix": [[1, 0], [0, 1]]}
+        for row in ([1, 0], [0, 1])
+    ]
+    rates = [[1, 1] if degree else None for degree in degrees]
+    claim = {"kind": "fuzzy-decay", "decay_rate": 0.5, "degrees": degrees, "polya": 0}
+
+    found = verdicts(plant_document(model, claim | {"rates": rates, "P": P}))
+    assert found[:2] == ["PROVED", "PROVED"] if form == "sector" else found[0] == "REFUSED"
+
+
+@pytest.mark.parametrize("by_rule", ["", "C", "D", "F"])
+def test_an_output_of_averages_has_one_matrix_of_each(by_rule: str) -> None:
+    """y = x + u + w of the cubic plant, u = 0: C, D or F with one for each rule is refused."""
+    output = {key: [[[1]]] * (2 if key == by_rule else 1) for key in "CDF"}
+    claim = {"kind": "l2-gain", **EVIDENCE["l2-gain"], "gain": 3, "output": output}
+
+    found = verdicts(plant_document(cubic("secants"), claim))
+    assert found[0] == ("REFUSED" if by_rule else "PROVED")
+    assert by_rule or found[1] == "PROVED"
 
 
 def circular() -> tuple[TSModel, Floats]:
