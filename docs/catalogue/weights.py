@@ -49,6 +49,7 @@ CELLS = MappingProxyType(
         "coherent-loop": OTHER,
         "paper-loop": OTHER,
         "wind-rate": OTHER,
+        "set-points": OTHER,
         "running-loop": OTHER,
     }
 )

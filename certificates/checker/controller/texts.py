@@ -95,8 +95,8 @@ TURBINE_UNITS = {
 # Of files whose law reads a filtered speed.
 FILTERED_UNITS = {"measurement.speed_filter": "rad/s"}
 FILTERED = (
-    "before observer and law read it; what is proved is about the law that reads "
-    "the rotor speed itself"
+    "before observer and law read it; the claim running-loop covers it, the others are about the "
+    "law that reads the rotor speed itself"
 )
 LOW_PASS = "goes through a low-pass of one pole, corner measurement.speed_filter, "
 STOPPED_UNITS = {

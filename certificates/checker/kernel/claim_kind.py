@@ -49,10 +49,6 @@ class ClaimKind(ABC):
     def sentence(self) -> str:
         """Return the statement, with its numbers rounded so that it claims no more."""
 
-    def assumptions(self) -> tuple[str, ...]:
-        """Return the assumptions of this claim, as short phrases."""
-        return self.assumes
-
     def figures(self) -> Iterator[Figure | WindProfile]:
         """Yield the numbers that are proved where every obligation holds."""
         yield from ()
@@ -77,6 +73,4 @@ class Outcome:
         """Return the claim with its verdict, its sentence and its figures."""
         claim, why = self.claim, self.failure
         figures = () if why else tuple(claim.figures())
-        return Claim(
-            claim.name, self.verdict, why or claim.sentence(), claim.assumptions(), figures
-        )
+        return Claim(claim.name, self.verdict, why or claim.sentence(), claim.assumes, figures)

@@ -45,6 +45,7 @@ class TurbineClaim(ClaimKind):
     ----------
     claim, data, where : the claim, the whole file, and the claim's place for messages.
     members : what the claim may have; a further member is refused.
+    at_rated : whether set-points at run time have to be the rated ones.
     """
 
     claim: Any = field(repr=False)
@@ -52,9 +53,11 @@ class TurbineClaim(ClaimKind):
     where: str
     name: str
     members: ClassVar[Mapping[str, Members | None]]
+    at_rated: ClassVar[bool] = True
 
-    def assumptions(self) -> tuple[str, ...]:
-        return (*self.assumes, AT_RATED) if "setpoints" in self.data["gains"] else self.assumes
+    def __post_init__(self) -> None:
+        if self.at_rated and "setpoints" in self.data["gains"]:
+            object.__setattr__(self, "assumes", (*self.assumes, AT_RATED))
 
     def premises(self) -> Obligations:
         """Yield what the parts need; where it fails, no part is looked at."""

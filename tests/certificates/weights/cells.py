@@ -76,6 +76,7 @@ EVIDENCE: dict[str, Data] = {
     "coherent-loop": SET,
     "paper-loop": SET,
     "wind-rate": {"loop": 0},
+    "set-points": {"cells": []},
     "bumpless": {"loop": 0},
     "running-loop": {},
 }

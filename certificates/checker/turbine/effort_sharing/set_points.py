@@ -247,6 +247,7 @@ class SetPoints(TurbineClaim):
     setpoints: SetpointRange
     cells: list[Cell]
 
+    at_rated: ClassVar[bool] = False
     assumes: ClassVar[tuple[str, ...]] = (
         "start inside the set of wind and set-points, pitch at or above its lower limit",
         "constant wind that the law knows",
@@ -278,9 +279,6 @@ class SetPoints(TurbineClaim):
             for k, cell in enumerate(listed(claim, "cells", where, 0, MOST_CELLS))
         ]
         return cls(claim, data, where, NAME, plant, law, law.setpoints, cells)
-
-    def assumptions(self) -> tuple[str, ...]:
-        return self.assumes
 
     def parts(self) -> Iterator[tuple[str, Obligations]]:
         for cell in self.cells:
