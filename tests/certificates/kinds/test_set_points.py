@@ -182,6 +182,7 @@ def test_each_number_of_a_cell_counts(
         lambda claim, gains: gains["setpoints"].update(lowest_torque=5e4),
         lambda claim, gains: gains["setpoints"]["speed_effort"].pop(),
         lambda claim, gains: gains["setpoints"].update(power_per_torque=0),
+        lambda claim, gains: gains["rotor_speed"].__setitem__(0, 1.3),
         lambda claim, gains: claim["cells"][0].update(wind=[11.0, 10.9]),
         lambda claim, gains: claim["cells"][0].update(decay_rate=0),
         lambda claim, gains: claim["cells"][0].update(further=1),

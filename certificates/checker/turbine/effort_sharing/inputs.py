@@ -70,6 +70,9 @@ class SetpointRange:
         )
         if slowest > speed[-1] or torque > rated_torque:
             raise CertificateError(f"{where}: a lowest set-point is above the rated one")
+        # The program holds the reference at the last speed, also at rated set-points.
+        if max(speed) > speed[-1]:
+            raise CertificateError(f"{where}: the last of gains.rotor_speed must be the largest")
         return cls(slowest, torque, factor, numbers(stated, "speed_effort", where, len(speed)))
 
 
