@@ -56,7 +56,7 @@ class TurbineClaim(ClaimKind):
     at_rated: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        if self.at_rated and "setpoints" in self.data["gains"]:
+        if self.at_rated and "setpoints" in self.data.get("gains", ()):
             object.__setattr__(self, "assumes", (*self.assumes, AT_RATED))
 
     def premises(self) -> Obligations:
