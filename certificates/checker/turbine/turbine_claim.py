@@ -34,7 +34,7 @@ DRIVES = (
 )
 PROGRAM = ("continuous time", "exact speed")
 # Of a law with set-points at run time.
-AT_RATED = "speed and power set-points at their rated values"
+AT_RATED = "speed and power set-points that lower neither speed nor torque"
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class TurbineClaim(ClaimKind):
     ----------
     claim, data, where : the claim, the whole file, and the claim's place for messages.
     members : what the claim may have; a further member is refused.
-    at_rated : whether set-points at run time have to be the rated ones.
+    at_rated : whether set-points at run time must lower nothing.
     """
 
     claim: Any = field(repr=False)

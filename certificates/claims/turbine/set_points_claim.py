@@ -21,7 +21,6 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, SetpointRange
 from takagi.certificates.checker.turbine.effort_sharing.set_points import (
-    MOST_BESIDE,
     NAME,
     Box,
     Cell,
@@ -51,6 +50,8 @@ FIRST_PAD, PAD_GROWTH, PADS = 0.002, 1.5, 12
 # Of the set's bounds that are tried, until torque does not reach zero.
 SHARES = tuple(Fraction(1, 2**k) for k in range(4))
 DIGITS = 9
+# Boxes in one interval of the law's tables.
+MOST_BESIDE = 24
 
 
 def set_points_claim(
