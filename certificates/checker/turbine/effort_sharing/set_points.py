@@ -79,6 +79,8 @@ from takagi.certificates.checker.words.rounded import at_least, range_within
 
 NAME = "effort-sharing loop at constant set-points"
 MOST_CELLS = 5000
+# In one interval of the law's tables: all pairs of them are compared.
+MOST_BESIDE = 200
 # Decimals of the corners of the loop's matrix, which are rounded outward.
 DIGITS = 10**9
 Box = tuple[Span, Span, Span]
@@ -301,7 +303,8 @@ class SetPoints(TurbineClaim):
             f"winds {range_within(law.wind[0], law.wind[-1])} m/s, speed set-points "
             f"{range_within(setpoints.lowest_speed, law.speed[-1])} rad/s, torque set-points "
             f"{range_within(setpoints.lowest_torque, law.rated_torque)} N m (power set-points "
-            f"{range_within(self._power(), rated)} W), each constant, in {len(self.cells)} cells: "
+            f"{range_within(self._power(), rated)} W by the law's factor), each constant, in "
+            f"{len(self.cells)} cells: "
             f"the loop has one equilibrium in each stated set, where the rotor turns at the lower "
             f"one of reference speed and the speed that both set-points allow, and settles there "
             f"at no less than {at_least(rate, 3)} 1/s, from a speed error alone of up to "
@@ -371,7 +374,7 @@ class SetPoints(TurbineClaim):
 
 
 def covers(boxes: Sequence[Box], region: Box) -> bool:
-    """Return whether the boxes cover the region and do not overlap in it: by their volumes.
+    """Return whether few boxes cover the region and do not overlap in it: by their volumes.
 
     A side of the region that is one number has no part in the volume.
     """
@@ -382,6 +385,8 @@ def covers(boxes: Sequence[Box], region: Box) -> bool:
         if all(map(_meet, box, region))
     ]
     # What closed parts of the whole volume leave would be open and of no volume: nothing.
+    if len(parts) > MOST_BESIDE:
+        return False
     disjoint = not any(all(map(_overlap, a, b)) for a, b in combinations(parts, 2))
     return disjoint and sum(map(_volume, parts)) == _volume([region[i] for i in sides])
 
