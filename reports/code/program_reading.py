@@ -314,9 +314,12 @@ def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
         stated, rated = law["setpoints"], law["rotor_speed"][-1]
         lowest, factor = stated["lowest_speed"], stated["power_per_torque"]
         # Rounded outwards to mW: the law limits the torque, so that at rest it is the rated one.
-        least = (factor * lowest * stated["lowest_torque"]).quantize(MILLI, ROUND_FLOOR)
+        lowest_power = (factor * lowest * stated["lowest_torque"]).quantize(MILLI, ROUND_FLOOR)
         most = (factor * rated * law["rated_torque"]).quantize(MILLI, ROUND_CEILING)
-        setpoint_ranges = {"speed_setpoint": (lowest, rated), "power_setpoint": (least, most)}
+        setpoint_ranges = {
+            "speed_setpoint": (lowest, rated),
+            "power_setpoint": (lowest_power, most),
+        }
     if (ends := setpoint_ranges.get(signal.name)) is not None:
         return replace(signal, rest=ends[1], range=ends, optional=True)
     rest, limits_there = rests_and_ranges.get(signal.name, (None, None))

@@ -243,9 +243,11 @@ def with_setpoints(
                 f"{low:.6g} to {high:.6g} {unit}"
             )
     asked = {name: high for name, (_, high, _) in ranges.items()} | dict(setpoints)
-    moved = law.at_setpoints(speed=asked["speed"], power=asked["power"])
-    assert moved.operation is not None
-    return _as_held(turbine, moved.operation.torque), replace(chosen, laws={"coherent": moved})
+    at_setpoints = law.at_setpoints(speed=asked["speed"], power=asked["power"])
+    assert at_setpoints.operation is not None
+    return _as_held(turbine, at_setpoints.operation.torque), replace(
+        chosen, laws={"coherent": at_setpoints}
+    )
 
 
 def _observer(turbine: Turbine, stated: Any, path: Path) -> WindObserver:

@@ -105,11 +105,11 @@ class _Search:
             cell = self._cell(box)
             shares = [float(high - low) for low, high in box] / np.array(self.widths)
             side = int(shares.argmax())
-            least = shares[side] < LEAST_WIDTH or len(waiting) + count + 2 > MOST_BESIDE
-            if cell is not None and (least or cell["decay_rate"] >= ENOUGH):
+            undivided = shares[side] < LEAST_WIDTH or len(waiting) + count + 2 > MOST_BESIDE
+            if cell is not None and (undivided or cell["decay_rate"] >= ENOUGH):
                 count += 1
                 yield cell
-            if least or cell is not None and cell["decay_rate"] >= ENOUGH:
+            if undivided or cell is not None and cell["decay_rate"] >= ENOUGH:
                 continue
             low, high = box[side]
             middle = exact(round(float(low + high) / 2, DIGITS))

@@ -60,8 +60,8 @@ def waves(samples: int) -> Iterator[tuple[float, float, float, float, float]]:
 def rows(program: ControllerProgram, samples: int) -> Iterator[Given]:
     """Yield the inputs of the whole program."""
     for speed, pitch, wind, slowest, power in waves(samples):
-        given = {"measured_speed": speed, "pitch": pitch, "wind_guess": wind}
-        yield given | {"speed_setpoint": slowest, "power_setpoint": power}
+        inputs_of_sample = {"measured_speed": speed, "pitch": pitch, "wind_guess": wind}
+        yield inputs_of_sample | {"speed_setpoint": slowest, "power_setpoint": power}
 
 
 @pytest.mark.parametrize("precision", ["double", "float"])
@@ -81,11 +81,11 @@ def test_commands_of_c_are_those_of_the_law_in_python(precision: str, tmp_path: 
     for speed, pitch, wind, slowest, power in waves(1200):
         state = law.initial_state(wind) if state is None else state
         asked = law.at_setpoints(speed=slowest, power=power)
-        wanted, state = sampled(asked, state, Measurement(speed, pitch, wind), T)
+        expected, state = sampled(asked, state, Measurement(speed, pitch, wind), T)
         sent = compiled.step({"speed": speed, "wind_estimate": wind,
                               "speed_setpoint": slowest, "power_setpoint": power})  # fmt: skip
-        assert sent["torque"] == pytest.approx(wanted.torque, abs=within * law.rated_torque)
-        assert sent["pitch_reference"] == pytest.approx(wanted.pitch, abs=within)
+        assert sent["torque"] == pytest.approx(expected.torque, abs=within * law.rated_torque)
+        assert sent["pitch_reference"] == pytest.approx(expected.pitch, abs=within)
         outside.add((slowest, power, compiled.bit("INPUT_OUTSIDE")))
     assert [told for *_, told in sorted(outside)] == [
         not (LOWEST <= slowest <= RATED and power <= RATED_POWER)
@@ -98,9 +98,9 @@ def test_at_rated_set_points_it_is_the_law_without(program: ControllerProgram) -
     rest = {s.name: float(s.rest or 0) for s in program.inputs if s.optional}
     assert rest == pytest.approx({"speed_setpoint": RATED, "power_setpoint": RATED_POWER}, 1e-6)
     ours, theirs = ProgramRun(program), ProgramRun(recorded_program())
-    for given in rows(program, 100):
-        without = {name: value for name, value in given.items() if name not in rest}
-        assert ours.sample(T, given | rest) == theirs.sample(T, without)
+    for inputs_of_sample in rows(program, 100):
+        without = {name: value for name, value in inputs_of_sample.items() if name not in rest}
+        assert ours.sample(T, inputs_of_sample | rest) == theirs.sample(T, without)
 
 
 def test_an_fmu_starts_at_rated_set_points(tmp_path: Path) -> None:
@@ -110,16 +110,21 @@ def test_an_fmu_starts_at_rated_set_points(tmp_path: Path) -> None:
     program, made = exported_fmu(gains, sample_time=T)
     series = list(rows(program, 60))
     run, rated = ProgramRun(program), ProgramRun(recorded_program())
-    connected = [run.sample(T, given)["torque_sent"] for given in series]
+    connected = [run.sample(T, inputs_of_sample)["torque_sent"] for inputs_of_sample in series]
     names = [name for name in series[0] if not name.endswith("_setpoint")]
-    free = [rated.sample(T, {n: given[n] for n in names})["torque_sent"] for given in series]
+    free = [
+        rated.sample(T, {n: inputs_of_sample[n] for n in names})["torque_sent"]
+        for inputs_of_sample in series
+    ]
     assert connected != free
     times = T * np.arange(61)
     for file in made.files:
-        for wanted, given in ((connected, list(series[0])), (free, names)):
-            inputs = {name: [row[name] for row in (*series, series[-1])] for name in given}
+        for expected, inputs_of_sample in ((connected, list(series[0])), (free, names)):
+            inputs = {
+                name: [row[name] for row in (*series, series[-1])] for name in inputs_of_sample
+            }
             found = simulated(tmp_path / file, times, inputs)["torque_sent"]
-            np.testing.assert_allclose(found[1:], wanted, rtol=1e-9)
+            np.testing.assert_allclose(found[1:], expected, rtol=1e-9)
         with zipfile.ZipFile(tmp_path / file) as archive:
             described = archive.read("modelDescription.xml").decode()
         (line,) = (x for x in described.splitlines() if 'name="power_setpoint"' in x)
@@ -131,21 +136,24 @@ def test_a_function_block_starts_at_rated_set_points(program: ControllerProgram)
     for named in (True, False):
         block = FunctionBlock(function_block(program, ExportSettings()))
         run = ProgramRun(program if named else recorded_program())
-        for given in rows(program, 60):
+        for inputs_of_sample in rows(program, 60):
             if not named:
-                del given["speed_setpoint"], given["power_setpoint"]
-            sent, wanted = block.call(sample_time=T, **given), run.sample(T, given)
-            assert sent["TORQUE_SENT"] == pytest.approx(wanted["torque_sent"], rel=1e-12)
-            assert sent["PITCH_SENT"] == pytest.approx(wanted["pitch_sent"], abs=1e-12)
+                del inputs_of_sample["speed_setpoint"], inputs_of_sample["power_setpoint"]
+            sent, expected = (
+                block.call(sample_time=T, **inputs_of_sample),
+                run.sample(T, inputs_of_sample),
+            )
+            assert sent["TORQUE_SENT"] == pytest.approx(expected["torque_sent"], rel=1e-12)
+            assert sent["PITCH_SENT"] == pytest.approx(expected["pitch_sent"], abs=1e-12)
 
 
 def test_a_function_of_matlab_reads_them(program: ControllerProgram, tmp_path: Path) -> None:
     """Fields of its inputs; where Octave is not installed the test is skipped."""
     run, series = ProgramRun(program), list(rows(program, 60))
     found = octave(program, series, T, tmp_path)
-    for sent, given in zip(found, series, strict=True):
-        wanted = list(run.sample(T, given).values())
-        assert sent[:-1] == pytest.approx(wanted, rel=1e-12, abs=1e-12)
+    for sent, inputs_of_sample in zip(found, series, strict=True):
+        expected = list(run.sample(T, inputs_of_sample).values())
+        assert sent[:-1] == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("to", ["c", "mat", "st"])
@@ -193,13 +201,13 @@ def test_the_input_file_has_the_set_points(
                   power_setpoint="4.2e6")  # fmt: skip
     sent, told = powers(library, file, [0.0] * 60)
     run, step = ProgramRun(program), float(np.float32(T))
-    given = {"measured_speed": float(np.float32(1.3 * GEAR_RATIO)) / GEAR_RATIO,
+    inputs_of_sample = {"measured_speed": float(np.float32(1.3 * GEAR_RATIO)) / GEAR_RATIO,
              "pitch": float(np.float32(0.2)), "wind_guess": 15.0,
              "speed_setpoint": 1.1, "power_setpoint": 4.2e6}  # fmt: skip
-    wanted = [run.sample(step, given) for _ in sent[::2]]
+    expected = [run.sample(step, inputs_of_sample) for _ in sent[::2]]
     assert not told
-    assert sent[::2] == pytest.approx([row["torque_sent"] for row in wanted], rel=1e-6)
-    assert sent[1::2] == pytest.approx([row["pitch_sent"] for row in wanted], rel=1e-6)
+    assert sent[::2] == pytest.approx([row["torque_sent"] for row in expected], rel=1e-6)
+    assert sent[1::2] == pytest.approx([row["pitch_sent"] for row in expected], rel=1e-6)
 
 
 def test_record_13_is_the_power_and_the_last_one_holds(library: Path, tmp_path: Path) -> None:
@@ -219,9 +227,9 @@ def test_record_13_is_the_power_and_the_last_one_holds(library: Path, tmp_path: 
 def test_a_power_beyond_the_range_is_limited_and_told_once(library: Path, tmp_path: Path) -> None:
     file = edited(input_file(library), tmp_path / "a", power_setpoint="record13")
     least = edited(input_file(library), tmp_path / "b", power_setpoint=LOWEST_POWER)
-    wanted, _ = powers(library, least, [0.0] * 50)
+    expected, _ = powers(library, least, [0.0] * 50)
     sent, told = powers(library, file, [1e6] * 50)
-    assert sent == pytest.approx(wanted, rel=1e-6)
+    assert sent == pytest.approx(expected, rel=1e-6)
     assert len(told) == 1 and "outside the range" in told[0] and "power 1e+06 W" in told[0]
 
 

@@ -209,8 +209,8 @@ class CellLoop:
     def pitches(self) -> Span:
         """Return the pitch angles that are reached [rad]."""
         low, high = (psi(U, self.law.overlap) for U in self.at_rest)
-        least = max(low / self.b[1] - self.cell.bounds[2], Fraction(0))
-        return self.law.pitch_min + least, (
+        lowest = max(low / self.b[1] - self.cell.bounds[2], Fraction(0))
+        return self.law.pitch_min + lowest, (
             self.law.pitch_min + high / self.b[0] + self.cell.bounds[2]
         )
 
