@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from catalogue import page, pendulum, published, rooms, trusted, weights
+from catalogue import kinds, page, pendulum, published, rooms, trusted
 from catalogue.sheet import sheet
 
 HERE = Path(__file__).parent
@@ -18,7 +18,8 @@ PAGES = {
     "conditions.md": page.page,
     "published.md": published.page,
     "pendulum.md": pendulum.page,
-    "blends.md": weights.page,
+    "blends.md": kinds.blends,
+    "claims.md": kinds.claims,
     "architecture.md": rooms.page,
     "figures/rooms.svg": rooms.picture,
 }

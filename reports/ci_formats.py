@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 # Kind of claim -> the sections of a plant's file that it follows from, the first that is there.
 _SECTIONS: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("input-limits", "input-rate"), ("inputs",)),
+    **dict.fromkeys(("input-limits",), ("inputs",)),
     **dict.fromkeys(("l2-gain", "peak", "h2-norm", "exit-probability"), ("disturbances",)),
     **dict.fromkeys(("observer", "observed-loop"), ("outputs",)),
     **dict.fromkeys(("invariant-ellipsoid",), ("states",)),

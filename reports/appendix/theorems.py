@@ -8,38 +8,8 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.reports.appendix.tex import Tex, decimal, escape, listed, matrix
+from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 
-# Kind of claim -> heading of its theorem, with the source of the inequality.
-TITLES = {
-    "sector-embedding": r"Exact embedding \cite{takagi-tanaka}",
-    "secant-embedding": r"Embedding in secants \cite{takagi-boyd}",
-    "slope-embedding": r"Embedding of differences \cite{takagi-boyd}",
-    "effort-blend": "Two actuators, one effort",
-    "decay": r"Common quadratic decay \cite{takagi-tanaka,takagi-boyd}",
-    "transient": r"Overshoot and settling \cite{takagi-boyd}",
-    "gain-rounding": "Errors of the gains",
-    "invariant-ellipsoid": r"Invariant set \cite{takagi-boyd}",
-    "input-limits": r"Inputs within limits \cite{takagi-boyd}",
-    "tracking": "Following a reference",
-    "observed-loop": r"Plant and observer together \cite{takagi-tanaka}",
-    "sampled-loop": "Sampled law",
-    "region": r"Region of eigenvalues \cite{takagi-chilali}",
-    "exit-probability": r"White noise \cite{takagi-kushner}",
-    "no-common-decay": "No common quadratic function",
-    "l2-gain": r"Energy gain \cite{takagi-boyd}",
-    "h2-norm": r"Response to white noise \cite{takagi-boyd}",
-    "peak": r"Peak gain \cite{takagi-boyd}",
-    "observer": r"Error of the observer \cite{takagi-tanaka}",
-    "observed-feedback": r"Law with its observer \cite{takagi-tanaka}",
-    "fuzzy-decay": r"Decay by $P(h)$ \cite{takagi-oliveira}",
-    "fuzzy-l2-gain": r"Energy gain by $P(h)$ \cite{takagi-oliveira}",
-    "coherent-loop": "Invariance, bounds and decay",
-    "wind-rate": "Admissible winds",
-    "bumpless": "Hand-over without bumps",
-    "running-loop": "The loop with its observer",
-    "set-points": "Constant set-points of speed and power",
-    "paper-loop": "The loop of Schulte's law",
-}
 # Of a function of the weights so many matrices are printed.
 MOST_MATRICES = 8
 
@@ -47,14 +17,16 @@ MOST_MATRICES = 8
 def theorems_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
     """Return the claims in their order, and the different matrices P among them.
 
-    ``theorems`` has (claim, macro, title, proved, verdict, text): macro is the name of the kind
-    in the templates, and the claim has the member ``number`` of its P.  ``matrices`` has (number,
+    ``theorems`` has (claim, macro, title, proved, verdict, sentence, text): macro is the name of
+    the kind in the templates; a kind without one is stated by its sentence.  The claim has the
+    member ``number`` of its P.  ``matrices`` has (number,
     P exactly as emitted, its levels).
     """
     rows: list[dict[str, Any]] = []
     numbers: dict[str, tuple[Tex, list[Tex]]] = {}
     for claim, result in zip(document.get("claims", ()), checked.claims, strict=False):
         kind, P = str(claim.get("kind")), claim.get("P")
+        words = KINDS_IN_WORDS.get(kind)
         members = dict(claim)
         if is_matrix(P):
             key = json.dumps(P)
@@ -69,9 +41,10 @@ def theorems_context(document: Mapping[str, Any], checked: Checked) -> dict[str,
             {
                 "claim": members,
                 "macro": kind.replace("-", "_"),
-                "title": Tex(TITLES[kind]) if kind in TITLES else escape(result.name),
-                "proved": kind in TITLES and result.verdict.name == "PROVED",
+                "title": Tex(words.title) if words else escape(result.name),
+                "proved": result.verdict.name == "PROVED",
                 "verdict": result.verdict.name,
+                "sentence": result.text,
                 "text": f"{result.name}: {result.text}",
             }
         )

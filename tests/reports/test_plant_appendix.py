@@ -62,15 +62,30 @@ def test_gains_and_claims_are_in_the_body_as_emitted() -> None:
 def test_every_kind_of_claim_has_a_theorem() -> None:
     """No claim is left to the checker's words."""
     from takagi.certificates.checker.replay.claim_kinds import READ
-    from takagi.reports.appendix.theorems import TITLES
+    from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 
-    assert set(TITLES) == READ
+    assert set(KINDS_IN_WORDS) == READ
     folder = files("takagi.reports.appendix.templates")
     text = "".join(
         folder.joinpath(f"{name}.tex.jinja").read_text("utf-8") for name in
         ("claims", "turbine_claims")
     )  # fmt: skip
-    assert all(f"{{macro {kind.replace('-', '_')}(c)}}" in text for kind in TITLES)
+    assert all(f"{{macro {kind.replace('-', '_')}(c)}}" in text for kind in READ)
+
+
+def test_a_kind_without_a_macro_is_stated_by_its_sentence() -> None:
+    """A kind that is being added has a theorem in the appendix before it has LaTeX of its own."""
+    design = design_of("duffing")
+    claims = [dict(claim) for claim in design.document["claims"]]
+    claims[1]["kind"] = "toy"
+    document = {**design.document, "claims": claims}
+    before, result = body(design), design.checked.claims[1]
+
+    text = body(replace(design, certificate=replace(design.certificate, document=document)))
+
+    assert text.count(r"\begin{takagitheorem}") == before.count(r"\begin{takagitheorem}")
+    start = result.text.partition(" ")[0]
+    assert start in text.partition(f"[{result.name}]")[2][:200]
 
 
 @pytest.mark.slow

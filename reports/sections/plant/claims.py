@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
+from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import DASH, ClaimRow, behind, per_unit
 from takagi.reports.sections.plant.assumptions import EMBEDDINGS, SETS, assumptions
@@ -16,65 +17,6 @@ from takagi.reports.sections.plant.summary import set_starts, start_words
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
-
-_PLANT_ITSELF = "The other claims are then about the plant, not about an approximation."
-_MOTION = "It says how fast the slowest motion is."
-_ENERGY = ("Effect of disturbances, as energy", "It bounds what disturbances do on the whole.")
-# Kind -> the claim in plain words, and why it matters.
-WORDS = {
-    "sector-embedding": ("The model equals the plant", _PLANT_ITSELF),
-    "secant-embedding": ("The model contains the plant", _PLANT_ITSELF),
-    "slope-embedding": (
-        "The model contains all differences of motions",
-        "The error of the estimate then obeys the model too.",
-    ),
-    "effort-blend": (
-        "The two actuators share one effort",
-        "The law may command the effort alone: its share between them is covered.",
-    ),
-    "bumpless": (
-        "Hand-over without bumps",
-        "Neither actuator is told to jump, and its drive can be chosen for the rate.",
-    ),
-    "decay": ("Motions come to rest", _MOTION),
-    "fuzzy-decay": ("Motions come to rest", _MOTION),
-    "transient": (
-        "Overshoot and settling time",
-        "It bounds a motion at every instant, not only at its end.",
-    ),
-    "gain-rounding": (
-        "Gains may be rounded",
-        "Gains may be stored with fewer digits, or differ a little in the controller.",
-    ),
-    "invariant-ellipsoid": (
-        "Safe set",
-        "A motion that starts in the set never leaves it, nor the ranges.",
-    ),
-    "input-limits": (
-        "Inputs keep their limits",
-        "The actuators do not saturate, so that the other claims hold for them.",
-    ),
-    "tracking": (
-        "Outputs follow their references",
-        "A constant reference is reached without error, within all ranges.",
-    ),
-    "sampled-loop": (
-        "The law runs in samples",
-        "A computer holds each command until its next sample; the loop still comes to rest.",
-    ),
-    "observed-loop": (
-        "The loop with its observer",
-        "The law has the measured outputs alone, and estimates the other states.",
-    ),
-    "l2-gain": _ENERGY,
-    "fuzzy-l2-gain": _ENERGY,
-    "h2-norm": ("Effect of white noise", "It bounds the mean square of the output under noise."),
-    "peak": ("Largest output", "It bounds the output at every instant under a disturbance."),
-    "exit-probability": (
-        "Probability of leaving the safe set",
-        "It says how safe the set is under noise.",
-    ),
-}
 
 
 def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[ClaimRow]:
@@ -89,12 +31,14 @@ def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[ClaimRow]:
 
 def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result: Claim) -> ClaimRow:
     kind = str(claim.get("kind", ""))
-    name, why = WORDS.get(kind, (result.name, ""))
+    words = KINDS_IN_WORDS.get(kind)
+    name, why = (words.name, words.why) if words else (result.name, "")
     bounds = claim.get("disturbance_bounds")
     number = result.text
     if result.verdict is Verdict.PROVED:
-        in_words = result.text if kind == "bumpless" else DASH
-        number = "; ".join(_numbers(design, loop, kind, claim)) or in_words
+        # A decay at rate 0 has no number; a kind without phrases here shows its sentence.
+        otherwise = DASH if "decay_rate" in claim else result.text
+        number = "; ".join(_numbers(design, loop, kind, claim)) or otherwise
     if bounds and kind in SETS:
         name = f"{name} under disturbance"
     assumes = "; ".join(assumptions(loop, claim))

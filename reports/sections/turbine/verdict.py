@@ -8,6 +8,7 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.turbine.result import claim_summary
 from takagi.reports.figures.cells import OverlapRow, overlaps_figure
 from takagi.reports.figures.style import captioned_figure
+from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.loops.overlap_claims import (
     OverlapClaim,
     overlap_claims,
@@ -32,33 +33,6 @@ TILES = {
     "settling": (("settling", 2), ("observer", 1)),
     "worst margin": (("margins", 2),),
     "not covered": (("not covered", 5),),
-}
-# Kind of claim -> what it is about, and why it matters.
-CLAIMS = {
-    "coherent-loop": (
-        "Bounded speed in a changing wind",
-        "No wind within the limits drives the rotor beyond this speed, in any of the plants.",
-    ),
-    "wind-rate": (
-        "How fast a measured wind may change",
-        "Says in terms of the wind alone when the wind limits are kept.",
-    ),
-    "bumpless": (
-        "Hand-over without bumps",
-        "Neither command jumps, and where the loop is proved both drives can follow.",
-    ),
-    "running-loop": (
-        "Settling with the wind observer",
-        "The controller estimates the wind; with that estimate in the loop it still settles.",
-    ),
-    "set-points": (
-        "Set-points at run time",
-        "A lower speed or power is asked for by two inputs, and the loop settles at every value.",
-    ),
-    "paper-loop": (
-        "Settling, wind by wind",
-        "At each of these winds there is one operating point, and the loop returns to it.",
-    ),
 }
 
 
@@ -150,17 +124,17 @@ def _claim_rows(design: TurbineDesign) -> list[ClaimRow]:
     figures |= {name: _overlap_figures(claim) for name, claim in overlaps.items()}
     rows = []
     for stated, checked in zip(design.document["claims"], design.checked.claims, strict=True):
-        name, why = CLAIMS.get(stated["kind"], (checked.name, ""))
+        words = KINDS_IN_WORDS[stated["kind"]]
         proved = checked.verdict is Verdict.PROVED
         figure_text = "; ".join(figures.get(checked.name, [])) or "see the checker's words"
         overlap = overlaps.get(checked.name)
         rows.append(
             ClaimRow(
-                name=name if overlap is None else f"{name}, overlaps {overlap.label}",
+                name=words.name if overlap is None else f"{words.name}, overlaps {overlap.label}",
                 verdict=checked.verdict.name,
                 number=figure_text if proved or (overlap and overlap.proved) else checked.text,
                 assumes=_assumed(checked, design.checked.claims[0]),
-                why=why,
+                why=words.why,
                 text=f"{checked.name}: {checked.text}",
             )
         )

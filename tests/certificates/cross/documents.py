@@ -32,7 +32,7 @@ from takagi.lmi import EigenvalueRegion, observer, pdc
 from takagi.models import Premise, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import resealed
-from tests.certificates.weights.cells import cubic
+from tests.certificates.weights.cells import EVIDENCE, cell_document, cubic, verdicts
 from tests.plant_files import filed_plant
 
 Data = dict[str, Any]
@@ -102,7 +102,12 @@ def impossible_certificate() -> Data:
 
 
 def all_kinds() -> Iterator[tuple[str, Data]]:
-    """Yield (name, certificate) of every kind of claim that loops have."""
+    """Yield (name, certificate) of every kind of claim that loops have, small ones and designed."""
+    for kind in EVIDENCE:
+        for form in ("shared", "products"):
+            document = cell_document(kind, form)
+            if verdicts(document)[-1] in ("PROVED", "DISPROVED"):
+                yield f"{kind}, {form}", document
     for step in (None, 0.1):
         for document in documents(step):
             yield f"{document['claims'][0]['kind']}, step {step}", document

@@ -6,8 +6,9 @@ answer that differs in more than its numbers.  An answer is the verdict of the f
 claim verdict, name and the numbers that its sentence states; or that the file is refused, and the
 place of the refusal.  Words may change, and numbers of what is not proved.
 
-``python -m tests.certificates.recorded.answers`` writes the answers of today.  A line that differs
-then is a change of what a certificate is worth: read it before it is committed.
+``python -m tests.certificates.recorded.answers`` writes the answers of today, and begins a file for
+a kind that has none.  A line that differs then is a change of what a certificate is worth: read it
+before it is committed.
 """
 
 from __future__ import annotations
@@ -61,12 +62,40 @@ def facts(verdict: str, name: str, sentence: str) -> list[str]:
     return [verdict, name, *([" ".join(NUMBER.findall(sentence))] if stated else [])]
 
 
+def first_recorded(kind: str, place: Path) -> list[str]:
+    """Return certificates of a kind of which none is recorded, one for each different answer.
+
+    They are the smallest ones, of ``weights/cells.py``, and those with a changed entry.
+    """
+    from tests.certificates.kinds.claims import resealed
+    from tests.certificates.recorded.damages import LEFT_OUT, changes
+    from tests.certificates.weights.cells import cell_document
+
+    by_answer: dict[str, str] = {}
+    for form in ("shared", "products"):
+        honest = cell_document(kind, form)
+        claims = [honest["claims"][-1]]
+        for member, value in claims[0].items():
+            altered = ({**claims[0], member: new} for new in changes(value) if new != LEFT_OUT)
+            claims += altered if member not in ("kind", "name") else ()
+            claims.append({name: entry for name, entry in claims[0].items() if name != member})
+        for claim in claims:
+            document = resealed({**honest, "claims": [*honest["claims"][:-1], claim]})
+            text = json.dumps(document)
+            by_answer.setdefault(json.dumps(answer_of(text, place)), text)
+    return list(by_answer.values())
+
+
 def main() -> None:
     """Write the answers of today."""
+    from tests.certificates.weights.cells import EVIDENCE
+
+    new = {kind for kind in EVIDENCE if "," not in kind} - set(kinds())
     with TemporaryDirectory() as folder:
         place = Path(folder) / "certificate.json"
-        for kind in kinds():
-            written = [text for _, text in recorded(kind)]
+        for kind in (*kinds(), *sorted(new)):
+            written = [text for _, text in recorded(kind)] if kind not in new else []
+            written = written or first_recorded(kind, place)
             lines = [json.dumps([answer_of(text, place), text]) for text in written]
             (FOLDER / f"{kind}.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
 

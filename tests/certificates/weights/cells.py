@@ -68,18 +68,15 @@ EVIDENCE: dict[str, Data] = {
     "observed-feedback": {"P": [[1, 0], [0, 1]], "decay_rate": 0.5, "L": [[[1]]]},
     "observed-loop": {"P": [[1, 0], [0, 1]], "decay_rate": 0.5, "level": 0.5},
     "observed-loop, by estimate": {"P": [[1, 0], [0, 1]], "decay_rate": 0.5, "level": 0.5},
-    "slope-embedding": {},
-    "sector-embedding": {},
-    "secant-embedding": {},
-    "tracking": {},
-    "effort-blend": {},
-    "coherent-loop": SET,
-    "paper-loop": SET,
-    "wind-rate": {"loop": 0},
-    "set-points": {"cells": []},
-    "bumpless": {"loop": 0},
-    "running-loop": {},
 }
+
+
+def claim_of(kind: str, **members: Any) -> Data:
+    """Return a claim of a kind, or of a variant of it, for that state."""
+    claim = {"name": "cell", "kind": kind.partition(",")[0], **EVIDENCE.get(kind, {})}
+    return claim | members
+
+
 # Asked of the plant by itself: with gains it would be refused for another reason.
 LAWLESS = {("fuzzy-decay", "secants"), ("fuzzy-l2-gain", "secants"), ("observer", "secants")}
 
@@ -143,6 +140,14 @@ def observed(kind: str, form: str, parts: tuple[Data, Data, list[Data]]) -> Any:
         before = [*before, slope_claim("cubic")]
     weights = {"weights": "estimated" if at_estimate else "measured"}
     return model, law | {"observer": weights | {"measured": ["y"], "L": [[[1]]]}}, before
+
+
+def cell_document(kind: str, form: str) -> Data:
+    """Return a certificate with one claim of a kind, or of a variant, for a kind of weights."""
+    model, law, before = observed(kind, form, column(form))
+    gains = None if (kind, form) in LAWLESS else law
+    claims = [*before, claim_of(kind)]
+    return certificate_document(model=model, gains=gains, claims=claims, provenance={})
 
 
 def plant_document(
