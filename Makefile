@@ -17,7 +17,7 @@ MEASURED := measure validation_plant lmi_layer lmi_growth kim_lee_ladder enclosu
 
 help:
 	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
-	@echo "make study       redraw the figures of both studies (20 minutes of two cores)"
+	@echo "make study       redraw the figures of both studies (7 minutes of two cores)"
 	@echo "make test        run all tests (marked-tests: those that need TeX or minutes)"
 	@echo "make processors  run the tests whose numbers depend on the processor as on three kinds"
 	@echo "make check       lint, types and layers: what a change must pass beside the tests"
