@@ -1,7 +1,7 @@
-"""Draws what OpenFAST measured of the default law and of others, and prints the table of it.
+"""Draws what OpenFAST measured of the default law and of others, and prints the tables of it.
 
     python benchmarks/openfast_table.py            docs/figures/openfast-table.svg
-    python benchmarks/openfast_table.py --table    the table of docs/openfast.md, to standard output
+    python benchmarks/openfast_table.py --table    the tables of docs/openfast.md, to standard output
 
 The numbers stand in docs/figures/openfast-table.csv, one row for each mean wind and controller;
 OpenFAST itself is run by hand, see docs/openfast.md.
@@ -26,15 +26,21 @@ AXES = {
     "power_kW": "mean power over that of\nthe reference controller [%]",
 }
 COMPARED = "reference"
-# What a cell of the table holds, in this order, and its columns.
+# What a cell of the tables holds, in this order, and the columns of each table.
 CELL = ("takagi", "ROSCO", "ROSCO with peak shaving", "reference")
-COLUMNS = {
-    "power_kW": "power [kW]",
-    "largest_speed_rpm": "largest speed [rpm]",
-    "pitch_travel_deg": "pitch travel [deg]",
-    "tower_del_MNm": "tower-base DEL [MN m]",
-    "blade_del_MNm": "blade root DEL [MN m]",
-}
+TABLES = (
+    {
+        "power_kW": "power [kW]",
+        "peak_power_percent": "peak power [% of rated]",
+        "largest_speed_rpm": "largest speed [rpm]",
+        "pitch_travel_deg": "pitch travel [deg]",
+    },
+    {
+        "tower_del_MNm": "tower-base DEL [MN m]",
+        "blade_del_MNm": "blade root DEL [MN m]",
+        "shaft_del_MNm": "shaft DEL [MN m]",
+    },
+)
 
 Row = dict[str, str]
 
@@ -45,15 +51,15 @@ def measured() -> list[Row]:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
-def table(rows: list[Row]) -> str:
+def table(rows: list[Row], columns: dict[str, str]) -> str:
     """Return the rows as a table in Markdown: a line a wind, in a cell one number a controller."""
     lines = [
-        f"| mean wind [m/s] | {' | '.join(COLUMNS.values())} |",
-        "|" + "---|" * (len(COLUMNS) + 1),
+        f"| mean wind [m/s] | {' | '.join(columns.values())} |",
+        "|" + "---|" * (len(columns) + 1),
     ]
     for wind in dict.fromkeys(row["mean_wind_mps"] for row in rows):
         at = {row["controller"]: row for row in rows if row["mean_wind_mps"] == wind}
-        cells = [" / ".join(at[name][column] for name in CELL) for column in COLUMNS]
+        cells = [" / ".join(at[name][column] for name in CELL) for column in columns]
         lines.append(f"| {wind} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
@@ -90,7 +96,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--table", action="store_true", help="print the table, draw nothing")
     if parser.parse_args().table:
-        print(table(measured()), end="")
+        print("\n".join(table(measured(), columns) for columns in TABLES), end="")
     else:
         draw(measured())
 
