@@ -1,13 +1,9 @@
-"""Very many items or vertices: the solver is given few, all are checked.
-
-LMIs of very many items: the solver gets few, all are checked, the worst are added.
+"""LMIs of very many items or vertices: the solver gets few, all are checked, the worst are added.
 
 A no for some items is a no for all, and a least objective over some is below that over all; a yes
 counts when every item was evaluated.  Items that are never given to the solver cost an eigenvalue.
 
-Many vertices: give the solver few, check all, add the most violated, until none is violated.
-
-For a common P, whose condition is never even posed over all vertices.
+Of very many vertices a common P's condition is never even posed over all.
 """
 
 from __future__ import annotations

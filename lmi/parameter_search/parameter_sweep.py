@@ -1,6 +1,4 @@
-"""One condition at many values of a parameter, and the rate with the least bound.
-
-Solve one condition at many values of a parameter, assembled once and with one solver.
+"""One condition at many values of a parameter, assembled once and with one solver.
 
 The decay rate at which a bound is least: a coarse grid, then the golden section.
 """

@@ -11,7 +11,6 @@ from takagi.lmi.analysis.decay_rate import change_of, vertex_weight
 from takagi.lmi.argument_checks import Vertices, sample_time_of, vertex_stack
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power, state_units
-from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.expressions.expression import Expression, He, Parameter, matrix
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
@@ -181,15 +180,6 @@ def shown(path: DisturbanceChannel) -> tuple[Expression, Expression]:
     """Return C_i' and D_i' of the output."""
     C, D = path.C.transpose(0, 2, 1), path.D.transpose(0, 2, 1)
     return matrix(C, r"C_{i}^\top"), matrix(D, r"D_{i}^\top")
-
-
-def near_least(outcome: Outcome) -> bool:
-    """Return whether the outcome of a minimisation is a candidate: its objective near the least.
-
-    If no solver comes near the least objective, ``optimise`` returns "unknown". Unknowns that only
-    satisfy the condition show a bound too, but it may be a thousand times the least one.
-    """
-    return outcome.status == "candidate"
 
 
 def hiding_states(channel: DisturbanceChannel) -> Floats | None:

@@ -1,6 +1,4 @@
-"""What is asked of gains against disturbances, in coordinates of order one.
-
-Coordinates for a design against disturbances, in which a guess of its cost is about |x|^2.
+"""What is asked of gains against disturbances, in coordinates where a guess of the cost is |x|^2.
 
 Balanced vertices alone leave the Lyapunov function of a good design ill-conditioned, by 1e9 for a
 turbo-generator of ten states; in coordinates where a regulator's cost is |x|^2 it is near I.  The
