@@ -67,13 +67,11 @@ def decide_by_rounds(
     return some.filled(_decided(some, cap=cap, rows=rows))
 
 
-def _decided(
-    some: _Some, *, cap: float = 1.0, rows: Mapping[str, float] | None = None, most: int = 99
-) -> Outcome:
+def _decided(some: _Some, *, cap: float, rows: Mapping[str, float] | None) -> Outcome:
     """Return the outcome of the last round, its margin over all items."""
     tries: list[Try] = []
     for _ in range(ROUNDS):
-        outcome = decide(some.condition(), cap=cap, rows=rows, most=most)
+        outcome = decide(some.condition(), cap=cap, rows=rows)
         tries += outcome.tries
         if outcome.status != "candidate":
             return replace(outcome, tries=tuple(tries))

@@ -372,7 +372,7 @@ def _confirmed(task: DisturbanceRequest, solution: _Solved) -> _Solved:
         if not is_definite(solution.P):
             break
         units, condition = _in_coordinates(task, solution.P, solution.units.feedback)
-        claimed = least_objective(condition, required_margin=0.0)
+        claimed = least_objective(condition)
         if not 0 < claimed or not task.gain(units, claimed) < (1 - AGREED) * gain_bound:
             break
         second = _solved(task, units, condition)
