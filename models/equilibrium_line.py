@@ -85,24 +85,10 @@ def placed_gain(plant: Plant, gain: Floats, observer: ConstantObserver | None) -
     """Return K (m, N) of u - u* = -K z with z = (X, s): own states' columns act on s."""
     if observer is None:
         return gain
-    own_columns = own_states(plant)
+    own_columns = plant.own_states
     inner = gain.copy()
     inner[:, own_columns] = 0.0
     return np.hstack([inner, gain[:, own_columns]])
-
-
-def own_states(plant: Plant) -> list[int]:
-    """Return the places of the states that are no integrals."""
-    integrals = {reference.integral for reference in plant.references}
-    return [k for k, v in enumerate(plant.states) if v.name not in integrals]
-
-
-def rests_exactly(plant: Plant) -> bool:
-    """Return whether every equation is 0 at the plant's rest by algebra, not up to rounding."""
-    import sympy as sp
-
-    at = plant.at_rest | plant.rationals
-    return all(sp.simplify(sp.sympify(row).subs(at)) == 0 for row in plant.equations)
 
 
 def equilibrium_line(

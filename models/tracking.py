@@ -23,7 +23,13 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import rational
 from takagi.models.plant.numeric import numeric
-from takagi.models.plant.plant import Plant, Reference, Variable
+from takagi.models.plant.plant import (
+    Plant,
+    Reference,
+    Variable,
+    in_file_units,
+    range_in_file_units,
+)
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -167,9 +173,8 @@ class _Search:
         import sympy as sp
 
         names = {reference.name for reference in plant.references}
-        integrals = {reference.integral for reference in plant.references}
         self.plant = plant
-        self.own = [v for v in plant.states if v.name not in integrals]
+        self.own = [plant.states[k] for k in plant.own_states]
         self.wanted: list[Variable] = [*self.own, *plant.inputs]
         self.signals = signals_of(plant)
         self.references = names
@@ -241,11 +246,11 @@ class _Search:
                 held_share, value = middle, equilibrium
         moving = [k for k in range(len(last)) if last[k] != first[k]]
         last_held = first + (last - first) * held_share
-        names = ", ".join(
-            f"{self.signals[k].name} = {_shown(self.signals[k], last[k])}" for k in moving
-        )
-        best = ", ".join(
-            f"{self.signals[k].name} = {_shown(self.signals[k], last_held[k])}" for k in moving
+        names, best = (
+            ", ".join(
+                f"{self.signals[k].name} = {in_file_units(self.signals[k], at[k])}" for k in moving
+            )
+            for at in (last, last_held)
         )
         lead = min(
             (self.signals[k].name for k in moving if self.signals[k].name in self.references),
@@ -255,8 +260,8 @@ class _Search:
             why = f"the plant has no rest at {names}"
         else:
             limit_texts = [
-                f"{self.wanted[k].name} = {_shown(self.wanted[k], target[k])}, outside its range "
-                f"{_ends(self.wanted[k])}"
+                f"{self.wanted[k].name} = {in_file_units(self.wanted[k], target[k])}, outside its "
+                f"range {range_in_file_units(self.wanted[k])}"
                 for k in self._outside(target)
             ]
             why = f"at {names} the plant rests with {'; '.join(limit_texts)}"
@@ -268,19 +273,3 @@ class _Search:
 
 def _size(variable: Variable) -> float:
     return 1.0 if variable.range is None else float(variable.range.width) / 2
-
-
-def _shown(variable: Variable, value: float) -> str:
-    from takagi.models.plant.plant import file_unit
-
-    size, unit = file_unit(variable)
-    return f"{value / size:.4g}{'' if unit == '-' else f' {unit}'}"
-
-
-def _ends(variable: Variable) -> str:
-    from takagi.models.plant.plant import file_unit
-
-    assert variable.range is not None  # it left this range
-    size, unit = file_unit(variable)
-    low, high = (float(end) / size for end in (variable.range.lower, variable.range.upper))
-    return f"[{low:.4g}, {high:.4g}]{'' if unit == '-' else f' {unit}'}"

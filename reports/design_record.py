@@ -134,8 +134,8 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
     """Return the same parts, without document and verdicts, from the model's file."""
     if source.kind == "plant":
         from takagi.certificates.design.given.plant_gains import in_ranges_of
-        from takagi.certificates.design.plant.design import plant_model
         from takagi.certificates.design.plant.tracking_design import claims_alone
+        from takagi.certificates.design.plant.work import plant_model
 
         plant = source.model
         if gains is not None and claims_alone(plant):

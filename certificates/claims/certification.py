@@ -38,7 +38,6 @@ from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.tracking import Tracking, observer_data
 from takagi.certificates.requests.transient import Transient
 from takagi.models.arrays import Floats
-from takagi.models.equilibrium_line import rests_exactly
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.short_repr import ShortRepr
@@ -270,7 +269,7 @@ def plant_certificate(
         model_data |= content_of(files)
     loop = ClaimedLoop.of(model, gains, model_data=model_data, law=law)
     plant = _referred(loop)
-    if plant is not None and (observer is not None or not rests_exactly(plant)):
+    if plant is not None and (observer is not None or not plant.rests_exactly):
         loop = replace(loop, gains_data={**(loop.gains_data or {}), **observer_data(observer)})
         attempts, embedding_claims = list(_tracking(loop, observer)), []
         tried: list[str] = []

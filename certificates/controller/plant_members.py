@@ -52,8 +52,7 @@ def _observer_units(plant: Plant, law: Mapping[str, Any]) -> dict[str, str]:
         return {}
     output_units = {y.name: y.unit for y in plant.outputs}
     rate = "" if plant.sample_time is not None else "/s"
-    integrals = {reference.integral for reference in plant.references}
-    estimated = [x for x in plant.states if x.name not in integrals]
+    estimated = [plant.states[k] for k in plant.own_states]
     measured = law["observer"]["measured"]
     pairs = [("L", x.name, y, x.unit, output_units[y], rate) for x in estimated for y in measured]
     if law["observer"]["weights"] == "constant":

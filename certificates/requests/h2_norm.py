@@ -11,6 +11,7 @@ import numpy as np
 from takagi.certificates.document.decimals import rounded_up, short
 from takagi.certificates.requests.loop.disturbance_channel import (
     Output,
+    Path,
     channel_evidence,
     disturbance_channel,
 )
@@ -58,9 +59,7 @@ class H2Norm:
                 return attempt
         return self._by_program(loop, evidence, path)
 
-    def _of_one_vertex(
-        self, loop: ClaimedLoop, path: tuple[Floats, Floats, Floats, Floats]
-    ) -> Iterator[tuple[Floats, float]]:
+    def _of_one_vertex(self, loop: ClaimedLoop, path: Path) -> Iterator[tuple[Floats, float]]:
         """Yield P of one vertex by its Lyapunov equation, and the norm that P proves."""
         from takagi.lmi.analysis.disturbance.guessed_function import gramian_with_room
 
@@ -76,12 +75,7 @@ class H2Norm:
                 variance = float(np.sum(B[0] * (P @ B[0])) + (D[0] ** 2).sum())
                 yield P, float(np.sqrt(variance))
 
-    def _by_program(
-        self,
-        loop: ClaimedLoop,
-        evidence: dict[str, Any],
-        path: tuple[Floats, Floats, Floats, Floats],
-    ) -> Attempt:
+    def _by_program(self, loop: ClaimedLoop, evidence: dict[str, Any], path: Path) -> Attempt:
         from takagi.lmi import h2_norm
 
         answers = [
@@ -100,7 +94,7 @@ class H2Norm:
     def _of_each(
         self,
         evidence: dict[str, Any],
-        path: tuple[Floats, Floats, Floats, Floats],
+        path: Path,
         functions: list[tuple[Floats, float]],
         back_off: tuple[float, ...],
     ) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -38,6 +38,8 @@ def run_tasks(
 ) -> tuple[list[Result], int]:
     """Return the results of all tasks, and how many were in the folder before.
 
+    A task that is given several times is computed once, and counts once.
+
     A task that ended in an unforeseen error has the result ``{"error": words}``, which is not
     stored: the task is computed again next time.
 
@@ -64,8 +66,10 @@ def run_tasks(
             "scheduler are started beside it: leave --workers out"
         )
     results = {task.file: stored_result(task, folder) for task in tasks}
-    missing = [task for task in tasks if results[task.file] is None]
-    resumed = len(tasks) - len(missing)
+    missing = [
+        task for file, task in {task.file: task for task in tasks}.items() if results[file] is None
+    ]
+    resumed = len(results) - len(missing)
     if missing:
         require_same_study(tasks, folder)
     if missing and scheduler is not None:
@@ -81,7 +85,7 @@ def run_tasks(
             results[file] = result
             if tell is not None:
                 ready = resumed + number
-                tell(f"{ready} of {len(tasks)} results", ready / len(tasks))
+                tell(f"{ready} of {len(results)} results", ready / len(results))
     return [results[task.file] or {} for task in tasks], resumed
 
 

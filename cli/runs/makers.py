@@ -23,6 +23,7 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.models.loading import ModelFile
+    from takagi.models.turbine.loader import TurbineFile
 
 Maker: TypeAlias = TurbineMaker | PlantMaker
 MAKERS: Mapping[str, type[TurbineMaker] | type[PlantMaker]] = {
@@ -53,6 +54,28 @@ def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
     source: Any = read_model(model)
     declared = {kind: maker.options for kind, maker in MAKERS.items()}
     return MAKERS[source.kind](source, own_options(source, options, declared))
+
+
+def turbine_file(model: str, does: str, instead: str) -> TurbineFile:
+    """Return the file of a wind turbine.
+
+    Parameters
+    ----------
+    does, instead : what a verb does with laws of a turbine, and what there is for a plant.
+
+    Raises
+    ------
+    ModelError : no such model, or another kind of it.
+    """
+    from takagi.models.loading import read_model
+
+    source = read_model(model)
+    if source.kind != "turbine":
+        raise ModelError(
+            f"takagi {does} of a wind turbine, but model {model} is {MAKERS[source.kind].words}; "
+            f"{instead}"
+        )
+    return source
 
 
 def own_options(

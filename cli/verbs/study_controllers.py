@@ -13,7 +13,8 @@ from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
-from takagi.cli.verbs.study_overlap import turbine_file
+from takagi.cli.runs.makers import turbine_file
+from takagi.cli.verbs.study_overlap import COMPARED
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def controllers(
     Exit status: 0 every loop ran to its end; 1 one diverged, or a result ended in an error; 2
     misuse.
     """
-    source = turbine_file(model)
+    source = turbine_file(model, *COMPARED)
     from takagi.reports.output import write_folder
     from takagi.reports.study.controllers import run_controllers_study
     from takagi.reports.study.controllers_files import FILES, study_files

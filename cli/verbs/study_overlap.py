@@ -13,12 +13,14 @@ from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
-from takagi.cli.runs.makers import MAKERS
-from takagi.models.errors import ModelError
+from takagi.cli.runs.makers import turbine_file
 
 if TYPE_CHECKING:
-    from takagi.models.turbine.loader import TurbineFile
     from takagi.reports.study.overlap import OverlapStudy
+
+
+# What both studies do, and what there is for a plant.
+COMPARED = ("study compares the laws", "`takagi simulate` shows how its law moves it")
 
 
 def overlap(
@@ -50,7 +52,7 @@ def overlap(
     Exit status: 0 every loop ran to its end; 1 one diverged, or a result ended in an error; 2
     misuse.
     """
-    source = turbine_file(model)
+    source = turbine_file(model, *COMPARED)
     from takagi.reports.output import write_folder
     from takagi.reports.study.overlap import run_overlap_study, study_axes
     from takagi.reports.study.overlap_files import FILES, study_files
@@ -78,24 +80,6 @@ def overlap(
 
 
 run = partial(run_command, "study overlap", overlap)
-
-
-def turbine_file(model: str) -> TurbineFile:
-    """Return the file of a wind turbine.
-
-    Raises
-    ------
-    ModelError : no such model, or another kind of it.
-    """
-    from takagi.models.loading import read_model
-
-    source = read_model(model)
-    if source.kind != "turbine":
-        raise ModelError(
-            f"takagi study compares the laws of a wind turbine, but model {model} is "
-            f"{MAKERS[source.kind].words}; `takagi simulate` shows how its law moves it"
-        )
-    return source
 
 
 def _as_text(study: OverlapStudy, written: list[str]) -> str:

@@ -15,12 +15,11 @@ from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import IN_FILES, Model, law_in_files, typed_name
 from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
-from takagi.cli.runs.makers import MAKERS
+from takagi.cli.runs.makers import turbine_file
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
     from takagi.certificates.sweep.sweep import Axis, Sweep
-    from takagi.models.turbine.loader import TurbineFile
 
 
 def sweep(
@@ -56,7 +55,8 @@ def sweep(
     Exit status: 0 every point has its answer, PROVED or not; 1 a point ended in an error, and is
     tried again by the same command; 2 misuse.
     """
-    source, named = _turbine(model), _law(law or "paper")
+    source = turbine_file(model, "sweep maps the laws", "`takagi design` proves a plant's law")
+    named = _law(law or "paper")
     axes = _axes(named, over or [])
     require_folder_place(out)
     with progress(f"takagi sweep {model}") as tell:
@@ -76,19 +76,6 @@ def sweep(
 
 
 run = partial(run_command, "sweep", sweep)
-
-
-def _turbine(model: str) -> TurbineFile:
-    from takagi.models.loading import read_model
-
-    source = read_model(model)
-    if source.kind != "turbine":
-        maker = MAKERS[source.kind]
-        raise ModelError(
-            f"takagi sweep maps the laws of a wind turbine, but model {model} is {maker.words}; "
-            f"`takagi design` proves {maker.words}'s law"
-        )
-    return source
 
 
 def _law(name: str) -> str:

@@ -13,8 +13,7 @@ from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
-from takagi.cli.runs.makers import MAKERS
-from takagi.models.errors import ModelError
+from takagi.cli.runs.makers import turbine_file
 
 if TYPE_CHECKING:
     from takagi.reports.study.tuning import Tuning
@@ -58,14 +57,9 @@ def tune(
 
     Exit status: 0 a PROVED point meets every requirement; 1 none does; 2 misuse.
     """
-    from takagi.models.loading import read_model
-
-    source = read_model(model)
-    if source.kind != "turbine":
-        raise ModelError(
-            f"takagi tune tunes the law of a wind turbine, but model {model} is "
-            f"{MAKERS[source.kind].words}; `takagi design --settle` sets how fast its law is"
-        )
+    source = turbine_file(
+        model, "tune tunes the law", "`takagi design --settle` sets how fast its law is"
+    )
     from takagi.reports.output import write_folder
     from takagi.reports.study.tuning import tuned
     from takagi.reports.study.tuning_files import FILES, tuning_files

@@ -1,6 +1,4 @@
-"""How fast the inputs of a given law move, and the vertices of its loop.
-
-How fast the inputs of a given law move on an ellipsoid: |u_k'|, or |u_k(x+) - u_k(x)|.
+"""How fast the inputs of a given law move on an ellipsoid: |u_k'|, or |u_k(x+) - u_k(x)|.
 
 Continuous time, u = -K(h) x with G_il = A_i - B_i K_l:
 

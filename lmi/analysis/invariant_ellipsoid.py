@@ -1,7 +1,5 @@
 """Ellipsoids that bounded disturbances do not leave, of vertices and of interval matrices.
 
-Invariant ellipsoid of a family of systems under bounded disturbances, one P for all vertices.
-
 For x' = A x + d with (A, d) in the hull of the vertices (A_k, d_k), the set {x' P x <= 1} is
 invariant when for each k some alpha_k > 0 gives
 

@@ -14,9 +14,9 @@ SWEEPS = 40
 FARTHEST = 2.0**200
 
 
-def nearest_power(values: Array) -> Array:
+def nearest_power(values: ArrayLike) -> Array:
     """Return the nearest power of two to each positive value."""
-    return np.asarray(np.exp2(np.round(np.log2(values))))
+    return np.asarray(np.exp2(np.round(np.log2(np.asarray(values)))))
 
 
 def balanced_states(A: Array) -> Array:

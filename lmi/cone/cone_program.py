@@ -1,12 +1,8 @@
-"""A condition as cone-program data, and bounds on the optimum from its multipliers.
-
-Bounds on the optimum from multipliers, which do not depend on the solver's status.
+"""A condition as cone-program data, one PSD triangle an item, and bounds on its optimum.
 
 For multipliers z in the dual cone the bound contains the residual A' z + q of the stationarity
 condition times the size of y.  Only the size of the y that was found is known; ten times this size
 is assumed for every feasible y.  So these bounds are as accurate as the solver, and not a proof.
-
-Turn a condition into cone data: one PSD triangle per LMI item, without a loop over items.
 """
 
 from __future__ import annotations

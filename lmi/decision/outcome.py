@@ -1,6 +1,4 @@
-"""What a decision returns, and the check of a solver's numbers from scratch.
-
-Check of a solver's numbers from scratch, whatever its status says.
+"""What a decision returns, and the check of a solver's numbers, whatever its status says.
 
 For a no it is not enough that the margin is bounded by a number that solvers cannot distinguish
 from zero: where the entries differ much in size, the largest margin may be as small as that.  A no

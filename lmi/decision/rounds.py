@@ -1,13 +1,9 @@
-"""Very many items or vertices: the solver is given few, all are checked.
-
-LMIs of very many items: the solver gets few, all are checked, the worst are added.
+"""LMIs of very many items or vertices: the solver gets few, all are checked, the worst are added.
 
 A no for some items is a no for all, and a least objective over some is below that over all; a yes
 counts when every item was evaluated.  Items that are never given to the solver cost an eigenvalue.
 
-Many vertices: give the solver few, check all, add the most violated, until none is violated.
-
-For a common P, whose condition is never even posed over all vertices.
+Of very many vertices a common P's condition is never even posed over all.
 """
 
 from __future__ import annotations
@@ -71,13 +67,11 @@ def decide_by_rounds(
     return some.filled(_decided(some, cap=cap, rows=rows))
 
 
-def _decided(
-    some: _Some, *, cap: float = 1.0, rows: Mapping[str, float] | None = None, most: int = 99
-) -> Outcome:
+def _decided(some: _Some, *, cap: float, rows: Mapping[str, float] | None) -> Outcome:
     """Return the outcome of the last round, its margin over all items."""
     tries: list[Try] = []
     for _ in range(ROUNDS):
-        outcome = decide(some.condition(), cap=cap, rows=rows, most=most)
+        outcome = decide(some.condition(), cap=cap, rows=rows)
         tries += outcome.tries
         if outcome.status != "candidate":
             return replace(outcome, tries=tuple(tries))

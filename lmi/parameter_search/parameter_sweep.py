@@ -1,6 +1,4 @@
-"""One condition at many values of a parameter, and the rate with the least bound.
-
-Solve one condition at many values of a parameter, assembled once and with one solver.
+"""One condition at many values of a parameter, assembled once and with one solver.
 
 The decay rate at which a bound is least: a coarse grid, then the golden section.
 """
@@ -13,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from takagi.lmi.argument_checks import number
-from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.cone_program import assemble, cone_program
 from takagi.lmi.decision.decide import decide
@@ -132,15 +129,9 @@ def unknowns_near_least(
     return data.values(raw.y) if usable else {}
 
 
-def least_objective(condition: Condition, *, required_margin: float = REQUIRED_MARGIN) -> float:
-    """Return an approximate least objective for use in a search; inf if no unknowns were found.
-
-    Parameters
-    ----------
-    required_margin : the margin that the LMIs must keep.  With 0 no margin is required or checked.
-    """
-    values = unknowns_near_least(condition, required_margin=required_margin)
-    # The solver meets the margin only to its tolerance; half of it leaves space for that error.
-    if not values or (required_margin > 0 and margin(condition, values) < 0.5 * required_margin):
+def least_objective(condition: Condition) -> float:
+    """Return an approximate least objective, without a margin; inf if no unknowns were found."""
+    values = unknowns_near_least(condition, required_margin=0.0)
+    if not values:
         return np.inf
     return float(sum(np.sum(cost * values[name]) for name, cost in condition.objective.items()))

@@ -5,8 +5,6 @@ Faces of the cone of multipliers: Z_k = U_k S_k U_k' with integer U_k, S_k in th
 If every multiplier that excludes a solution is singular, the multipliers lie on such a face. In the
 coordinates S_k of the face they are definite, and exact ones are found as in the definite case.
 
-From multipliers in floating point to exact ones next to them, which satisfy every equality.
-
 No result of this module is taken as a proof: the result is checked by ``Alternative`` from scratch.
 """
 

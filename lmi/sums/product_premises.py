@@ -5,9 +5,7 @@ the weights w_k of each premise, homogeneous in each: of degree D_k where premis
 times, 2 where it is a factor of each membership once.  Times prod_k (w_k1 + w_k2 + ...)^d, which is
 1, it is so of degree D_k + d.
 
-Relaxations by products of memberships: all coefficients of a polynomial are to be negative.
-
-The polynomial is that of ``simplex_products``.  Products of weights are nonnegative and not all
+Products of weights are nonnegative and not all
 zero, so it is negative wherever each of its coefficients is negative definite.  Pairs of rules
 whose products coincide share a coefficient: with p premises of two corners 3^p inequalities
 replace r (r + 1) / 2, r = 2^p, and ask for less.

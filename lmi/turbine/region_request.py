@@ -1,6 +1,4 @@
-r"""The design problem of one region's gains: requirement, bounds, and the scaled condition.
-
-The LMIs of one region's gains: decay, and actuator bounds on an ellipsoid that holds a set.
+r"""The LMIs of one region's gains: decay, and actuator bounds on an ellipsoid that holds a set.
 
 In scaled states and input, with Q = P^-1 > 0 and M_i = K_i Q, u = -sum_i h_i K_i x:
 

@@ -13,8 +13,8 @@ and an integral that starts elsewhere are not part of it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -128,16 +128,16 @@ class RegionGains:
     model: TSModel
     requirement: Requirement
     status: Status
-    k_x: Floats | None
-    k_I: Floats | None
-    P: Floats | None
     margin: float
-    decay_rate: float | None
-    bounds: dict[str, tuple[float, float]]
-    relaxation: str
     condition: Condition
     tries: tuple[Try, ...]
-    diagnosis: str
+    k_x: Floats | None = None
+    k_I: Floats | None = None
+    P: Floats | None = None
+    decay_rate: float | None = None
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    relaxation: str = RELAXATION
+    diagnosis: str = ""
 
     @property
     def found(self) -> bool:
@@ -225,45 +225,31 @@ def region_gains(
     task = region_request(turbine, model, requirement, speed_setpoint)
     condition = task.condition(requirement)
     outcome = optimise(condition, slack=OBJECTIVE_SLACK)
+    without = RegionGains(
+        region=task.region,
+        model=model,
+        requirement=requirement,
+        status=outcome.status,
+        margin=outcome.margin,
+        condition=condition,
+        tries=outcome.tries,
+    )
     if outcome.status != "candidate":
-        return RegionGains(
-            region=task.region,
-            model=model,
-            requirement=requirement,
-            status=outcome.status,
-            k_x=None,
-            k_I=None,
-            P=None,
-            margin=outcome.margin,
-            decay_rate=None,
-            bounds={},
-            relaxation=RELAXATION,
-            condition=condition,
-            tries=outcome.tries,
-            diagnosis=(
-                f"{task.region}: gains keep the limits, but {outcome.reason}"
-                if outcome.feasible
-                else why_none(task, condition, outcome)
-            ),
+        reason = f"{task.region}: gains keep the limits, but {outcome.reason}"
+        return replace(
+            without,
+            diagnosis=reason if outcome.feasible else why_none(task, condition, outcome),
         )
     Q, M = outcome.values["Q"][0], outcome.values["M"][:, 0, :]
     K = np.linalg.solve(Q, M.T).T * task.unit / task.scales
     P = np.linalg.inv(Q) / np.outer(task.scales, task.scales)
-    return RegionGains(
-        region=task.region,
-        model=model,
-        requirement=requirement,
-        status="candidate",
+    return replace(
+        without,
         k_x=K[:, :-1],
         k_I=-K[:, -1],
         P=P,
-        margin=outcome.margin,
         decay_rate=rate_of(model.A - model.B @ K[:, None, :], P),
         bounds={b.name: (b.limit, _largest(P, K + b.offset)) for b in task.bounds},
-        relaxation=RELAXATION,
-        condition=condition,
-        tries=outcome.tries,
-        diagnosis="",
     )
 
 

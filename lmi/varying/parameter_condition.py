@@ -1,6 +1,4 @@
-"""The LMIs of P(h), and their terms as polynomial coefficients.
-
-LMIs by which a polynomial P(h) > 0 shows stability; every coefficient is an LMI.
+"""LMIs by which a polynomial P(h) > 0 shows stability; every coefficient is an LMI.
 
     continuous   He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0
 

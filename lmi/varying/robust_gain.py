@@ -31,7 +31,6 @@ from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
     disturbance_channel,
-    near_least,
 )
 from takagi.lmi.answer import Answer, ObjectiveUnit
 from takagi.lmi.argument_checks import (
@@ -206,7 +205,7 @@ def _least(path: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) 
     if not stable.found:
         return stable
     outcome = optimise(condition)
-    if not near_least(outcome):
+    if outcome.status != "candidate":
         return _unsettled(stable, condition, outcome, s, units)
     basis = task.sought(degrees, polya).basis
     size = units.output * units.disturbance / units.rate

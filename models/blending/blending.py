@@ -15,6 +15,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.files.units import behind
 from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.numeric import explicit_rows
 from takagi.models.ramps import effort_ramp, ramp, ramp_slope, share_range
@@ -165,11 +166,6 @@ def blending_of(plant: Plant) -> Blending | None:
     return blending
 
 
-def unit_text(unit: str) -> str:
-    """Return a unit as text to be written behind a number."""
-    return "" if unit == "-" else f" {unit}"
-
-
 def _check(blending: Blending) -> None:
     e, effort = blending.overlap, blending.effort
     if e <= 0:
@@ -179,7 +175,7 @@ def _check(blending: Blending) -> None:
             else "the share of the actuators would jump at the effort 0"
         )
         raise ModelError(
-            f"overlap: {float(e):g}{unit_text(effort.unit)} was given, so that {why}; "
+            f"overlap: {float(e):g}{behind(effort.unit)} was given, so that {why}; "
             "give a positive one"
         )
     if effort.range is None or not effort.range.lower < 0 < effort.range.upper:
@@ -233,7 +229,7 @@ def _check_acts(blending: Blending, end: str, actuator: Actuator) -> None:
         direction = "up" if actuator.direction * blending.sign(actuator) > 0 else "down"
         raise ModelError(
             f"{end}.input: {actuator.name} acts by going {direction} from its rest, "
-            f"{float(actuator.variable.rest):g}{unit_text(actuator.variable.unit)}, which is the "
+            f"{float(actuator.variable.rest):g}{behind(actuator.variable.unit)}, which is the "
             "end of its range: beyond the hand-over no actuator acts; correct the direction, the "
             "rest or the range"
         )

@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from takagi.models.blending.blending import SHARE, Actuator, Blending, blending_of, unit_text
+from takagi.models.blending.blending import SHARE, Actuator, Blending, blending_of
 from takagi.models.errors import ModelError
+from takagi.models.files.units import behind
 from takagi.models.intervals.box_search import Range
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Parameter, Plant, Variable
@@ -65,12 +66,12 @@ def check_authority(blending: Blending) -> None:
             continue
         fits = _fitting(blending, actuator, room * smallest)
         end = "upper" if actuator is blending.high else "lower"
-        name, unit = actuator.name, unit_text(actuator.variable.unit)
+        name, unit = actuator.name, behind(actuator.variable.unit)
         raise ModelError(
             f"effort: at its {end} end {name} would have to go "
             f"{float(blending.most(actuator) / smallest):.6g}{unit} from where it idles {where}, "
             f"and its range leaves {float(room):.6g}: beyond that no actuator acts; give effort "
-            f"a range up to {fits:.6g}{unit_text(blending.effort.unit)} on that side, or {name} a "
+            f"a range up to {fits:.6g}{behind(blending.effort.unit)} on that side, or {name} a "
             "wider one"
         )
 
@@ -111,7 +112,7 @@ def _lowest(blending: Blending, actuator: Actuator) -> tuple[str, float]:
         if best is None or value < best[0]:
             best = value, point
     assert best is not None  # an empty product has one point
-    units = {v.symbol: unit_text(v.unit) for v in blending.plant.variables}
+    units = {v.symbol: behind(v.unit) for v in blending.plant.variables}
     pairs = zip(symbols, best[1], strict=True)
     words = ", ".join(f"{s} = {float(x):g}{units[s]}" for s, x in pairs)
     return (f"at {words}" if words else "everywhere"), best[0]

@@ -6,12 +6,13 @@ Numbers of a plant that are not decimals: a decimal next to each, and how far it
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import sympy as sp
 
 from takagi.models.errors import ModelError
+from takagi.models.files.units import behind
 from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.design_settings import Rest
 from takagi.models.plant.dimensions import short
@@ -91,16 +92,38 @@ def balls_of(plant: Plant) -> dict[sp.Symbol, Ball]:
 ROUNDING = 1e-12  # of the ranges, by which decimals miss a rest
 
 
-def inputs_at_equilibrium(
+def with_inputs_at_rest(
+    plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr]
+) -> tuple[dict[sp.Symbol, sp.Expr], Plant]:
+    """Return the rest with the inputs that hold the plant there, and the plant at that rest.
+
+    It is another one if an input with a range is not a decimal: that rests in a ball.
+
+    Raises
+    ------
+    ModelError : no inputs hold the states at the equilibrium, or an input enters nonlinearly.
+    """
+    solved = _inputs_at_equilibrium(plant, rows, rest)
+    held = {**rest, **solved}
+    if all(v.range is None or solved[v.symbol].is_Rational for v in plant.inputs):
+        return held, plant
+    inputs = []
+    for variable in plant.inputs:
+        value = solved[variable.symbol]
+        if value.is_Rational:
+            inputs.append(replace(variable, rest=Fraction(int(value.p), int(value.q))))
+        else:
+            middle, radius = decimal_near(value)
+            inputs.append(replace(variable, rest=middle, within=radius))
+    return held, replace(plant, inputs=tuple(inputs))
+
+
+def _inputs_at_equilibrium(
     plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr]
 ) -> dict[sp.Symbol, sp.Expr]:
     """Return u* with rows(x*, u*, w*) = 0 for the given x* and w*, exact expressions.
 
     Inputs that the rows leave free keep their given rest values.
-
-    Raises
-    ------
-    ModelError : no inputs hold the states at the equilibrium, or an input enters nonlinearly.
     """
     inputs = [v.symbol for v in plant.inputs]
     fixed = {symbol: value for symbol, value in rest.items() if symbol not in inputs}
@@ -133,7 +156,8 @@ def check_equilibrium(
     """Raise ModelError unless every row vanishes at the equilibrium, exactly.
 
     Of a plant with references it may be off by the rounding of decimals: its law finds the rest.
-    The message lists every residual with its equation and unit.
+    The rows have to vanish for all values of uncertain parameters.  The message lists every
+    residual with its equation and unit.
     """
     for variable, row in zip(plant.states, rows, strict=True):
         require_value(plant, row, rest, f"equation of {variable.name}")
@@ -145,6 +169,7 @@ def check_equilibrium(
         if not (plant.references and _is_rounding(plant, row, rest, residual))
     ]
     if not residual_rows:
+        _check_equilibrium_stays(plant, rows, rest)
         return
     advice = (
         "no input makes it vanish; give rest values of the states at which one does"
@@ -194,7 +219,7 @@ def residual_text(
     """Return the residual of an equation at rest, with its unit; ``alone`` calls the state x."""
     x, discrete = "x" if alone else variable.name, plant.sample_time is not None
     quantity = f"{x}(t + T) - {x}" if discrete else f"{x}'"
-    unit = ("" if variable.unit == "-" else f" {variable.unit}") + " per second" * (not discrete)
+    unit = behind(variable.unit) + " per second" * (not discrete)
     return f"{quantity} is {_short(residual, 6)}{unit}, not 0"
 
 
@@ -239,7 +264,7 @@ def _has_table(row: sp.Expr) -> bool:
     return tables is not None and row.has(tables)
 
 
-def check_equilibrium_stays(
+def _check_equilibrium_stays(
     plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr]
 ) -> None:
     """Raise ModelError where the rest moves with an uncertain parameter.
@@ -302,7 +327,44 @@ def residuals(
     return rows
 
 
-def require_zero(
+def less_residuals(
+    plant: Plant,
+    f: Sequence[sp.Expr],
+    mass: sp.Matrix | None,
+    rest: Mapping[sp.Symbol, sp.Expr],
+    balls: Mapping[sp.Symbol, Ball],
+) -> tuple[tuple[sp.Expr, ...], dict[sp.Symbol, sp.Expr]]:
+    """Return f less what it is at rest, which is 0 though no algebra shows it; and relations.
+
+    A number that is no decimal -> what a linear equation at rest says it is.
+    """
+    rows = residuals(plant, f, mass, rest)
+    _require_zero(plant, rows, balls)
+    relations = _relations(rows, [b.symbol for b in balls.values() if b.equals is None])
+    return tuple(row - value for row, value in zip(f, rows, strict=True)), relations
+
+
+def _relations(
+    residual_rows: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]
+) -> dict[sp.Symbol, sp.Expr]:
+    """Return the last of the symbols in each row that is linear in them, from row = 0."""
+    solutions: dict[sp.Symbol, sp.Expr] = {}
+    for value in residual_rows:
+        row = sp.expand(value.subs(solutions))
+        occurring = [s for s in symbols if s in row.free_symbols]
+        polynomial = (
+            row.as_poly(*occurring) if occurring and row.is_polynomial(*occurring) else None
+        )
+        if polynomial is None:
+            continue
+        if polynomial.total_degree() == 1 and all(c.is_Rational for c in polynomial.coeffs()):
+            symbol = occurring[-1]
+            solved = sp.expand(symbol - row / row.coeff(symbol))
+            solutions = {s: e.subs(symbol, solved) for s, e in solutions.items()} | {symbol: solved}
+    return solutions
+
+
+def _require_zero(
     plant: Plant, residuals_of_rows: Sequence[sp.Expr], balls: Mapping[sp.Symbol, Ball]
 ) -> None:
     """Raise ModelError, with every residual, unless each may be 0 in the balls."""

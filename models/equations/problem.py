@@ -14,11 +14,8 @@ from takagi.models.equations.equilibrium import (
     Ball,
     balls_of,
     check_equilibrium,
-    check_equilibrium_stays,
-    decimal_near,
-    inputs_at_equilibrium,
-    require_zero,
-    residuals,
+    less_residuals,
+    with_inputs_at_rest,
 )
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, rational
@@ -124,25 +121,17 @@ def problem_of_plant(
         mass = sp.Matrix(*plant.mass.shape, cleaned(list(plant.mass), values))
     relations: dict[sp.Symbol, sp.Expr] = {}
     if balls:
-        residual_rows = residuals(plant, f, mass, rest)
-        # They are 0, though no algebra shows it.
-        require_zero(plant, residual_rows, balls)
-        f = tuple(row - value for row, value in zip(f, residual_rows, strict=True))
-        relations = _relations(
-            residual_rows, [b.symbol for b in balls.values() if b.equals is None]
-        )
+        f, relations = less_residuals(plant, f, mass, rest, balls)
     if mass is not None:
         sides = {p.symbol: balls[p.symbol].side for p in plant.parameters if p.symbol in balls}
         f, steps = explicit(mass, f, plant, over.within(sides))
     if plant.sample_time is not None:
         f = tuple(row - rest[v.symbol] for row, v in zip(f, plant.states, strict=True))
     if how == "solve inputs":
-        rest |= inputs_at_equilibrium(plant, f, rest)
-        settled = _with_balls(plant, rest)
+        rest, settled = with_inputs_at_rest(plant, f, rest)
         if settled is not plant:
             return problem_of_plant(settled, premises, "given", domain)
     check_equilibrium(plant, f, rest, how)
-    check_equilibrium_stays(plant, f, rest)
     deviation = _deviation_symbols(plant, rest, wanted)
     at_deviation = {s: rest[s] + deviation[s] for s in rest}
     offsets = [y.subs(rest) for y in outputs]
@@ -187,42 +176,6 @@ def problem_of_plant(
         balls=balls,
         relations=relations,
     )
-
-
-def _relations(
-    residual_rows: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]
-) -> dict[sp.Symbol, sp.Expr]:
-    """Return the last of the symbols in each row that is linear in them, from row = 0."""
-    solutions: dict[sp.Symbol, sp.Expr] = {}
-    for value in residual_rows:
-        row = sp.expand(value.subs(solutions))
-        occurring = [s for s in symbols if s in row.free_symbols]
-        polynomial = (
-            row.as_poly(*occurring) if occurring and row.is_polynomial(*occurring) else None
-        )
-        if polynomial is None:
-            continue
-        if polynomial.total_degree() == 1 and all(c.is_Rational for c in polynomial.coeffs()):
-            symbol = occurring[-1]
-            solved = sp.expand(symbol - row / row.coeff(symbol))
-            solutions = {s: e.subs(symbol, solved) for s, e in solutions.items()} | {symbol: solved}
-    return solutions
-
-
-def _with_balls(plant: Plant, rest: Mapping[sp.Symbol, sp.Expr]) -> Plant:
-    """Return the plant at rest with these inputs, if one with a range is not a decimal."""
-    bent = [v for v in plant.inputs if v.range is not None and not rest[v.symbol].is_Rational]
-    if not bent:
-        return plant
-    inputs = []
-    for variable in plant.inputs:
-        value = rest[variable.symbol]
-        if value.is_Rational:
-            inputs.append(replace(variable, rest=Fraction(int(value.p), int(value.q))))
-        else:
-            middle, radius = decimal_near(value)
-            inputs.append(replace(variable, rest=middle, within=radius))
-    return replace(plant, inputs=tuple(inputs))
 
 
 def _settled(over: Domain, balls: Mapping[sp.Symbol, Ball]) -> Domain:

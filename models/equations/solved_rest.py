@@ -19,6 +19,7 @@ import sympy as sp
 from takagi.models.equations.equilibrium import decimal_near, refuse_residuals, residuals
 from takagi.models.equations.problem import cleaned
 from takagi.models.errors import ModelError
+from takagi.models.files.units import behind
 from takagi.models.intervals.interval import Number, exact, rational
 from takagi.models.plant.plant import Plant, Variable
 from takagi.models.ranges.expression_range import expression_value
@@ -200,13 +201,15 @@ class _Search:
         return bool(np.all(np.abs(rows) <= 1e-18 * (np.abs(slopes) @ size)))
 
     def _told(self, rests: RestValues) -> str:
-        return ", ".join(f"{v.name} = {float(rests[v.symbol]):.6g}{_unit(v)}" for v in self.wanted)
+        return ", ".join(
+            f"{v.name} = {float(rests[v.symbol]):.6g}{behind(v.unit)}" for v in self.wanted
+        )
 
     def _none(self, outside: Sequence[RestValues], nearest: RestValues) -> None:
         """Refuse: a rest outside the ranges, or none with every residual."""
         if outside:
             bent = [
-                f"{v.name} = {float(outside[0][v.symbol]):.6g}{_unit(v)} outside {v.range}"
+                f"{v.name} = {float(outside[0][v.symbol]):.6g}{behind(v.unit)} outside {v.range}"
                 for v in self.wanted
                 if v.range is not None and not v.range.contains(outside[0][v.symbol])
             ]
@@ -244,7 +247,3 @@ def _simple(value: Fraction) -> Fraction | None:
 
 def _same(first: RestValues, second: RestValues) -> bool:
     return all(abs(first[s] - second[s]) <= SAME * max(abs(first[s]), SAME) for s in first)
-
-
-def _unit(variable: Variable) -> str:
-    return "" if variable.unit == "-" else f" {variable.unit}"

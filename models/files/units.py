@@ -317,3 +317,8 @@ def to_si(value: float, unit: str, si_unit: str) -> float:
     if target != si_unit:
         raise ModelError(f"unit {unit!r} does not fit; this field accepts {accepted}")
     return value * factor
+
+
+def behind(unit: str) -> str:
+    """Return a unit as it follows a number; nothing for a pure number."""
+    return "" if unit in ("", "-") else f" {unit}"

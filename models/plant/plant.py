@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from takagi.models.errors import ModelError
-from takagi.models.files.units import PURE, Dimension, parse_unit
+from takagi.models.files.units import PURE, Dimension, behind, parse_unit
 from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.dimensions import ADVICE, dimension_of, short, without_matrix_row
 from takagi.models.short_repr import ShortRepr
@@ -211,6 +211,33 @@ class Plant(ShortRepr):
         return (*self.states, *self.inputs, *self.disturbances)
 
     @property
+    def own_states(self) -> list[int]:
+        """Return the places of the states that are no integrals of a reference."""
+        integrals = {reference.integral for reference in self.references}
+        return [k for k, v in enumerate(self.states) if v.name not in integrals]
+
+    @property
+    def measured_rows(self) -> tuple[int, ...]:
+        """Return the places of the measured outputs among the outputs."""
+        names = [y.name for y in self.outputs]
+        return tuple(names.index(name) for name in self.measured or ())
+
+    @property
+    def hides_states(self) -> bool:
+        """Return whether one of its own states is not measured by itself: an observer is due."""
+        alone = {self.outputs[row].expression for row in self.measured_rows}
+        own = {self.states[k].symbol for k in self.own_states}
+        return self.measured is not None and not own <= alone
+
+    @property
+    def rests_exactly(self) -> bool:
+        """Return whether every equation is 0 at rest by algebra, not up to rounding."""
+        import sympy as sp
+
+        at = self.at_rest | self.rationals
+        return all(sp.simplify(sp.sympify(row).subs(at)) == 0 for row in self.equations)
+
+    @property
     def uncertain(self) -> tuple[Variable, ...]:
         """Return the parameters that are known within a range only."""
         return tuple(v for v in self.disturbances if v.unknown)
@@ -386,6 +413,20 @@ SECOND = parse_unit("s")
 def file_unit(variable: Variable) -> tuple[float, str]:
     """Return (size of the unit in SI, its name) of a variable: as its file has it, else SI."""
     return _size(variable.written), variable.written or variable.unit
+
+
+def in_file_units(variable: Variable, value: float, digits: int = 4) -> str:
+    """Return a value in SI as the variable's file would have it, with its unit."""
+    size, unit = file_unit(variable)
+    return f"{value / size:.{digits}g}{behind(unit)}"
+
+
+def range_in_file_units(variable: Variable, digits: int = 4) -> str:
+    """Return ``"[35, 130] rad/s"`` of a variable that has a range."""
+    assert variable.range is not None  # the caller looked
+    size, unit = file_unit(variable)
+    low, high = (float(end) / size for end in (variable.range.lower, variable.range.upper))
+    return f"[{low:.{digits}g}, {high:.{digits}g}]{behind(unit)}"
 
 
 def time_in_file_units(plant: Plant, seconds: float) -> tuple[float, str]:

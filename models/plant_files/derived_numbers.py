@@ -18,7 +18,7 @@ import sympy as sp
 from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError
 from takagi.models.expressions.parser import Scope, tokens_of
-from takagi.models.files.units import PURE, Dimension, Unit, parse_unit
+from takagi.models.files.units import PURE, Dimension, Unit, behind, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.dimensions import dimension_of
 from takagi.models.plant.plant import Parameter, Variable
@@ -202,7 +202,7 @@ def uncertain_parameter(document: Document, symbol: sp.Symbol, stated: Parameter
     assert stated.range is not None  # called for such parameters only
     field_path, (low, high) = f"parameters.{symbol.name}", stated.range
     text = stated.unit or "-"
-    unit_text = "" if text == "-" else f" {text}"
+    unit_text = behind(text)
     if low > high:
         raise document.error(
             f"{field_path}.range", f"[{low}, {high}] was given; give the smaller end first"

@@ -23,6 +23,7 @@ from takagi.models.expressions.parser import (
     parsed_with_losses,
 )
 from takagi.models.files.library import Document, decimal_of, read_document, resolve_model
+from takagi.models.files.units import behind
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.entries import PlantEntry, VariableEntry
@@ -277,7 +278,7 @@ class _Reader:
                 f"{field}.range", f"[{low}, {high}] was given; give the smaller end first"
             )
         if not low <= entry.start <= high:
-            unit = "" if entry.unit == "-" else f" {entry.unit}"
+            unit = behind(entry.unit)
             why = "" if "rest" in entry.model_fields_set else " where no rest is given"
             raise self.document.error(
                 f"{field}.rest" if not why else field,

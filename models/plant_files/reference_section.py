@@ -10,6 +10,7 @@ import sympy as sp
 
 from takagi.models.equations.equilibrium import decimal_near
 from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.files.units import behind
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Reference, Variable
 
@@ -122,7 +123,7 @@ def _signal(
     rest: Fraction,
 ) -> Variable:
     low, high = reference.range
-    unit_text = "" if unit.text == "-" else f" {unit.text}"
+    unit_text = behind(unit.text)
     if low >= high:
         raise document.error(
             f"{field}.range", f"[{low}, {high}] was given; give the smaller end first"

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from takagi.models.files.units import behind as behind
 from takagi.reports.page import rounded_bounds as bounds
 
 
@@ -125,11 +126,6 @@ class Section:
             items = value if isinstance(value, (list, tuple)) else (value,)
             figures += [item for item in items if isinstance(item, CaptionedFigure)]
         return tuple(figures)
-
-
-def behind(unit: str) -> str:
-    """Return a unit as it follows a number; nothing for a pure number."""
-    return "" if unit in ("", "-") else f" {unit}"
 
 
 def per_unit(above: str, below: str) -> str:

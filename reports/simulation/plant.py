@@ -14,8 +14,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.plant.plant import file_unit
-from takagi.reports.page.text import behind
+from takagi.models.plant.plant import in_file_units
 from takagi.reports.simulation.plant_scenario import (
     SETTLED,
     PlantScenario,
@@ -331,9 +330,8 @@ def _words(loop: PlantLoop, deviation: Floats) -> str:
     """Return the states off rest with their values themselves, in the units of the file."""
     parts = []
     for variable, rest, off in zip(loop.plant.states, loop.state, deviation, strict=True):
-        size, unit = file_unit(variable)
         if off:
-            parts.append(f"{variable.name} {float(rest + off) / size:.4g}{behind(unit)}")
+            parts.append(f"{variable.name} {in_file_units(variable, float(rest + off))}")
     return ", ".join(parts) or "rest"
 
 

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.plant.plant import file_unit, time_in_file_units
+from takagi.models.plant.plant import in_file_units, time_in_file_units
 from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, Signals, Sine, Step
 from takagi.reports.loops.plant_motion import Outside
-from takagi.reports.page.text import behind
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -140,8 +139,7 @@ def in_words(scenario: PlantScenario, plant: Plant) -> list[str]:
 
 
 def _words(plant: Plant, variable: Variable, signal: Signal) -> str:
-    size, unit = file_unit(variable)
-    much = f"{signal.size / size:.4g}" + behind(unit)
+    much = in_file_units(variable, signal.size)
 
     def at(seconds: float) -> str:
         if not seconds:

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.plant.plant import file_unit, time_in_file_units
+from takagi.models.plant.plant import (
+    file_unit,
+    in_file_units,
+    range_in_file_units,
+    time_in_file_units,
+)
 from takagi.reports.loops.plant_claims import withstood
 from takagi.reports.loops.plant_motion import settling_time
 from takagi.reports.loops.proved_kinds import proved_claims
@@ -141,13 +146,8 @@ def _cut(found: PlantSimulation) -> list[str]:
             continue
         more = f"; and in {len(named) - MOST_NAMED} more runs" if len(named) > MOST_NAMED else ""
         wanted = _most_wanted(found, k, variable)
-        assert variable.range is not None
-        size, unit = file_unit(variable)
-        ends = (
-            f"[{float(variable.range.lower) / size:.4g}, {float(variable.range.upper) / size:.4g}]"
-        )
         lines.append(
-            f"{variable.name} was cut at its range {ends}{behind(unit)}"
+            f"{variable.name} was cut at its range {range_in_file_units(variable)}"
             f"{wanted}: {'; '.join(named[:MOST_NAMED])}{more}. A proof about the law holds only "
             "while no command is cut."
         )
@@ -157,10 +157,9 @@ def _cut(found: PlantSimulation) -> list[str]:
 def _most_wanted(found: PlantSimulation, k: int, variable: Variable) -> str:
     if k >= len(found.loop.plant.inputs):
         return ""
-    size, unit = file_unit(variable)
     wanted = np.concatenate([motion.wanted[:, k] for motion in found.motions])
     most = float(wanted[np.nanargmax(np.abs(wanted))])
-    return f" (the law commanded up to {most / size:.4g}{behind(unit)})"
+    return f" (the law commanded up to {in_file_units(variable, most)})"
 
 
 def _left(found: PlantSimulation) -> list[str]:
@@ -272,8 +271,8 @@ def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[
         return [f"{name} away from rest (no invariant set is proved for it)"]
     if off > proved * (1 + 1e-9):
         return [
-            f"{name} up to {off / size:.4g}{behind(unit)} from rest (an invariant set is proved "
-            f"for {proved / size:.4g}{behind(unit)})"
+            f"{name} up to {in_file_units(variable, off)} from rest (an invariant set is proved "
+            f"for {in_file_units(variable, proved)})"
         ]
     return []
 

@@ -24,7 +24,13 @@ from takagi.models.simulation.scenario import measure
 from takagi.models.turbine.loader import TurbineFile
 from takagi.reports.simulation.runs import PlantParts, run_simulation, simulation_plant
 from takagi.reports.simulation.winds import requested_winds
-from takagi.reports.study.overlap import studied_law, studied_turbine
+from takagi.reports.study.overlap import (
+    TURBULENCE,
+    require_runs,
+    runs_at,
+    studied_law,
+    studied_turbine,
+)
 from takagi.reports.study.rosco import (
     RETUNED,
     Tuning,
@@ -53,8 +59,7 @@ WORDS = {
     "rosco-retuned-unshaved": "ROSCO re-tuned, no peak shaving",
 }
 MEANS = tuple(float(v) for v in range(4, 25, 2))
-SEEDS, DURATION, SHORTEST, SETTLING = 6, 600.0, 10.0, 30.0
-TURBULENCE = "B"
+SEEDS, DURATION, SETTLING = 6, 600.0, 30.0
 # What --rosco takes beside NAME=FILE.
 TUNINGS = ("shipped", "shipped-unshaved", "retuned", "retuned-unshaved", "all")
 
@@ -186,11 +191,7 @@ def run_controllers_study(
     """
     turbine = source.model
     names = study_laws(turbine, laws)
-    if seeds < 1 or duration < SHORTEST:
-        raise ModelError(
-            f"{seeds} seeds and a duration of {duration:g} s were given; at least 1 seed and "
-            f"{SHORTEST:g} s are needed"
-        )
+    require_runs(seeds, duration)
     winds = tuple(sorted(set(means)))
     requested_winds(turbine, [str(v) for v in winds], duration=duration + SETTLING)
     tunings = rosco_tunings(turbine, rosco)
@@ -211,14 +212,8 @@ def run_controllers_study(
         list(tasks.values()), folder / RESULTS, workers=workers, scheduler=scheduler, tell=tell
     )
     by_task = dict(zip(tasks, results, strict=True))
-    runs = {law: tuple(run for v in winds for run in _rows(v, by_task[law, v])) for law in every}
+    runs = {law: tuple(run for v in winds for run in runs_at(v, by_task[law, v])) for law in every}
     return ControllersStudy(turbine, every, winds, seeds, duration, runs, resumed, len(tasks))
-
-
-def _rows(mean: float, result: Mapping[str, Any]) -> list[dict[str, Any]]:
-    if "error" in result:
-        return [{"wind": mean, "seed": None, "reason": result["error"]}]
-    return [{"wind": mean, **run} for run in result["runs"]]
 
 
 def motion(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:

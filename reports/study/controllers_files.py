@@ -10,17 +10,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from takagi.models.simulation.scenario import BLADE_EXPONENT, TOWER_EXPONENT
 from takagi.reports.figures.style import COLOURS, figure_to_svg, house_style, new_figure
-from takagi.reports.output import csv_text
+from takagi.reports.output import rows_csv
 from takagi.reports.page.markdown_table import markdown_table
-from takagi.reports.study.controllers import (
-    OURS,
-    SETTLING,
-    TURBULENCE,
-    ControllersStudy,
-    words_of,
-)
+from takagi.reports.study.controllers import OURS, SETTLING, ControllersStudy, words_of
+from takagi.reports.study.overlap import TURBULENCE
+from takagi.reports.study.overlap_files import DECADES, DELS
 from takagi.reports.study.statistics import (
     HOURS_A_YEAR,
     Interval,
@@ -64,7 +59,6 @@ QUANTITIES: Mapping[str, Quantity] = {
     "peak_power": Quantity("peak power", "% of rated"),
     "torque_change": Quantity("torque change in 0.4 s", "kN m"),
 }
-DELS = {"tower_del": TOWER_EXPONENT, "blade_del": BLADE_EXPONENT, "shaft_del": TOWER_EXPONENT}
 EXPLANATION = """\
 Each figure is the mean over the seeds. Differences are paired: the same seed in the same wind under
 two laws; behind them stands the interval of 95 % by the bootstrap over the seeds ({seeds} seeds are
@@ -78,8 +72,9 @@ proves nothing."""
 
 def study_files(study: ControllersStudy, year: Weibull) -> dict[str, bytes | str]:
     """Return file name -> content: ``FILES`` and the figure; the same runs, the same bytes."""
+    rows = [{"law": law, **run} for law in study.laws for run in study.runs[law]]
     files: dict[str, bytes | str] = {
-        "study.csv": _csv(study),
+        "study.csv": rows_csv(rows),
         "controllers.json": _json(study, year),
     }
     picture = ""
@@ -174,12 +169,6 @@ def where_worse(study: ControllersStudy) -> Iterator[Worse]:
             clear = {v: d for v, d in worse.items() if d.is_clear}
             if other != OURS and worse:
                 yield Worse(other, name, clear, tuple(v for v in worse if v not in clear))
-
-
-def _csv(study: ControllersStudy) -> str:
-    rows = [{"law": law, **run} for law in study.laws for run in study.runs[law]]
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    return csv_text(names, ([row.get(name) for name in names] for row in rows))
 
 
 def _json(study: ControllersStudy, year: Weibull) -> str:
@@ -331,8 +320,6 @@ LOOKS: Mapping[str, tuple[str, Any, float]] = {
     "rosco-retuned-unshaved": (COLOURS[3], "--", 1.2),
 }
 OTHERS = (COLOURS[4], COLOURS[5])
-# A factor between the largest and the smallest load from which an axis is in decades.
-DECADES = 5.0
 # Below this the axis of the pitch travel is linear [deg].
 FEW_DEGREES = 20.0
 

@@ -164,11 +164,7 @@ def run_overlap_study(
 
     turbine = source.model
     means = next((axis.values for axis in axes if axis.name == WIND), MEANS)
-    if seeds < 1 or duration < SHORTEST:
-        raise ModelError(
-            f"{seeds} seeds and a duration of {duration:g} s were given; at least 1 seed and "
-            f"{SHORTEST:g} s are needed"
-        )
+    require_runs(seeds, duration)
     requested_winds(turbine, [str(v) for v in means], duration=duration)
     points = _points(turbine, axes)
     inputs: dict[str, Any] = {"files": files_sha256(source.files)}
@@ -183,23 +179,31 @@ def run_overlap_study(
         for point in points
     ]
     motions = [[task(motion, **point.asked, mean=v, **wind) for v in means] for point in points]
-    ordered = [each for p, m in zip(proofs, motions, strict=True) for each in ([p, *m] if p else m)]
     # The same law may stand in several series.
-    distinct = {each.file: each for each in ordered}
+    ordered = [each for p, m in zip(proofs, motions, strict=True) for each in (p, *m) if each]
     results, resumed = run_tasks(
-        list(distinct.values()), folder / RESULTS, workers=workers, scheduler=scheduler, tell=tell
+        ordered, folder / RESULTS, workers=workers, scheduler=scheduler, tell=tell
     )
-    by_file = dict(zip(distinct, results, strict=True))
+    by_file = {each.file: result for each, result in zip(ordered, results, strict=True)}
     return OverlapStudy(
         turbine, means, seeds, duration, points,
         tuple(by_file[each.file] if each else None for each in proofs),
         tuple(
             tuple(run for v, each in zip(means, group, strict=True)
-                  for run in _runs(v, by_file[each.file]))
+                  for run in runs_at(v, by_file[each.file]))
             for group in motions
         ),
-        resumed, len(distinct),
+        resumed, len(by_file),
     )  # fmt: skip
+
+
+def require_runs(seeds: int, duration: float) -> None:
+    """Raise ModelError for no seeds, or runs [s] that are too short."""
+    if seeds < 1 or duration < SHORTEST:
+        raise ModelError(
+            f"{seeds} seeds and a duration of {duration:g} s were given; at least 1 seed and "
+            f"{SHORTEST:g} s are needed"
+        )
 
 
 def _points(turbine: Turbine, axes: Sequence[Axis]) -> tuple[Point, ...]:
@@ -223,7 +227,8 @@ def _points(turbine: Turbine, axes: Sequence[Axis]) -> tuple[Point, ...]:
     return tuple(points)
 
 
-def _runs(mean: float, result: Mapping[str, Any]) -> list[dict[str, Any]]:
+def runs_at(mean: float, result: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the runs of a task's result, each with its mean wind [m/s]."""
     if "error" in result:
         return [{"wind": mean, "seed": None, "reason": result["error"]}]
     return [{"wind": mean, **run} for run in result["runs"]]
@@ -235,9 +240,7 @@ def proof(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     try:
         if inputs["law"] == "coherent":
             return effort_sharing_point(turbine, inputs["settings"])
-        law = studied_law(source, canonical(inputs["files"]), canonical(_asked(inputs))).laws[
-            "paper"
-        ]
+        law = studied_law(source, canonical(inputs["files"]), _asked(inputs)).laws["paper"]
         result = windows_result(law, default_winds(turbine))  # type: ignore[arg-type]
         return {**result, "windows": len(result["windows"])}
     except ModelError as error:
@@ -251,7 +254,7 @@ def motion(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
 
     files = canonical(inputs["files"])
     turbine, _ = _settings(source, files, inputs)
-    chosen = studied_law(source, files, canonical(_asked(inputs)))
+    chosen = studied_law(source, files, _asked(inputs))
     words = [f"turbulent:{inputs['mean']!r}:{TURBULENCE}:{seed}" for seed in inputs["seeds"]]
     winds = requested_winds(turbine, words, duration=inputs["duration"])
     simulation = run_simulation(turbine, chosen, winds, series=False)
@@ -262,8 +265,8 @@ def motion(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     return {"runs": rows}
 
 
-def _asked(inputs: Mapping[str, Any]) -> dict[str, Any]:
-    return {"law": inputs["law"], "settings": inputs["settings"]}
+def _asked(inputs: Mapping[str, Any]) -> str:
+    return canonical({"law": inputs["law"], "settings": inputs["settings"]})
 
 
 def _settings(source: str, files: str, inputs: Mapping[str, Any]) -> tuple[Turbine, DesignSettings]:

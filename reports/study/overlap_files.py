@@ -12,7 +12,7 @@ import numpy as np
 
 from takagi.models.simulation.scenario import BLADE_EXPONENT, TOWER_EXPONENT
 from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
-from takagi.reports.output import csv_text
+from takagi.reports.output import rows_csv
 from takagi.reports.page.markdown_table import markdown_table
 from takagi.reports.study.overlap import SERIES, TURBULENCE, OverlapStudy, Point
 
@@ -202,8 +202,7 @@ def _csv(study: OverlapStudy) -> str:
             "law": point.asked["law"],
         }
         table += [{**head, **run} for run in runs]
-    names = list(dict.fromkeys(name for row in table for name in row))
-    return csv_text(names, ([row.get(name) for name in names] for row in table))
+    return rows_csv(table)
 
 
 def _json(study: OverlapStudy, rows: Sequence[Row]) -> str:

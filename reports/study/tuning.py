@@ -26,6 +26,7 @@ from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.turbine.loader import TurbineFile
 from takagi.reports.study.overlap import (
     REFERENCE,
+    SHORTEST,
     TURBULENCE,
     studied_law,
     studied_observer,
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
 
 LAW = "coherent"
 MEANS, SEEDS, DURATION = (9.0, 11.0, 13.0, 15.0, 18.0), 2, 600.0
-SHORTEST = 10.0
 # Recovered: rotor speed and power stay within this share of rated [-].
 RECOVERED = 0.01
 STEP_TIME = 200.0
@@ -307,17 +307,12 @@ def tuned(
             Task(name, str(source.name), {**inputs, "at": dict(at)}, tuple(source.files))
             for at in points
         ]
-        distinct = {task.file: task for task in tasks}
         results, resumed = run_tasks(
-            list(distinct.values()),
-            folder / RESULTS / function.__name__,
-            workers=workers,
-            scheduler=scheduler,
+            tasks, folder / RESULTS / function.__name__, workers=workers, scheduler=scheduler
         )
         counted[0] += resumed
-        counted[1] += len(distinct)
-        by_file = dict(zip(distinct, results, strict=True))
-        return [by_file[task.file] for task in tasks]
+        counted[1] += len({task.file for task in tasks})
+        return results
 
     def measured(points: Sequence[Mapping[str, float]]) -> list[Candidate]:
         rows = []

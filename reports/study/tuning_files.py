@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 
 from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
-from takagi.reports.output import csv_text
+from takagi.reports.output import rows_csv
 from takagi.reports.page.markdown_table import markdown_table
 from takagi.reports.study.tuning import LEVERS, QUANTITIES, Candidate, Quantity, Tuning
 
@@ -62,7 +62,7 @@ def tuning_files(tuning: Tuning, model: str) -> dict[str, str]:
     }
     return {
         "front.md": page + "\n",
-        "front.csv": csv_text(rows[0], (row.values() for row in rows)),
+        "front.csv": rows_csv(rows),
         "tuning.json": json.dumps(data, indent=2) + "\n",
         FIGURE: _figure(tuning),
     }

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.sweep.sweep import Row, Sweep
+from takagi.certificates.sweep.sweep import Sweep
 from takagi.models.laws.protocol import law_words
 from takagi.reports.figures.style import figure_to_svg, house_style, new_figure, shades
-from takagi.reports.output import csv_text
+from takagi.reports.output import rows_csv
 from takagi.reports.page.markdown_table import markdown_table
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ def sweep_files(sweep: Sweep) -> dict[str, bytes | str]:
         for row in sweep.rows
         for window in row.get("windows", ())
     ]
-    files: dict[str, bytes | str] = {"points.csv": _csv(points)}
+    files: dict[str, bytes | str] = {"points.csv": rows_csv(points)}
     if windows:
-        files["windows.csv"] = _csv(windows)
+        files["windows.csv"] = rows_csv(windows)
     picture, figure = "", sweep_figure(sweep)
     if figure is not None:
         words = f"{law_words(sweep.law)} over " + " and ".join(axis.name for axis in sweep.axes)
@@ -107,9 +107,3 @@ def sweep_figure(sweep: Sweep) -> Figure | None:
 
 def _columns(sweep: Sweep) -> Sequence[str]:
     return EFFORT_SHARING if sweep.law == "coherent" else PUBLISHED
-
-
-def _csv(rows: Sequence[Row]) -> str:
-    """Return rows as CSV; columns are the keys, in the order in which they first appear."""
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    return csv_text(names, ([row.get(name, "") for name in names] for row in rows))

@@ -318,11 +318,11 @@ def _kind(ends: list[Equilibrium]) -> str:
     return kinds.pop() if len(kinds) == 1 else "shifted"
 
 
-def merged(spans: Sequence[Span], *, reach: float = 0.0) -> list[Span]:
-    """Return the union as disjoint ranges, in order; those at most ``reach`` apart become one."""
+def merged(spans: Sequence[Span]) -> list[Span]:
+    """Return the union as disjoint ranges, in order."""
     union: list[Span] = []
     for low, high in sorted(spans):
-        if union and low <= union[-1][1] + reach:
+        if union and low <= union[-1][1]:
             union[-1] = union[-1][0], max(high, union[-1][1])
         else:
             union.append((low, high))

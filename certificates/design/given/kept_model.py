@@ -33,6 +33,7 @@ from takagi.certificates.document.certificate_file import as_read, content_of, f
 from takagi.models.arrays import Floats
 from takagi.models.equations.equilibrium import balls_of
 from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.files.units import behind
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant, file_unit
 
@@ -304,19 +305,19 @@ def _labels(old: list[str], new: list[str], word: str) -> Iterator[str]:
 
 def _changed(variable: Variable, equilibrium: float, entry: Mapping[str, Any]) -> Iterator[str]:
     size, unit = file_unit(variable)
-    behind = "" if unit in ("", "-") else f" {unit}"
+    text = behind(unit)
     if str(entry.get("unit")) != variable.unit:
         yield (f"{variable.name}: the unit was {entry.get('unit')}, it is {variable.unit} now (SI)")
         return
     old = entry.get("rest")
     if _is_number(old) and not _near(float(str(old)), equilibrium):
         yield (
-            f"{variable.name}: rest {float(str(old)) / size:.6g}{behind} -> "
-            f"{equilibrium / size:.6g}{behind}"
+            f"{variable.name}: rest {float(str(old)) / size:.6g}{text} -> "
+            f"{equilibrium / size:.6g}{text}"
         )
     old_range, new_range = _ends(entry.get("range"), size), _range(variable, size)
     if old_range != new_range:
-        yield f"{variable.name}: range {_shown(old_range)}{behind} -> {_shown(new_range)}{behind}"
+        yield f"{variable.name}: range {_shown(old_range)}{text} -> {_shown(new_range)}{text}"
 
 
 def _ends(stated: Any, size: float) -> tuple[str, str] | None:

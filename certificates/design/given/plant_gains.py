@@ -21,13 +21,12 @@ from takagi.certificates.checker.kernel.reader import (
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.plant.tracking_design import with_ranges
-from takagi.certificates.design.plant.tracking_gains import measured_rows
 from takagi.certificates.document.decimals import floats, stack_of
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.tracking import observer_data
 from takagi.models.arrays import Floats
-from takagi.models.equilibrium_line import ConstantObserver, own_states
+from takagi.models.equilibrium_line import ConstantObserver
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 
@@ -174,7 +173,7 @@ def read_observer_gains(
             f"{', '.join(work.question.measured)}; design the gains anew, or leave out 'measured'"
         )
     where = f"{source}: law"
-    K = _gains(law, work.model, source)
+    K = _gains(law, work.base.model, source)
     L = stack_of(read_stack(member(law, "observer", where), "L", f"{where}.observer"))
     (r, _, n), p = K.shape, len(work.question.rows)
     if L.shape[0] not in (1, r) or L.shape[1:] != (n, p):
@@ -198,7 +197,7 @@ def read_reference_gains(
         another shape, or belongs to another plant.
     """
     source, law = str(path), read_plant_law(path)
-    where, rows = f"{source}: law", measured_rows(plant)
+    where, rows = f"{source}: law", plant.measured_rows
     stated_observer = law.get("observer")
     if not isinstance(stated_observer, Mapping) or stated_observer.get("weights") != "constant":
         raise CertificateError(
@@ -206,7 +205,7 @@ def read_reference_gains(
             f"{', '.join(plant.measured or ())} and follows a reference; design the gains anew"
         )
     K = _gains(law, model, source)
-    n, m, p = len(own_states(plant)), K.shape[1], len(rows)
+    n, m, p = len(plant.own_states), K.shape[1], len(rows)
     shapes = {"A": (n, n), "B": (n, m), "C": (p, n), "L": (n, p)}
     matrices = {
         key: floats(read_matrix(stated_observer, key, f"{where}.observer", shape))

@@ -6,8 +6,8 @@ report, simulation) read the ``PlantDesign`` made here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,17 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.claims.certification import ClaimRequirements, plant_certificate
-from takagi.certificates.controller.content import bound, plain
-from takagi.certificates.controller.plant_members import plant_members
-from takagi.certificates.design.design import NoDesign, StepClock, Tell
+from takagi.certificates.controller.content import plain
+from takagi.certificates.design.design import NoDesign, Tell
 from takagi.certificates.design.plant.gains import (
     FoundGains,
     find_gains,
     one_gain,
     regional_gains,
-    requirements_of,
-    rounded_gains,
 )
 from takagi.certificates.design.plant.many_rules import (
     BUDGET,
@@ -34,33 +30,18 @@ from takagi.certificates.design.plant.many_rules import (
     gains_of_known_premises,
     shortened_gains,
 )
-from takagi.certificates.design.plant.plain_words import (
-    advice_of,
-    in_file_rates,
-    in_plant_words,
-    obstacle,
-    require_sensible,
-)
+from takagi.certificates.design.plant.plain_words import in_file_rates, obstacle, require_sensible
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.design.plant.tracking_design import claims_alone, design_tracking
-from takagi.certificates.design.plant.tracking_gains import (
-    measured_rows,
-    measures_all,
-)
+from takagi.certificates.design.plant.work import PlantWork, plant_work
 from takagi.models.arrays import Floats
-from takagi.models.equilibrium_line import own_states
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
 
 if TYPE_CHECKING:
-    from takagi.lmi import Design
-    from takagi.models.equilibrium_line import ConstantObserver
     from takagi.models.ts.model import TSModel
 
-# Significant digits of the emitted gains; more where fewer cannot be proved.
-DIGITS = (4, 6, 9)
 # The search for a helpful relaxation needs some fifty designs.
 MOST_EXPLAINED = 32
 
@@ -92,7 +73,7 @@ def design_plant(
     ModelError : the plant has no Takagi-Sugeno model on its box, or the settings make no sense
         for it.
     """
-    work = PlantWork.of(plant, settings, files, tell)
+    work = plant_work(plant, settings, files, tell)
     model, chosen, clock = work.model, work.settings, work.clock
     if plant.references:
         tracking = design_tracking(plant, model, chosen, clock)
@@ -101,9 +82,9 @@ def design_plant(
         within, model, found = tracking
         return replace(work, plant=within).with_model(model).rounded(found.gains, found.observer)
     if plant.measured is not None:
-        from takagi.certificates.design.plant.observed_design import ObservedWork, design_observed
+        from takagi.certificates.design.plant.observed_design import design_observed
 
-        return design_observed(ObservedWork.of(*work.members), DIGITS)
+        return design_observed(work)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
     require_sensible(plant, model, chosen)
@@ -151,12 +132,12 @@ def certify_plant(
     ------
     ModelError : as ``design_plant``, and gains that do not fit the model.
     """
-    if plant.measured is not None and not (plant.references and measures_all(plant)):
+    if plant.measured is not None and (not plant.references or plant.hides_states):
         raise ModelError(
             f"plant {plant.name!r} measures {', '.join(plant.measured)}: gains of all states are "
             "no law for it; give the gain file of its design"
         )
-    work = PlantWork.of(plant, settings, files, tell)
+    work = plant_work(plant, settings, files, tell)
     K = gains(work.model) if callable(gains) else np.asarray(gains, dtype=np.float64)
     return work.certified(K, None, ("gains were given",))
 
@@ -185,8 +166,8 @@ def certify_filed(
         from takagi.certificates.design.given.plant_gains import in_ranges_of
 
         plant = in_ranges_of(path, plant)
-    work = PlantWork.of(plant, settings, files, tell)
-    if plant.references and plant.measured is not None and not measures_all(plant):
+    work = plant_work(plant, settings, files, tell)
+    if plant.references and plant.hides_states:
         from takagi.certificates.design.given.plant_gains import read_reference_gains
 
         K, observer = read_reference_gains(path, plant, work.model)
@@ -207,13 +188,13 @@ def _certify_observed(work_of_plant: PlantWork, path: Path) -> PlantDesign:
     from takagi.certificates.design.given.plant_gains import read_observer_gains, read_plant_law
     from takagi.certificates.design.plant.observed_design import ObservedWork
 
-    work = ObservedWork.of(*work_of_plant.members)
+    work = ObservedWork.of(work_of_plant)
     try:
         K, L = read_observer_gains(path, work)
-        return work.certified(K, L, None, ("gains were given", work.question.note))
+        return work.certified_pair(K, L, None, ("gains were given", work.question.note))
     except CertificateError as error:
         first_error = error
-    if is_of(work.model, path, work.files):
+    if is_of(work_of_plant.model, path, work_of_plant.files):
         raise first_error
     law = plain(read_plant_law(path))
     notes: tuple[str, ...] = ("gains were given", work.question.note)
@@ -221,8 +202,8 @@ def _certify_observed(work_of_plant: PlantWork, path: Path) -> PlantDesign:
         K, L = read_observer_gains(path, work, any_trim=True)
     except CertificateError:
         try:
-            model = model_in_premises_of(work.plant, law, work.settings)
-            work = ObservedWork.of(*work_of_plant.with_model(model).members)
+            model = model_in_premises_of(work_of_plant.plant, law, work_of_plant.settings)
+            work = ObservedWork.of(work_of_plant.with_model(model))
             K, L = read_observer_gains(path, work, any_trim=True)
         except (ModelError, CertificateError) as reason:
             raise CertificateError(
@@ -230,144 +211,7 @@ def _certify_observed(work_of_plant: PlantWork, path: Path) -> PlantDesign:
                 f"premises of its file alone, and there: {reason}"
             ) from reason
         notes = (*notes, "the premises of their file were kept")
-    return work.certified(K, L, None, (*notes, *moved_rest(law, work.model)))
-
-
-def plant_model(plant: Plant, settings: PlantSettings, clock: StepClock | None = None) -> TSModel:
-    """Return the Takagi-Sugeno model that a design with these settings is made for.
-
-    Raises
-    ------
-    ModelError : the plant has none on its box.
-    """
-    from takagi.models.sector.model import sector_model
-
-    with (clock or StepClock(None))("model"), in_plant_words(plant):
-        if plant.references:
-            return secant_model(plant, rest=settings.rest)
-        if plant.blending is not None:
-            from takagi.models.blending.substitution import blended_model
-
-            return blended_model(plant, choice=settings.choice, rest=settings.rest)
-        return sector_model(plant, choice=settings.choice, rest=settings.rest)
-
-
-def _may_be_the_digits(design: PlantDesign) -> bool:
-    """Return whether a claim about the gains is open that a few digits of them may decide."""
-    claims = zip(design.document["claims"], design.checked.claims, strict=True)
-    return any(
-        claim["kind"] not in ("sector-embedding", "sampled-loop", "tracking")
-        and checked.verdict.name != "PROVED"
-        for claim, checked in claims
-    )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PlantWork:
-    """What is needed to certify gains of one model."""
-
-    plant: Plant
-    settings: PlantSettings
-    model: TSModel
-    requirements: ClaimRequirements
-    files: tuple[Path, ...]
-    clock: StepClock
-
-    @classmethod
-    def of(
-        cls,
-        plant: Plant,
-        settings: PlantSettings | None,
-        files: Sequence[Path],
-        tell: Tell | None,
-    ) -> PlantWork:
-        chosen, clock = settings or PlantSettings(), StepClock(tell)
-        model = plant_model(plant, chosen, clock)
-        requirements = requirements_of(plant, model, chosen)
-        return cls(plant, chosen, model, requirements, tuple(files), clock)
-
-    def with_model(self, model: TSModel) -> PlantWork:
-        requirements = requirements_of(self.plant, model, self.settings)
-        return replace(self, model=model, requirements=requirements)
-
-    def searched(
-        self, step: str, search: Callable[..., FoundGains | None], *options: Any
-    ) -> tuple[FoundGains | None, PlantDesign | None]:
-        """Return the gains of a search, and the design with them; None where there are none."""
-        with self.clock(step), in_plant_words(self.plant):
-            gains = search(self.plant, self.model, self.settings, *options)
-        if gains is None or not gains.design.found:
-            return gains, None
-        return gains, self.rounded(gains)
-
-    def rounded(self, gains: FoundGains, observer: ConstantObserver | None = None) -> PlantDesign:
-        """Return the design with gains of as few digits as can be proved."""
-        last: PlantDesign | None = None
-        for digits in DIGITS:
-            K = rounded_gains(np.asarray(gains.design.require()[0]), digits)
-            notes = (*gains.notes, f"gains to {digits} significant digits")
-            last = self.certified(K, gains.design, notes, observer=observer)
-            if not _may_be_the_digits(last):
-                break
-        assert last is not None  # there is always a number of digits
-        return last
-
-    @property
-    def members(self) -> tuple[Any, ...]:
-        """All members, in the order in which ``ObservedWork.of`` takes them."""
-        return tuple(getattr(self, member.name) for member in fields(self))
-
-    def certified(
-        self,
-        gains: Floats | None,
-        design: Design | None,
-        notes: tuple[str, ...],
-        *,
-        law: Mapping[str, Any] | None = None,
-        observer: ConstantObserver | None = None,
-    ) -> PlantDesign:
-        from takagi.models.laws.pdc import PdcLaw
-
-        with self.clock("exact proof"):
-            certificate = plant_certificate(
-                self.model,
-                gains,
-                self.settings,
-                self.requirements,
-                files=self.files,
-                law=law,
-                observer=observer,
-            )
-        if certificate.document["model"]["kind"] != "plant":
-            notes = (*certificate.tried[:1], *notes)
-        notes = (*advice_of(certificate.checked), *notes)
-        run = None
-        if gains is not None:
-            document = certificate.document
-            if law is None:
-                trim = document["gains"]["trim"]
-                run = PdcLaw(self.model, gains, np.array(trim["state"]), np.array(trim["input"]))
-            members = (self.plant, self.model, document["gains"], certificate.checked, notes)
-            times = [
-                float(claim["sample_time"])
-                for claim, checked in zip(
-                    document["claims"], certificate.checked.claims, strict=True
-                )
-                if claim["kind"] == "sampled-loop" and checked.verdict.name == "PROVED"
-            ]
-            controller = plant_members(*members, proved_sample=max(times, default=None))
-            with_controller = bound(document, controller)
-            certificate = replace(certificate, document=with_controller)
-        output_law = None
-        if observer is not None and run is not None:
-            from takagi.models.laws.pdc import ReferenceFeedback
-
-            states = tuple(own_states(self.plant))
-            output_law = ReferenceFeedback(run, observer, measured_rows(self.plant), states)
-            run = None
-        seconds = dict(self.clock.seconds)
-        values = (self.plant, self.settings, self.model, design, gains, run, certificate)
-        return PlantDesign(*values, notes, seconds, output_law=output_law)
+    return work.certified_pair(K, L, None, (*notes, *moved_rest(law, work.base.model)))
 
 
 def _reason(gains: FoundGains, work: PlantWork) -> str:

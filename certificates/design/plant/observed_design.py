@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +14,11 @@ from takagi.certificates.claims.certification import Certificate
 from takagi.certificates.controller.content import bound
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import NoDesign
-from takagi.certificates.design.plant.gains import rounded_gains
+from takagi.certificates.design.plant.gains import find_gains, rounded_gains
+from takagi.certificates.design.plant.plain_words import obstacle
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.secant_model import secant_model
+from takagi.certificates.design.plant.work import DIGITS, PlantWork
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     content_of,
@@ -40,8 +42,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
-    from takagi.certificates.claims.certification import ClaimRequirements
-    from takagi.certificates.design.design import StepClock
     from takagi.lmi import Design
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
@@ -64,57 +64,34 @@ MOST_LOOPS = 600
 class ObservedWork:
     """The data to design and certify an observer and gains for one model."""
 
-    plant: Plant
-    settings: PlantSettings
-    model: TSModel
-    requirements: ClaimRequirements
-    files: tuple[Path, ...]
-    clock: StepClock
+    base: PlantWork
     question: ObserverQuestion
     model_data: dict[str, Any]
     claims: tuple[dict[str, Any], ...]
 
     @classmethod
-    def of(
-        cls,
-        plant: Plant,
-        settings: PlantSettings,
-        model: TSModel,
-        requirements: ClaimRequirements,
-        files: Sequence[Path],
-        clock: StepClock,
-    ) -> ObservedWork:
+    def of(cls, base: PlantWork) -> ObservedWork:
         """Return it, after the checks of ``observer_question``."""
-        with clock("model"):
-            question = observer_question(plant, model, settings)
-            data, claims, _ = plant_and_claim(model)
+        with base.clock("model"):
+            question = observer_question(base.plant, base.model, base.settings)
+            data, claims, _ = plant_and_claim(base.model)
             assert data is not None  # the question has written it already
             if question.slopes is not None:
                 data |= {"slopes": slopes_data(question.slopes)}
-                claims = [*claims, slope_claim(plant.name)]
-            if files:
-                data |= content_of(files)
-        return cls(
-            plant=plant,
-            settings=settings,
-            model=model,
-            requirements=requirements,
-            files=tuple(files),
-            clock=clock,
-            question=question,
-            model_data=data,
-            claims=tuple(claims),
-        )
+                claims = [*claims, slope_claim(base.plant.name)]
+            if base.files:
+                data |= content_of(base.files)
+        return cls(base, question, data, tuple(claims))
 
     def loop(self, gains: Floats, L: Floats) -> ClaimedLoop:
         """Return the loop with gains K (r, m, n) and L (r or 1, n, p)."""
         at_estimate = self.question.at_estimate
         observer = observer_member(L, self.question.measured, at_estimate=at_estimate)
-        law = pdc_law_data(self.model, gains) | law_members(self.model_data)
+        law = pdc_law_data(self.base.model, gains) | law_members(self.model_data)
         law |= {"observer": observer}
-        return ClaimedLoop.of(self.model, gains, model_data=self.model_data, law=law)
+        return ClaimedLoop.of(self.base.model, gains, model_data=self.model_data, law=law)
 
-    def certified(
+    def certified_pair(
         self,
         gains: Floats,
         L: Floats,
@@ -126,46 +103,38 @@ class ObservedWork:
         """Return the design with its certificate; ``P`` is a function that was found before."""
         from takagi.models.laws.pdc import OutputFeedback, PdcLaw
 
-        with self.clock("exact proof"):
+        base, asked = self.base, self.base.requirements
+        with base.clock("exact proof"):
             loop = self.loop(gains, L)
-            limits = self.requirements.input_limits
-            attempt = ObservedLoop(self.requirements.decay_rate, limits, P).attempt(loop)
+            attempt = ObservedLoop(asked.decay_rate, asked.input_limits, P).attempt(loop)
             document = certificate_document(
                 model=self.model_data,
                 gains=loop.gains_data,
                 claims=[*self.claims, attempt.claim],
-                provenance=provenance(self.settings, {"observed-loop": attempt.solver}),
-                files=self.files,
+                provenance=provenance(base.settings, {"observed-loop": attempt.solver}),
+                files=base.files,
             )
             checked = check_document(document)
         law = document["gains"]
         trim = law["trim"]
-        feedback = PdcLaw(self.model, gains, np.array(trim["state"]), np.array(trim["input"]))
+        feedback = PdcLaw(base.model, gains, np.array(trim["state"]), np.array(trim["input"]))
         run = OutputFeedback(feedback, L, self.question.rows, self.question.at_estimate)
-        members = plant_members(self.plant, self.model, law, checked, notes)
+        members = plant_members(base.plant, base.model, law, checked, notes)
         certificate = Certificate(bound(document, members), checked, attempt.tried)
-        seconds = dict(self.clock.seconds)
-        values = (self.plant, self.settings, self.model, design, gains, None, certificate)
+        seconds = dict(base.clock.seconds)
+        values = (base.plant, base.settings, base.model, design, gains, None, certificate)
         return PlantDesign(*values, notes, seconds, output_law=run, observer=observer)
 
 
-def design_observed(work: ObservedWork, digits: Sequence[int]) -> PlantDesign | NoDesign:
-    """Return gains, observer and their certificate, or why there are none.
-
-    Parameters
-    ----------
-    digits : numbers of significant digits of the gains, tried in this order.
-    """
-    from takagi.certificates.design.plant.gains import find_gains
-    from takagi.certificates.design.plant.plain_words import obstacle
-
-    settings, question = work.settings, work.question
+def design_observed(work: PlantWork) -> PlantDesign | NoDesign:
+    """Return gains, observer and their certificate, or why there are none."""
+    observed, settings = ObservedWork.of(work), work.settings
     rate = settings.decay_rate
     if isinstance(rate, float):
         settings = replace(settings, decay_rate=RATE_FACTOR * rate)
     with work.clock("gains"):
         found_gains = find_gains(work.plant, work.model, settings)
-        if found_gains.design.found and _count(work) > MOST_LOOPS:
+        if found_gains.design.found and _count(observed) > MOST_LOOPS:
             common = replace(settings, relaxation="common-gain")
             found_gains = find_gains(work.plant, work.model, common)
     if not found_gains.design.found:
@@ -173,18 +142,18 @@ def design_observed(work: ObservedWork, digits: Sequence[int]) -> PlantDesign | 
         return NoDesign("\n".join(filter(None, (cause, found_gains.design.answer.diagnosis))))
     K = np.asarray(found_gains.design.require()[0])
     gain_rate = float(found_gains.design.decay_rate)
-    notes = (*found_gains.notes, question.note)
+    notes = (*found_gains.notes, observed.question.note)
     with work.clock("observer"):
-        choice = _observer(work, rounded_gains(K, digits[0]), gain_rate, digits[0])
+        choice = _observer(observed, rounded_gains(K, DIGITS[0]), gain_rate)
     if isinstance(choice, NoDesign):
         return choice
     last: PlantDesign | None = None
-    for count in digits:
+    for count in DIGITS:
         L = rounded_gains(choice.L, count)
         all_notes = (*notes, choice.note, f"gains to {count} significant digits")
-        P = choice.P if count == digits[0] else None
+        P = choice.P if count == DIGITS[0] else None
         gains = rounded_gains(K, count)
-        last = work.certified(gains, L, found_gains.design, all_notes, P, choice.design)
+        last = observed.certified_pair(gains, L, found_gains.design, all_notes, P, choice.design)
         if last.proved:
             break
     assert last is not None  # there is always a number of digits
@@ -204,15 +173,15 @@ class _Choice:
 
 def _count(work: ObservedWork) -> int:
     """Return about how many matrices the joint loop has with a gain for every rule."""
-    rules = len(work.model.A)
+    rules = len(work.base.model.A)
     slopes = 1 if work.question.slopes is None else len(slope_vertices(work.question)[0])
     return rules * (rules + 1) // 2 * slopes
 
 
-def _observer(work: ObservedWork, K: Floats, gain_rate: float, digits: int) -> _Choice | NoDesign:
+def _observer(work: ObservedWork, K: Floats, gain_rate: float) -> _Choice | NoDesign:
     """Return the slowest observer whose set of starts is nearly the largest."""
     tried: list[str] = []
-    choices = list(_candidates(work, K, gain_rate, digits, tried))
+    choices = list(_candidates(work, K, gain_rate, tried))
     if not choices:
         return NoDesign(
             "gains were found for the states, but no observer with which the loop is proved "
@@ -224,16 +193,16 @@ def _observer(work: ObservedWork, K: Floats, gain_rate: float, digits: int) -> _
 
 
 def _candidates(
-    work: ObservedWork, K: Floats, gain_rate: float, digits: int, tried: list[str]
+    work: ObservedWork, K: Floats, gain_rate: float, tried: list[str]
 ) -> Iterator[_Choice]:
     from takagi.lmi import observer
     from takagi.lmi.analysis.start_set import start_set
 
-    question, model = work.question, work.model
+    question, model, asked = work.question, work.base.model, work.base.requirements
     limits = {}
-    if work.requirements.input_limits is not None:
-        limits = {"input_limits": np.asarray(work.requirements.input_limits).tolist()}
-    rate = work.requirements.decay_rate
+    if asked.input_limits is not None:
+        limits = {"input_limits": np.asarray(asked.input_limits).tolist()}
+    rate = asked.decay_rate
     if question.slopes is not None:
         S, R = slope_vertices(question)
         observed = SimpleNamespace(A=S, C=R, sample_time=model.sample_time, states=model.states)
@@ -260,7 +229,7 @@ def _candidates(
         L = np.asarray(design.require()[0])
         if question.slopes is not None:
             L = L[:1]
-        loop = work.loop(K, rounded_gains(L, digits))
+        loop = work.loop(K, rounded_gains(L, DIGITS[0]))
         G, rows = loops_and_limits(loop, limits)
         N = starts_of(loop)
         set_rate = SHARE_OF_RATE * gain_rate if rate is None else 1.0001 * rate
@@ -314,8 +283,7 @@ def observer_question(plant: Plant, model: TSModel, settings: PlantSettings) -> 
                 f"plant {plant.name!r}: {name} was given, which is not proved for a law with "
                 "measured outputs; leave it out, or leave out 'measured' for a law of all states"
             )
-    names = [y.name for y in plant.outputs]
-    rows = tuple(names.index(name) for name in plant.measured)
+    rows = plant.measured_rows
     check_detectable(plant, model, rows, range(len(plant.states)))
     # By itself and unchanged: the program computes premises of what it reads.
     expressions = {y.expression for y in plant.outputs if y.name in plant.measured}
@@ -355,8 +323,6 @@ def slope_vertices(question: ObserverQuestion) -> tuple[Floats, Floats]:
 
 
 def _data(model: TSModel) -> dict[str, object] | None:
-    from takagi.certificates.document.plant_embedding import plant_and_claim
-
     data = plant_and_claim(model)[0]
     if data is None:
         raise ModelError(
@@ -367,8 +333,6 @@ def _data(model: TSModel) -> dict[str, object] | None:
 
 
 def _slopes(plant: Plant, settings: PlantSettings, unknown: str) -> TSModel:
-    from takagi.certificates.design.plant.secant_model import secant_model
-
     try:
         model = secant_model(plant, rest=settings.rest)
         slopes_data(model)

@@ -16,7 +16,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant.plant import file_unit, rate_in_file_units
+from takagi.models.plant.plant import in_file_units, range_in_file_units, rate_in_file_units
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -97,23 +97,19 @@ def require_sensible(plant: Plant, model: TSModel, settings: PlantSettings) -> N
         if label not in model.box:
             continue
         low, high = model.box[label]
-        size, unit = file_unit(variable)
-        unit_text = "" if unit in ("", "-") else f" {unit}"
         room = float(min(-low, high))
         if room <= 0:
-            equilibrium = float(variable.rest) / size
             raise ModelError(
-                f"state {variable.name} rests at {equilibrium:.6g}{unit_text}, the end of its "
-                f"range {_range(variable, size)}{unit_text}; a set about rest needs room to "
-                "either side: widen the range, or move the rest"
+                f"state {variable.name} rests at {_shown(variable, float(variable.rest))}, the "
+                f"end of its range {range_in_file_units(variable, 6)}; a set about rest needs room "
+                "to either side: widen the range, or move the rest"
             )
         start = settings.initial.get(variable.name)
         if start is not None and start >= room:
             raise ModelError(
-                f"initial of {variable.name}: {start / size:.6g}{unit_text} was given, and the "
-                f"range {_range(variable, size)}{unit_text} ends {room / size:.6g}{unit_text} "
-                "from rest; the set of starts must lie inside the range: give a smaller initial, "
-                "or a wider range"
+                f"initial of {variable.name}: {_shown(variable, start)} was given, and the range "
+                f"{range_in_file_units(variable, 6)} ends {_shown(variable, room)} from rest; the "
+                "set of starts must lie inside the range: give a smaller initial, or a wider range"
             )
 
 
@@ -178,13 +174,11 @@ def _singular(words: str, plant: Plant) -> str:
             if state_and_value is None:
                 continue
             state, value = state_and_value
-            size, unit = file_unit(variable)
-            unit_text = "" if unit in ("", "-") else f" {unit}"
             return (
                 f"The equation of {state} has no value where {variable.name} is "
-                f"{value / size:.4g}{unit_text} or beyond, all else at rest: a root or logarithm "
-                "of a negative number, a division by 0, or a number too large. Let the range of "
-                f"{variable.name} end before"
+                f"{in_file_units(variable, value)} or beyond, all else at rest: a root or "
+                "logarithm of a negative number, a division by 0, or a number too large. Let the "
+                f"range of {variable.name} end before"
             )
     named = [v.name for v in plant.variables if v.range is not None and _named(v.name, words)]
     if not named:
@@ -246,11 +240,9 @@ def _deviations(words: str, plant: Plant) -> Iterator[str]:
     for variable in plant.variables:
         name = f"delta_{variable.name}"
         if _named(name, words):
-            size, unit = file_unit(variable)
-            unit_text = "" if unit in ("", "-") else f" {unit}"
             meanings.append(
                 f"{name} is the deviation of {variable.name} from its rest, "
-                f"{float(variable.rest) / size:.6g}{unit_text}"
+                f"{_shown(variable, float(variable.rest))}"
             )
     if meanings:
         yield f"Here {'; '.join(meanings)}"
@@ -265,9 +257,8 @@ def _ends(variable: Variable) -> tuple[float, ...]:
     return () if side is None else (float(side.lower), float(side.upper))
 
 
-def _range(variable: Variable, size: float) -> str:
-    low, high = _ends(variable)
-    return f"[{low / size:.6g}, {high / size:.6g}]"
+def _shown(variable: Variable, value: float) -> str:
+    return in_file_units(variable, value, 6)
 
 
 def advice_of(checked: Checked) -> tuple[str, ...]:

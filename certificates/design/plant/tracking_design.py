@@ -18,14 +18,12 @@ from takagi.certificates.design.plant.plain_words import in_plant_words, require
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.design.plant.tracking_gains import (
     TrackingGains,
-    measures_all,
     require_measured,
     tracking_gains,
 )
-from takagi.models.equilibrium_line import own_states, rests_exactly
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import file_unit
+from takagi.models.plant.plant import range_in_file_units
 from takagi.models.tracking import held_rests, signals_of
 
 if TYPE_CHECKING:
@@ -47,25 +45,23 @@ def design_tracking(
 
     What they hold on is the plant, with narrower ranges where they help, and its model.
     """
-    observed = plant.measured is not None and not measures_all(plant)
     require_sensible(plant, model, settings)
-    if observed:
+    if plant.hides_states:
         require_measured(plant, model)
     with clock("gains"), in_plant_words(plant):
-        gains = tracking_gains(plant, model, settings, observed=observed)
+        gains = tracking_gains(plant, model, settings)
         found = plant, model, gains
         if claims_alone(plant):  # all claims say that states stay in their ranges
-            found = _within_narrower_ranges(*found, settings, observed=observed)
+            found = _within_narrower_ranges(*found, settings)
     if found[-1].jump > 0:
         return found
     with clock("what would help"):
-        return NoDesign(tracking_obstacle(plant, settings, gains, observed=observed))
+        return NoDesign(tracking_obstacle(plant, settings, gains))
 
 
 def claims_alone(plant: Plant) -> bool:
     """Return whether a plant's claims are those about its references alone."""
-    observed = plant.measured is not None and not measures_all(plant)
-    return bool(plant.references) and (observed or not rests_exactly(plant))
+    return bool(plant.references) and (plant.hides_states or not plant.rests_exactly)
 
 
 def _within_narrower_ranges(
@@ -73,8 +69,6 @@ def _within_narrower_ranges(
     model: TSModel,
     gains: TrackingGains,
     settings: PlantSettings,
-    *,
-    observed: bool,
 ) -> tuple[Plant, TSModel, TrackingGains]:
     """Return gains and set within narrower ranges of states, where they allow larger jumps."""
     states = [v for v in moving_slopes(plant) if v in plant.states]
@@ -86,7 +80,7 @@ def _within_narrower_ranges(
         narrow = with_ranges(plant, ranges)
         try:
             secants = secant_model(narrow, rest=settings.rest)
-            narrower = tracking_gains(narrow, secants, settings, observed=observed)
+            narrower = tracking_gains(narrow, secants, settings)
         except ModelError:
             # The rests leave no room in these ranges.
             break
@@ -123,7 +117,7 @@ def with_ranges(plant: Plant, replaced: dict[str, Variable]) -> Plant:
 
 def narrowed(plant: Plant, group: Sequence[Variable], share: Fraction) -> dict[str, Variable]:
     """Return the variables with this share of the distance from where they rest to each end."""
-    states = [plant.states[k] for k in own_states(plant)]
+    states = [plant.states[k] for k in plant.own_states]
     values = held_rests(plant).values
     rests = {
         v.name: (Fraction(float(low)), Fraction(float(high)))
@@ -142,19 +136,14 @@ def narrowed(plant: Plant, group: Sequence[Variable], share: Fraction) -> dict[s
 
 def range_in_words(variable: Variable) -> str:
     """Return "w in [35, 130] rad/s", in the units of the file."""
-    assert variable.range is not None  # it was narrowed
-    size, unit = file_unit(variable)
-    low, high = (float(end) / size for end in (variable.range.lower, variable.range.upper))
-    return f"{variable.name} in [{low:.4g}, {high:.4g}]{'' if unit in ('', '-') else f' {unit}'}"
+    return f"{variable.name} in {range_in_file_units(variable)}"
 
 
 # What is left of a range's distance from rest: the first decides whether wider ones are tried.
 RANGE_SHARES = (Fraction(1, 10), Fraction(1, 2), Fraction(1, 4))
 
 
-def tracking_obstacle(
-    plant: Plant, settings: PlantSettings, gains: TrackingGains, *, observed: bool
-) -> str:
+def tracking_obstacle(plant: Plant, settings: PlantSettings, gains: TrackingGains) -> str:
     """Return that no set was found, and which narrower ranges have one, each by itself."""
     words = "no set was found in which outputs follow their references within the ranges"
     design = gains.gains.design
@@ -162,7 +151,7 @@ def tracking_obstacle(
         words = "no gain was found with which all slopes of the plant in its ranges settle"
         if design.answer.diagnosis:
             words += f" ({design.answer.diagnosis})"
-    groups = (_widest(plant, group, settings, observed=observed) for group in _groups(plant))
+    groups = (_widest(plant, group, settings) for group in _groups(plant))
     sentences = list(filter(None, groups))
     if sentences:
         return f"{words}. A set is found with {'; or with '.join(sentences)}. Change one of these"
@@ -182,24 +171,22 @@ def _groups(plant: Plant) -> Iterator[list[Variable]]:
             yield group
 
 
-def _widest(plant: Plant, group: list[Variable], settings: PlantSettings, *, observed: bool) -> str:
+def _widest(plant: Plant, group: list[Variable], settings: PlantSettings) -> str:
     """Return the widest of the narrower ranges with which a set is found, in words; else empty."""
-    if not _works(plant, group, RANGE_SHARES[0], settings, observed=observed):
+    if not _works(plant, group, RANGE_SHARES[0], settings):
         return ""
-    wider = (s for s in RANGE_SHARES[1:] if _works(plant, group, s, settings, observed=observed))
+    wider = (s for s in RANGE_SHARES[1:] if _works(plant, group, s, settings))
     share = next(wider, RANGE_SHARES[0])
     return " and ".join(range_in_words(v) for v in narrowed(plant, group, share).values())
 
 
-def _works(
-    plant: Plant, group: list[Variable], share: Fraction, settings: PlantSettings, *, observed: bool
-) -> bool:
+def _works(plant: Plant, group: list[Variable], share: Fraction, settings: PlantSettings) -> bool:
     """Return whether a set is found if these ranges are narrowed."""
     narrow = with_ranges(plant, narrowed(plant, group, share))
     try:
         held_rests(narrow)
         model = secant_model(narrow, rest=settings.rest)
-        return tracking_gains(narrow, model, settings, observed=observed, few=True).jump > 0
+        return tracking_gains(narrow, model, settings, few=True).jump > 0
     except ModelError:
         # The ranges no longer hold the rests at all references.
         return False

@@ -28,7 +28,7 @@ import numpy as np
 
 from takagi.certificates.design.plant.gains import FoundGains, input_limits, rounded_gains
 from takagi.models.arrays import Floats
-from takagi.models.equilibrium_line import ConstantObserver, own_states
+from takagi.models.equilibrium_line import ConstantObserver
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -67,14 +67,12 @@ def tracking_gains(
     model: TSModel,
     settings: PlantSettings,
     *,
-    observed: bool = False,
     few: bool = False,
 ) -> TrackingGains:
     """Return one gain for all vertices of a model with references.
 
     Parameters
     ----------
-    observed : whether the law has the measured outputs alone, and an observer.
     few : whether few gains are tried, and the first with a set is taken.
 
     Raises
@@ -104,7 +102,7 @@ def tracking_gains(
         return TrackingGains(FoundGains(last_design, (), {}, explainable=False))
     accepted_jump = LEAST_JUMP_SHARE[settings.effort] * largest_jump
     index = max(k for k, trial in enumerate(trials) if trial[0] >= accepted_jump)
-    if observed:
+    if plant.hides_states:
         return _with_observer(plant, model, settings, trials[max(index - SLOWER, 0) : index + 1])
     jump, time, design = trials[index]
     return TrackingGains(FoundGains(design, (_note(time, jump),), {}, explainable=False), jump=jump)
@@ -226,18 +224,6 @@ OUTPUT_SHARES = (1.0, 0.3, 0.1, 0.03)
 DIGITS = 6  # of A, B, C and L
 
 
-def measures_all(plant: Plant) -> bool:
-    """Return whether every state of the plant is measured by itself, so that no observer is due."""
-    alone = {y.expression for y in plant.outputs if y.name in (plant.measured or ())}
-    return {plant.states[k].symbol for k in own_states(plant)} <= alone
-
-
-def measured_rows(plant: Plant) -> tuple[int, ...]:
-    """Return the places of the measured outputs among the outputs of the plant."""
-    names = [y.name for y in plant.outputs]
-    return tuple(names.index(name) for name in plant.measured or ())
-
-
 def require_measured(plant: Plant, model: TSModel) -> None:
     """Refuse a plant with references whose law cannot know what it needs.
 
@@ -248,7 +234,7 @@ def require_measured(plant: Plant, model: TSModel) -> None:
     """
     from takagi.certificates.design.plant.observed_design import check_detectable
 
-    rows = measured_rows(plant)
+    rows = plant.measured_rows
     measured = [plant.outputs[row].expression for row in rows]
     alone = {v.symbol for v in plant.states if v.symbol in measured}
     parameters = {p.symbol for p in plant.parameters}
@@ -268,7 +254,7 @@ def require_measured(plant: Plant, model: TSModel) -> None:
             f"plant {plant.name!r}: a measured output depends on an input; with a reference, "
             "measure outputs that depend on states alone"
         )
-    check_detectable(plant, model, rows, own_states(plant))
+    check_detectable(plant, model, rows, plant.own_states)
 
 
 def constant_observers(
@@ -283,7 +269,7 @@ def constant_observers(
     from takagi.lmi import lqr_pdc
     from takagi.models import TSModel as Model
 
-    states, rows = own_states(plant), list(measured_rows(plant))
+    states, rows = plant.own_states, list(plant.measured_rows)
     A, B = model.A[:, states][:, :, states], model.B[:, states]
     C = model.C[:, rows][:, :, states]
     half = np.array([float(v.range.width) / 2 for k in states if (v := plant.states[k]).range])

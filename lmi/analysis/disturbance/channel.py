@@ -11,7 +11,6 @@ from takagi.lmi.analysis.decay_rate import change_of, vertex_weight
 from takagi.lmi.argument_checks import Vertices, sample_time_of, vertex_stack
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power, state_units
-from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.expressions.expression import Expression, He, Parameter, matrix
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
@@ -88,7 +87,7 @@ class ChannelUnits:
         noise : w is white noise, whose effect in one sample is the root of that share of time.
         """
         s, step = states, channel.sample_time
-        speed = _power(vertex_weight(motion(channel.A * s / s[:, None], step)) / 2)
+        speed = float(nearest_power(vertex_weight(motion(channel.A * s / s[:, None], step)) / 2))
         rate = speed if step is None else 1.0
         plain = channel.scaled(cls(states, rate, 1.0, 1.0))
         share = 1.0 if step is None else speed
@@ -98,10 +97,10 @@ class ChannelUnits:
             gain = gain_bound or 1.0
         # w scaled by d and y by c multiply the gain by d / c and P by c / d.
         ratio = np.sqrt(shown_size / reach) if reach and shown_size else 1.0
-        disturbance = _power(ratio / np.sqrt(gain))
-        output = _power(ratio * np.sqrt(gain))
+        disturbance = float(nearest_power(ratio / np.sqrt(gain)))
+        output = float(nearest_power(ratio * np.sqrt(gain)))
         if noise:
-            disturbance *= _power(share**-0.5)
+            disturbance *= float(nearest_power(share**-0.5))
         return cls(states, rate, disturbance, output)
 
 
@@ -183,15 +182,6 @@ def shown(path: DisturbanceChannel) -> tuple[Expression, Expression]:
     return matrix(C, r"C_{i}^\top"), matrix(D, r"D_{i}^\top")
 
 
-def near_least(outcome: Outcome) -> bool:
-    """Return whether the outcome of a minimisation is a candidate: its objective near the least.
-
-    If no solver comes near the least objective, ``optimise`` returns "unknown". Unknowns that only
-    satisfy the condition show a bound too, but it may be a thousand times the least one.
-    """
-    return outcome.status == "candidate"
-
-
 def hiding_states(channel: DisturbanceChannel) -> Floats | None:
     """Return T of x = T xhat in which the output is small, where no disturbance reaches it.
 
@@ -212,10 +202,6 @@ def hiding_states(channel: DisturbanceChannel) -> Floats | None:
         return None
     across = np.linalg.qr(V, mode="complete")[0][:, V.shape[1] :] if V.shape[1] else np.eye(len(s))
     return np.asarray(s[:, None] * np.hstack([V, SHARE * across]))
-
-
-def _power(value: float) -> float:
-    return float(nearest_power(np.array([value]))[0])
 
 
 def largest_response(channel: DisturbanceChannel) -> float:

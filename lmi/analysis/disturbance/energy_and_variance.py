@@ -1,4 +1,4 @@
-"""H-infinity and H2 norms of a given loop.
+"""H-infinity and H2 norms of a given loop, each by one quadratic function.
 
 The energy gain (H-infinity norm) from disturbance to output, by one quadratic function.
 
@@ -162,7 +162,7 @@ def hinf_norm(
     return least_gain(
         path,
         scales,
-        _energy_condition,
+        lambda scaled, units: hinf_norm_condition(scaled),
         _energy_gain_and_P,
         guess=guessed_of_energy,
         tolerance=tolerance,
@@ -187,10 +187,6 @@ def energy_gain_of(channel: DisturbanceChannel, P: Floats) -> float:
     total[:, :q, q:] += D.transpose(0, 2, 1)
     total = (total + total.transpose(0, 2, 1)) / 2
     return float(np.linalg.eigvalsh(total)[:, -1].max())
-
-
-def _energy_condition(scaled: DisturbanceChannel, units: ChannelUnits) -> Condition:
-    return hinf_norm_condition(scaled)
 
 
 def _energy_gain_and_P(
@@ -304,7 +300,7 @@ def h2_norm(
     return least_gain(
         path,
         scales,
-        _variance_condition,
+        lambda scaled, units: h2_norm_condition(scaled),
         _variance_and_P,
         noise=True,
         infinite=why,
@@ -349,10 +345,6 @@ def infinite_variance(D: Floats, sample_time: float | None) -> str:
         f"{through[vertex]:.6g}), so white noise reaches the output directly, with infinite "
         "variance; put a filter into that path, or leave D out"
     )
-
-
-def _variance_condition(scaled: DisturbanceChannel, units: ChannelUnits) -> Condition:
-    return h2_norm_condition(scaled)
 
 
 def _variance_and_P(

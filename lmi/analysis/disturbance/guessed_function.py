@@ -1,7 +1,5 @@
 r"""Lyapunov functions of single systems by Riccati and Lyapunov equations: no program is solved.
 
-A guess of the Lyapunov function that shows a norm, by the equations of one system.
-
 A loop of high gain has fast and slow parts. In balanced states the P of its norm has a condition
 number of 1e8 and more, and no solver comes near the least gain. In states where P is |x|^2 every
 solver does. The guess is the P of the mean of the vertices. It only gives coordinates; nothing is

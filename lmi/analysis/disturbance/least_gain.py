@@ -14,7 +14,6 @@ from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
     hiding_states,
-    near_least,
 )
 from takagi.lmi.answer import Answer, ObjectiveUnit, Try
 from takagi.lmi.argument_checks import slow_vertex
@@ -200,11 +199,11 @@ class _Question:
 
         If no solver brought the objective near the least, P may still show a smaller gain than it.
         """
-        values = outcome.values if near_least(outcome) else outcome.feasible
+        values = outcome.values if outcome.status == "candidate" else outcome.feasible
         if not values:
             return None, None, ""
         gain, P = self.measure(scaled, units, values)
-        if near_least(outcome):
+        if outcome.status == "candidate":
             return gain, P, ""
         # The objective under white noise is a variance, and per unit of time.
         lower_bound = outcome.lower_bound

@@ -156,7 +156,7 @@ class SaturatedLoop:
         """
         m = self.B.shape[2]
         # Rows of psi measured so that S weighs as much as the rest.
-        unit = float(nearest_power(np.array(np.abs(self.B).max())))
+        unit = float(nearest_power(np.abs(self.B).max()))
         S = tuple(Unknown(f"S{k}", 1, 1, latex=f"S_{{{k}}}") for k in range(1, m + 1))
         psi, entering, own = unit * self.M - unit * auxiliary.over("j"), [], []
         for k, row in enumerate(np.eye(m)):

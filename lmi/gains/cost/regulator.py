@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.decay_rate import vertex_weight
-from takagi.lmi.analysis.disturbance.channel import near_least
 from takagi.lmi.answer import Design, ObjectiveUnit, Status
 from takagi.lmi.argument_checks import input_stack, sample_time_of, symmetric, vertex_stack
 from takagi.lmi.condition.term import Condition
@@ -110,7 +109,7 @@ def lqr_pdc(
         return _without_gains(plain)
     guess = _mean_cost(task, state_units(A, scales, step=step))
     condition, outcome, units = _solved(task, guess, relaxation)
-    if not near_least(outcome):
+    if outcome.status != "candidate":
         guess = _cost_of(task, plain.gains, plain.P)
         condition, outcome, units = _solved(task, guess, relaxation)
     return _cost_design(condition, outcome, task, units, relaxation)
@@ -126,7 +125,7 @@ def _solved(task: _Task, P: Floats, relaxation: str) -> tuple[Condition, Outcome
         )
         condition = condition.with_lmis(largest_lmi(condition.unknowns[0]))
         outcome = optimise(condition)
-        if near_least(outcome) or not outcome.feasible:
+        if outcome.status == "candidate" or not outcome.feasible:
             break
         P = units.quadratic(outcome.feasible["S"][0])
     return condition, outcome, units
@@ -257,7 +256,7 @@ def _cost_design(
 ) -> Design:
     gains, P, cost = None, None, None
     status: Status = "unknown"
-    if near_least(outcome):
+    if outcome.status == "candidate":
         status = "candidate"
         S, M = outcome.values["S"][0], outcome.values["M"]
         P, back = units.quadratic(S), np.linalg.inv(units.states)

@@ -9,7 +9,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from takagi.lmi.analysis.disturbance.channel import near_least
 from takagi.lmi.answer import Answer, Design, ObjectiveUnit, Try
 from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
 from takagi.lmi.condition.statements import condition_of, pose
@@ -146,7 +145,7 @@ def designed(
                 return _with_tries(plain, tries)
             own_solution = _in_own_size(task, plain)
             tries += own_solution.outcome.tries if own_solution is not None else ()
-            if own_solution is not None and near_least(own_solution.outcome):
+            if own_solution is not None and own_solution.outcome.status == "candidate":
                 design = _design(task, own_solution)
                 if design.found:
                     return _with_tries(design, tries)
@@ -157,7 +156,7 @@ def designed(
             continue
         solution = _solved(task, *_in_coordinates(task, P, feedback))
         tries += solution.outcome.tries
-        if near_least(solution.outcome):
+        if solution.outcome.status == "candidate":
             return _with_tries(_design(task, _confirmed(task, solution)), tries)
     assert plain is not None
     return _with_tries(_nearly_zero(task) or _without(task, solution), tries)
@@ -322,7 +321,7 @@ def _in_own_size(task: DisturbanceRequest, plain: Design) -> _Solved | None:
         solution = _Solved(units, condition, replace(outcome, tries=tries))
         values = outcome.values or outcome.feasible
         sizes = np.linalg.eigvalsh(values["Q"][0]) if values else np.zeros(1)
-        if near_least(outcome) or not sizes[0] > 0 or out_of_time():
+        if outcome.status == "candidate" or not sizes[0] > 0 or out_of_time():
             break
         P, output_scale = units.quadratic(values["Q"][0]), output_scale / float(np.sqrt(sizes[-1]))
         feedback = units.gains(values["Q"][0], values["M"], len(task.plant.A)).mean(axis=0)
@@ -373,11 +372,11 @@ def _confirmed(task: DisturbanceRequest, solution: _Solved) -> _Solved:
         if not is_definite(solution.P):
             break
         units, condition = _in_coordinates(task, solution.P, solution.units.feedback)
-        claimed = least_objective(condition, required_margin=0.0)
+        claimed = least_objective(condition)
         if not 0 < claimed or not task.gain(units, claimed) < (1 - AGREED) * gain_bound:
             break
         second = _solved(task, units, condition)
-        if not near_least(second.outcome):
+        if second.outcome.status != "candidate":
             break
         if not task.gain(units, second.outcome.objective) < gain:
             break

@@ -1,7 +1,5 @@
 r"""Gains with the least energy gain (H-infinity norm) from disturbance to output.
 
-The LMIs of the energy gain (H-infinity norm) under parallel distributed compensation.
-
 With Q = P^-1, M_j = K_j Q, u = -sum_j h_j K_j x, and Z_ij = C_i Q - D12_i M_j,
 
     continuous   Theta_ij = [ He(G_ij)   E_i        Z_ij'    ]

@@ -1,7 +1,5 @@
 r"""Gains with the least variance of the output (H2 norm) under white noise.
 
-The LMIs of the output's variance (H2 norm) under parallel distributed compensation.
-
 With Q = P^-1, M_j = K_j Q, u = -sum_j h_j K_j x, Z_ij = C_i Q - D12_i M_j, G_ij and a scaling of
 the first block row as in ``lmi.gains.disturbance.sums``,
 

@@ -1,7 +1,5 @@
 r"""Gains with the least peak-to-peak gain from disturbance to output, by an invariant ellipsoid.
 
-The LMIs of the peak-to-peak gain under parallel distributed compensation.
-
 With Q = P^-1, M_j = K_j Q, u = -sum_j h_j K_j x, Z_ij = C_i Q - D12_i M_j, one alpha > 0, and
 sigma = 2 alpha, or 1 - rho^2 with rho = e^(-alpha T),
 

@@ -1,6 +1,4 @@
-"""What is asked of gains against disturbances, in coordinates of order one.
-
-Coordinates for a design against disturbances, in which a guess of its cost is about |x|^2.
+"""What is asked of gains against disturbances, in coordinates where a guess of the cost is |x|^2.
 
 Balanced vertices alone leave the Lyapunov function of a good design ill-conditioned, by 1e9 for a
 turbo-generator of ten states; in coordinates where a regulator's cost is |x|^2 it is near I.  The
@@ -101,7 +99,7 @@ class DisturbanceCoordinates:
             pushed = speed if peak is not None or step is None else share**0.5
             if entering:
                 # The ellipsoid that such disturbances reach is about the unit ball.
-                T = T * _power(growth * entering * disturbance / pushed)
+                T = T * float(nearest_power(growth * entering * disturbance / pushed))
         elif entering:
             disturbance = (speed if step is None else 1.0 if noise else share**0.5) / entering
         else:
@@ -241,10 +239,6 @@ def _inputs(plant: DisturbedPlant, T: Floats, speed: float, showing: float) -> F
     pushed = np.linalg.norm(np.linalg.solve(T, plant.B), axis=1).max(axis=0) / speed
     shown_size = np.linalg.norm(plant.D12, axis=1).max(axis=0) / (showing or 1.0)
     return np.asarray(1.0 / np.maximum(pushed, shown_size))
-
-
-def _power(value: float) -> float:
-    return float(nearest_power(np.array([value]))[0])
 
 
 def _size(matrices: Array) -> float:

@@ -18,8 +18,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-import numpy as np
-
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import corners_of, decay_parameter
 from takagi.lmi.condition.statements import pose, positive_definite
@@ -44,7 +42,7 @@ def root_share(plant: DisturbedPlant) -> float:
     if plant.sample_time is None:
         return 1.0
     size = vertex_weight(motion(plant.A, plant.sample_time)) / 2
-    return float(nearest_power(np.array([min(1.0, size) ** 0.5]))[0])
+    return float(nearest_power(min(1.0, size) ** 0.5))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -161,7 +161,7 @@ class FuzzyRequest:
     def at_rates(self, alpha: Parameter, eps: float) -> list[Expression]:
         """Return the module's Theta_ij of continuous time, one for each velocity."""
         # A power of two about the size of A: what time is measured by.
-        size = float(nearest_power(np.array([size_of_motion(self.A, 0.0, None) / 2]))[0])
+        size = float(nearest_power(size_of_motion(self.A, 0.0, None) / 2))
         c, d = matrix([[size / np.sqrt(eps)]], "c"), matrix([[float(np.sqrt(eps))]], "d")
         first = He(self.closed) + 2 * alpha * self.P_i
         across = c * self.P_i - (c * self.G).T + d * self.closed

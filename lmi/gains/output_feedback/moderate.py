@@ -202,7 +202,7 @@ def in_even_states(controller: StateSpace) -> StateSpace:
         column = np.linalg.norm([*A[other_states, k], *C[:, k]])
         if not (row > 0 and column > 0):
             continue
-        t = float(nearest_power(np.array([np.sqrt(row / column)]))[0])
+        t = float(nearest_power(np.sqrt(row / column)))
         A[k], B[k] = A[k] / t, B[k] / t
         A[:, k], C[:, k] = A[:, k] * t, C[:, k] * t
     return StateSpace(A, B, C, controller.D)

@@ -68,7 +68,6 @@ from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.expressions.expression import (
     Expression,
     He,
-    Parameter,
     block,
     identity,
     matrix,
@@ -107,10 +106,9 @@ def closed_loop(
     *,
     weight: float,
     discrete: bool = False,
-    rate: Parameter | None = None,
     corners: Corners | None = None,
 ) -> DoubleSum:
-    """Return the module's double sum.
+    """Return the module's double sum; its rate is ``decay_parameter``, a condition's parameter.
 
     Parameters
     ----------
@@ -118,13 +116,11 @@ def closed_loop(
     Q, M : unknowns; M has r members, or one for a gain that all rules share.
     weight : margin of Theta for a margin 1 of Q.
     discrete : x+ = A x + B u in the place of x' = A x + B u.
-    rate : alpha, or rho^2 in discrete time; None takes ``decay_parameter``, whose value the
-        condition then has in its parameters.
     corners : as in ``DoubleSum``.
     """
     A_i, B_i = matrix(A, "A_{i}", over="i"), matrix(B, "B_{i}", over="i")
     G = A_i @ Q - B_i @ M.over("j")
-    rate = rate or decay_parameter(0.0, 1.0 if discrete else None)
+    rate = decay_parameter(0.0, 1.0 if discrete else None)
     if discrete:
         theta = block([[-rate * Q, None], [G, -Q]])
     else:
@@ -221,7 +217,7 @@ def with_uncertainty(
     _check_carrier(C, loop, Q.rows)
     left, right = _factors(C)
     # The channels' rows are measured so that their multipliers weigh as much as the rest.
-    unit = float(nearest_power(np.array(np.sqrt(loop.weight))))
+    unit = float(nearest_power(np.sqrt(loop.weight)))
     unknowns: tuple[Unknown, ...] = ()
     for k, channel in enumerate(blocks_of(uncertainty, loop.rules, Q.rows, M.rows), start=1):
         count = loop.rules if channel.enters_alike else 1

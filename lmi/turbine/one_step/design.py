@@ -1,8 +1,4 @@
-"""Gains at all winds and the loop's functions, by small convex steps.
-
-The search for better gains: the loop is enclosed again after each step before it is accepted.
-
-Gains of the effort-sharing law at all winds and the loop's quadratic functions, found together.
+"""Gains of the effort-sharing law at all winds and the loop's quadratic functions, found together.
 
 The two-step design finds the gains at each wind separately and searches for one Lyapunov function
 afterwards.  The one-step design starts from the two-step gains and changes all unknowns together:
