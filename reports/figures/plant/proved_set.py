@@ -50,7 +50,6 @@ def set_figure(loop: PlantLoop) -> Figure:
             axes.set_visible(True)
             _panel(axes, loop, (i, j))
             axes.label_outer()
-        figure.align_labels()
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
