@@ -95,7 +95,9 @@ class _Writer:
         if expression.is_Add or expression.is_Mul:
             first, *others = map(self.written, expression.args)
             for other in others:
-                first = self._sum(first, other) if expression.is_Add else self._product(first, other)
+                first = (
+                    self._sum(first, other) if expression.is_Add else self._product(first, other)
+                )
             return first
         if expression.is_Pow:
             return self._power(expression.base, expression.exp)

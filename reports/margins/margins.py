@@ -28,7 +28,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from takagi.models.arrays import Complex, Floats
 from takagi.reports.margins.response import LoopResponse, largest
@@ -197,6 +196,8 @@ class _Scalar:
 
 def _roots(scalar: _Scalar, level: Callable[[Complex], Floats]) -> list[float]:
     """Return the frequencies at which a real function of L changes sign [rad/s], increasing."""
+    from scipy.optimize import brentq
+
     grid, sampled = scalar.response.frequencies, level(scalar.values)
     found = [float(w) for w, value in zip(grid, sampled, strict=True) if value == 0.0 and w > 0]
 

@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from takagi.models.arrays import Complex, Floats
 from takagi.reports.margins.running_loop import RunningLoop, continuous
@@ -138,6 +137,8 @@ def largest(
     height: Callable[[Floats], Floats], response: LoopResponse, at_infinity: float | None
 ) -> tuple[float, float]:
     """Return (sup height, its frequency [rad/s]), refined around the grid's four highest peaks."""
+    from scipy.optimize import minimize_scalar
+
     grid = response.frequencies
     values = height(grid)
     best, where = float(values.max()), float(grid[int(values.argmax())])
