@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ NUDGE = 1e-9
 POINTS = 1200
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class LoopResponse:
     """A loop as margins read it.
 
@@ -53,6 +54,16 @@ class LoopResponse:
     at_infinity: Complex | None
     stable: bool
     end: float = float("inf")
+
+    @cached_property
+    def values(self) -> Complex:
+        """L on the grid, (k, m, m); every margin begins with it."""
+        return np.concatenate([self.evaluate(self.frequencies[:1]), self.values_beyond])
+
+    @cached_property
+    def values_beyond(self) -> Complex:
+        """L on the grid without its first frequency, where L may have no value, (k - 1, m, m)."""
+        return self.evaluate(self.frequencies[1:])
 
 
 def continuous_response(A: Floats, B: Floats, C: Floats) -> LoopResponse:
@@ -134,18 +145,21 @@ def grid_of_modes(modes: Any, open_modes: Any) -> Floats:
 
 
 def largest(
-    height: Callable[[Floats], Floats], response: LoopResponse, at_infinity: float | None
+    height: Callable[[Complex], Floats], response: LoopResponse, at_infinity: float | None
 ) -> tuple[float, float]:
-    """Return (sup height, its frequency [rad/s]), refined around the grid's four highest peaks."""
+    """Return (sup height, its frequency [rad/s]), refined around the grid's four highest peaks.
+
+    ``height`` : of L (k, m, m), (k,).
+    """
     from scipy.optimize import minimize_scalar
 
     grid = response.frequencies
-    values = height(grid)
+    values = height(response.values)
     best, where = float(values.max()), float(grid[int(values.argmax())])
     inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
     for k in inner[np.argsort(values[inner])][-4:]:
         found = minimize_scalar(
-            lambda w: -float(height(np.array([w]))[0]),
+            lambda w: -float(height(response.evaluate(np.array([w])))[0]),
             bounds=(grid[k - 1], grid[k + 1]),
             method="bounded",
             options={"xatol": 1e-10 * float(grid[k])},
