@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,8 @@ ORIGIN = 1e-9
 NUDGE = 1e-9
 # Frequencies of a loop in discrete time.
 POINTS = 1200
+# From so many points on the Schur form is faster than a solution at each.
+MANY = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,15 +102,40 @@ def sampled_response(A: Floats, B: Floats, C: Floats, T: float, *, stable: bool)
 
 
 def _transfer(A: Floats, B: Floats, C: Floats) -> Callable[[Any], Complex]:
-    """Return complex points z (k,) -> C (z I - A)^-1 B at each, (k, m, m)."""
-    eye = np.eye(len(A))
+    """Return complex points z (k,) -> C (z I - A)^-1 B at each, (k, m, m).
+
+    Of many points by the Schur form A = Q T Q^H, all of them in each step of the substitution.
+    """
+    eye, schur_form = np.eye(len(A)), cache(lambda: _schur_form(A, B, C))
 
     def at(points: Any) -> Complex:
+        if len(points) >= MANY:
+            return _triangular(points, *schur_form())
         shifted = points[:, None, None] * eye - A
         inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(points), *B.shape)))
         return np.asarray(C @ inner, dtype=np.complex128)
 
     return at
+
+
+def _schur_form(A: Floats, B: Floats, C: Floats) -> tuple[Complex, Complex, Complex]:
+    """Return T, Q^H B and C Q of A = Q T Q^H."""
+    from scipy.linalg import schur
+
+    T, Q = schur(A, output="complex")
+    return T, Q.conj().T @ B, C @ Q
+
+
+def _triangular(points: Any, T: Complex, entering: Complex, leaving: Complex) -> Complex:
+    shifted = points - np.diag(T)[:, None]
+    if not shifted.all():
+        raise np.linalg.LinAlgError("a point is an eigenvalue")
+    n, k, m = len(T), len(points), entering.shape[1]
+    inner = np.empty((n, k, m), dtype=np.complex128)
+    for i in reversed(range(n)):
+        later = T[i, i + 1 :] @ inner[i + 1 :].reshape(n - i - 1, k * m)
+        inner[i] = (entering[i] + later.reshape(k, m)) / shifted[i][:, None]
+    return np.asarray(np.einsum("pn,nkm->kpm", leaving, inner), dtype=np.complex128)
 
 
 def frequency_grid(*matrices: Floats) -> Floats:
