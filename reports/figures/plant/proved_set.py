@@ -141,7 +141,8 @@ def phase_figure(
     shown = planes(loop)[:most]
     across = min(len(shown), 2)
     rows = -(-len(shown) // across)
-    width, height = (WIDTH, 0.6 + 3.2 * rows) if across > 1 else (4.6, 3.2)
+    # The legend of one plane is as wide as this.
+    width, height = (WIDTH, 0.6 + 3.2 * rows) if across > 1 else (5.2, 3.4)
     with house_style():
         figure, panels = new_figure(rows, across, width=width, height=height)
         for axes, pair in zip(panels, shown, strict=False):
