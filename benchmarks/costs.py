@@ -141,9 +141,7 @@ def plant(name: str, place: Path) -> Plant:
     law, whole = cost(*words, "--no-report"), cost(*words)
     document = json.loads((out / "certificate.json").read_text(encoding="utf-8"))
     gains = document.get("gains") or {}
-    return Plant(
-        name, len(gains.get("rules", [()])), len(document["model"]["states"]), law, whole
-    )
+    return Plant(name, len(gains.get("rules", [()])), len(document["model"]["states"]), law, whole)
 
 
 def cost(*arguments: str) -> Cost:

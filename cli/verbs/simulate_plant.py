@@ -30,7 +30,7 @@ _FILES, _FOLDERS = ("responses.csv", "simulation.json", "summary.md"), ("figures
 
 OPTIONS: Options = (
     option(
-        "gains FILE", "Plants: a gain file, or a design's folder; without, gains are designed.", Path
+        "gains FILE", "Plants: a gain file or a design's folder; without it, one is designed.", Path
     ),
     option(
         "start STATE=VALUE,...",
