@@ -1,6 +1,7 @@
 """Measures what designs, checks and simulations cost, in units of an import of numpy.
 
     python benchmarks/costs.py                 writes a table into docs/benchmarks.md
+    python benchmarks/costs.py --built-in      leaves out the plants of the gallery: minutes less
     python benchmarks/costs.py --only check    measures the rows with this word, and prints them
 
 Each command is a process of its own, with compiled bytecode and one thread for linear algebra.  Its
@@ -28,7 +29,7 @@ from measure import PAGE, placed, table, verb
 
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = ("models", "lmi", "certificates", "reports", "cli")
-REPEATS, UNIT_REPEATS = 3, 5
+REPEATS, UNIT_REPEATS = 3, 3
 FEW_RULES = 16
 # A problem of two rules, from the page on LMIs.
 PDC = """
@@ -61,11 +62,13 @@ def main() -> None:
     """Measure, and write the table into the page; print it too."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="", help="measure the rows that have this word")
-    only = parser.parse_args().only
+    parser.add_argument("--built-in", action="store_true", help="leave out the gallery's plants")
+    options = parser.parse_args()
+    only: str = options.only
     for floor in FLOORS:
         compileall.compile_dir(ROOT / floor, quiet=1)
     with tempfile.TemporaryDirectory() as place:
-        rows = measured(Path(place), only)
+        rows = measured(Path(place), only, gallery=not options.built_in)
     heads = ("command", "units", "processor time", "aim [units]")
     found = table(heads, [(name, f"{c.units:.1f}", f"{c.seconds:.2f} s", a) for name, c, a in rows])
     print(found)
@@ -76,7 +79,7 @@ def main() -> None:
 Row = tuple[str, Cost, str]
 
 
-def measured(place: Path, only: str) -> list[Row]:
+def measured(place: Path, only: str, *, gallery: bool) -> list[Row]:
     """Return the rows whose names have the word; all of them for an empty one."""
     pole, turbine = place / "cart_pole", place / "nrel5mw"
     design, no_report = verb("design", "cart_pole", "--out", str(pole)), ("--no-report", "--force")
@@ -95,7 +98,7 @@ def measured(place: Path, only: str) -> list[Row]:
     add("`takagi design cart_pole --no-report`", "15", *design, *no_report)
     add("`takagi design cart_pole`", "35", *design, "--force")
     if only in "plants":
-        rows += of_plants([plant(path, place) for path in plant_files()])
+        rows += of_plants([plant(path, place) for path in plant_files(gallery=gallery)])
     name = "`takagi design nrel5mw`"
     add(name, "300", *verb("design", "nrel5mw", "--out", str(turbine), "--force"), repeats=1)
     if turbine.is_dir():
@@ -125,13 +128,14 @@ def label(plant: Plant) -> str:
     return f"{Path(plant.name).stem}, {rules}, {plant.states} states"
 
 
-def plant_files() -> list[str]:
+def plant_files(*, gallery: bool) -> list[str]:
     """Return the names of built-in plants, and the files of the gallery."""
     listed = subprocess.run(
         [sys.executable, *verb("models", "--json")], check=True, capture_output=True, text=True
     )
     names = [entry["name"] for entry in json.loads(listed.stdout) if entry["kind"] == "plant"]
-    return [*names, *map(str, sorted((ROOT / "tests/gallery/plants").glob("*.toml")))]
+    files = sorted((ROOT / "tests/gallery/plants").glob("*.toml"))
+    return [*names, *(map(str, files) if gallery else ())]
 
 
 def plant(name: str, place: Path) -> Plant:
