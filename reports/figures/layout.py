@@ -97,7 +97,7 @@ class _Room:
         if not panels:
             return None
         rows, across = _cell(panels[0]).get_gridspec().get_geometry()
-        room = cls(*(np.zeros(count) for count in (across, across, rows, rows)))
+        room = cls(np.zeros(across), np.zeros(across), np.zeros(rows), np.zeros(rows))
         renderer: Any = figure.canvas.get_renderer()  # type: ignore[attr-defined]
         for one in panels:
             room._measure(one, renderer)
@@ -174,12 +174,11 @@ def _aligned(axes_lines: Iterable[Axis], renderer: Any, way: int) -> float:
         sizes.append(box.size[way])
     if not labelled:
         return 0.0
-    farthest = max(distances)
+    farthest, figure = max(distances), labelled[0].get_figure(root=True)
+    assert figure is not None
+    dots = figure.dpi
     for axis in labelled:
-        figure = axis.get_figure(root=True)
-        assert figure is not None
-        inches = -farthest / figure.dpi
-        shift = (inches, 0.0) if way == 0 else (0.0, inches)
+        shift = (-farthest / dots, 0.0) if way == 0 else (0.0, -farthest / dots)
         moved = axis.axes.transAxes + ScaledTranslation(*shift, figure.dpi_scale_trans)
         axis.set_label_coords(*((0.0, 0.5) if way == 0 else (0.5, 0.0)), transform=moved)
-    return float(farthest + max(sizes)) / figure.dpi
+    return float(farthest + max(sizes)) / dots
