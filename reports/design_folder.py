@@ -82,8 +82,10 @@ def drawn_files(
     report = report_files(design, tell=tell)
     if source is None or design.kind == "plant":
         return report
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.reports.simulation.measured_loop import measured_loop
 
+    assert isinstance(design, TurbineDesign)  # of kind "turbine"
     return _record(replace(design, measured=measured_loop(design)), source) | report
 
 
@@ -91,8 +93,10 @@ def unmeasured(design: Design) -> Design:
     """Return a turbine's design whose summary has no margins and no simulated runs."""
     if design.kind == "plant":
         return design
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.reports.simulation.measured_loop import NOTHING
 
+    assert isinstance(design, TurbineDesign)  # of kind "turbine"
     return replace(design, measured=NOTHING)
 
 

@@ -138,10 +138,10 @@ def _gain(
     Q, R = np.eye(len(A)), np.eye(B.shape[1])
     try:
         if step is None:
-            K = B.T @ solve_continuous_are(A, B, Q, R)
+            K: Floats = np.asarray(B.T @ solve_continuous_are(A, B, Q, R), dtype=np.float64)
         else:
             X = solve_discrete_are(A, B, Q, R)
-            K = np.linalg.solve(R + B.T @ X @ B, B.T @ X @ A)
+            K = np.asarray(np.linalg.solve(R + B.T @ X @ B, B.T @ X @ A), dtype=np.float64)
     except (ValueError, np.linalg.LinAlgError):
         return None
     return K * inputs[:, None] / states if np.all(np.isfinite(K)) else None
