@@ -9,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 # What is compiled once is read by every process after it, the tests above all.
 unexport PYTHONDONTWRITEBYTECODE
-MEASURED := measure validation_plant lmi_layer lmi_growth kim_lee_ladder enclosures certificates
+MEASURED := measure costs validation_plant lmi_layer lmi_growth kim_lee_ladder enclosures certificates
 
 .DEFAULT_GOAL := help
 .PHONY: help design study test marked-tests processors lint format types layers packaging bench \

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -74,6 +75,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     130: interrupted.  70: an error in takagi itself.
     """
     _escape_what_cannot_be_shown()
+    # The matrices are small. On a busy machine a second thread of the linear algebra makes a
+    # solution of three equations a thousand times as expensive.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = list(sys.argv[1:] if arguments is None else arguments)
     return guard(lambda: _dispatch(words), as_json="--json" in words)
 

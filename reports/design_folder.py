@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -45,12 +46,20 @@ def design_files(
 ) -> Files:
     """Return relative name -> content, ready for ``takagi.reports.output.write_folder``.
 
-    Names: ``gains.json`` (not for an analysis), ``certificate.json``, those of ``report_files``,
-    and with ``source`` what ``read_design`` needs besides: ``design.json`` and ``model/<name>``.
+    Names: those of ``law_files``, then those of ``drawn_files``.
 
     Parameters
     ----------
     source : the model's file;  tell : called with a word before each step.
+    """
+    return law_files(design, source=source) | drawn_files(design, source=source, tell=tell)
+
+
+def law_files(design: Design, *, source: ModelFile | None = None) -> Files:
+    """Return relative name -> content of what a design is: law, proof and model; nothing is drawn.
+
+    Names: ``gains.json`` (not for an analysis), ``certificate.json``, and with ``source`` what
+    ``read_design`` needs besides: ``design.json`` and ``model/<name>``.
     """
     from takagi.certificates.document.certificate_file import dumps
 
@@ -59,13 +68,42 @@ def design_files(
         files[GAINS] = gain_file_of(design)
     files[CERTIFICATE] = dumps(design.document)
     if source is not None:
-        from takagi.reports.design_record import design_record
-
         top = source.files[0]
         copies = {f"{MODEL}/{f.relative_to(top.parent).as_posix()}": f for f in source.files}
-        files[RECORD] = design_record(design, source, f"{MODEL}/{top.name}")
+        files |= _record(design, source)
         files |= {name: copied.read_bytes() for name, copied in copies.items()}
-    return files | report_files(design, tell=tell)
+    return files
+
+
+def drawn_files(
+    design: Design, *, source: ModelFile | None = None, tell: Tell | None = None
+) -> Files:
+    """Return the report's files, and of a turbine ``design.json`` with what was measured for it."""
+    report = report_files(design, tell=tell)
+    if source is None or design.kind == "plant":
+        return report
+    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.reports.simulation.measured_loop import measured_loop
+
+    assert isinstance(design, TurbineDesign)  # of kind "turbine"
+    return _record(replace(design, measured=measured_loop(design)), source) | report
+
+
+def unmeasured(design: Design) -> Design:
+    """Return a turbine's design whose summary has no margins and no simulated runs."""
+    if design.kind == "plant":
+        return design
+    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.reports.simulation.measured_loop import NOTHING
+
+    assert isinstance(design, TurbineDesign)  # of kind "turbine"
+    return replace(design, measured=NOTHING)
+
+
+def _record(design: Design, source: ModelFile) -> Files:
+    from takagi.reports.design_record import design_record
+
+    return {RECORD: design_record(design, source, f"{MODEL}/{source.files[0].name}")}
 
 
 def gain_file_of(design: Design) -> str:

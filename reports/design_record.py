@@ -48,10 +48,6 @@ def design_record(design: Design, source: ModelFile, model: str) -> str:
     source : the model's file.
     model : the place of its copy, relative to the design's folder.
     """
-    if isinstance(design, TurbineDesign):
-        from takagi.reports.simulation.measured_loop import measured_loop
-
-        design = replace(design, measured=measured_loop(design))
     data = {
         "given": str(source.name),
         "model": model,

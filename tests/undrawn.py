@@ -45,5 +45,4 @@ def undrawn() -> Iterator[None]:
 
 def unmeasured(patch: pytest.MonkeyPatch) -> None:
     """Let the summary of a turbine have neither margins nor simulated runs."""
-    nothing = MeasuredLoop(SearchedMargins((), (), (), ()), ())
-    patch.setattr(measured_loop, "_measured_now", lambda _: nothing)
+    patch.setattr(measured_loop, "_measured_now", lambda _: measured_loop.NOTHING)

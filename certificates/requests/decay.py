@@ -75,8 +75,12 @@ class Decay:
 
 
 def common_function(loop: ClaimedLoop, decay_rate: float | None = None) -> Answer:
-    """Return the candidate P for a rate, or for the largest rate found."""
-    return function_along(loop.A, decay_rate, loop.sample_time)
+    """Return the candidate P for a rate, or for the largest rate found; sought once for a loop."""
+    A = loop.A
+    key = A.tobytes(), decay_rate
+    if key not in loop.functions:
+        loop.functions[key] = function_along(A, decay_rate, loop.sample_time)
+    return loop.functions[key]
 
 
 def function_along(A: Floats, rate: float | None, step: float | None) -> Answer:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import block_diag
-from scipy.optimize import minimize_scalar
 
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.document.decimals import rounded_down, rounded_up, short
@@ -145,6 +144,8 @@ def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
     spread = largest_eigenvalue(C @ np.linalg.solve(ellipsoid, C.transpose(0, 2, 1)))
     if not D.any():
         return float(np.sqrt(spread)), 0.0
+    from scipy.optimize import minimize_scalar
+
     CD = np.concatenate([C, D], axis=2)
     q = D.shape[2]
 

@@ -27,6 +27,14 @@ def design(
     force: Annotated[
         bool, typer.Option("--force", help="Replace the design that DIR holds.")
     ] = False,
+    no_report: Annotated[
+        bool,
+        typer.Option(
+            "--no-report",
+            help="Write law, proof and model alone, without figures, report.html, and a turbine's "
+            "margins and runs; `takagi report DIR` makes them later.",
+        ),
+    ] = False,
     every_claim: Annotated[
         bool, typer.Option("--all", help="Print every claim with its assumptions, and all notes.")
     ] = False,
@@ -34,13 +42,21 @@ def design(
 ) -> int:
     """Design a controller for MODEL, prove what is claimed of it, and report.
 
-    Writes gains.json, certificate.json, report.html, figures/, and what other verbs need to read
-    DIR as this design. If the command is interrupted, none of them is written. A design that is
-    there already is replaced with --force only. A plant without inputs is analysed: no gains.
+    Writes gains.json, certificate.json, and what other verbs need to read DIR as this design, then
+    prints the answer and writes report.html and figures/. A command that is interrupted while they
+    are drawn leaves the rest. A design that is there already is replaced with --force only. A plant
+    without inputs is analysed: no gains.
 
     Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
     """
-    from takagi.reports.design_folder import GAINS, design_files, refuse_to_replace
+    from takagi.reports.design_folder import (
+        GAINS,
+        REPORT,
+        drawn_files,
+        law_files,
+        refuse_to_replace,
+        unmeasured,
+    )
 
     if not force:
         refuse_to_replace(out)
@@ -52,15 +68,26 @@ def design(
             return tell_none(finished, as_json=as_json)
         from takagi.reports.output import write_folder
 
-        files = design_files(finished, source=maker.source, tell=tell)
         tell(f"writing {out}")
+        files = law_files(finished, source=maker.source)
+        # A page beside the new law would be about the one before.
+        (out / REPORT).unlink(missing_ok=True)
         write_folder(out, files)
-    summary = import_module(maker.summary)
+        summary = import_module(maker.summary)
+        answered = unmeasured(finished) if no_report else finished
+        text = "" if as_json else summary.as_text(answered, every_claim=every_claim)
+    if not as_json:
+        print(text, flush=True)
+    if not no_report:
+        with progress(f"takagi design {model}") as tell:
+            drawn = drawn_files(finished, source=maker.source, tell=tell)
+            tell(f"writing {out}")
+            write_folder(out, drawn)
+            files |= drawn
     if as_json:
         written = [str(out / name) for name in files]
-        print(json.dumps({**summary.as_data(finished), "files": written}, indent=2))
+        print(json.dumps({**summary.as_data(answered), "files": written}, indent=2))
     else:
-        print(summary.as_text(finished, every_claim=every_claim))
         print_files(out, files)
         verbs = [f"check {out}"]
         if GAINS in files:

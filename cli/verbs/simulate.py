@@ -80,8 +80,9 @@ def simulate(
     else:
         source = read_model(model)
     if gains is not None and options["certificate"] is None:
-        name = "gains" if source.kind == "plant" else "law_from"
-        options[name] = options[name] or gains
+        # A plant's design is read whole, so that nothing is proved again.
+        name, given = ("gains", Path(model)) if source.kind == "plant" else ("law_from", gains)
+        options[name] = options[name] or given
     requested = own_options(source, options, _declared())
     status: int = import_module(MAKERS[source.kind].simulation).simulate(
         source, out, requested, duration=duration, as_json=as_json

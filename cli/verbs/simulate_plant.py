@@ -13,12 +13,13 @@ from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import Options, option, refuse_designing
 from takagi.cli.options.plant_options import PLANT_OPTIONS, values_in_si
 from takagi.cli.options.simulation_options import PLANT_SCENARIO, SHARED_SIMULATION, plant_scenario
-from takagi.cli.progress import progress
+from takagi.cli.progress import Tell, progress
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.terminal.files import tell_none
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.entries import VariableEntry
     from takagi.models.plant_files.loader import PlantFile
     from takagi.reports.simulation.plant_scenario import PlantSimulation
@@ -28,7 +29,9 @@ _FILES, _FOLDERS = ("responses.csv", "simulation.json", "summary.md"), ("figures
 
 
 OPTIONS: Options = (
-    option("gains FILE", "Plants: a gain file; without it, gains are designed.", Path),
+    option(
+        "gains FILE", "Plants: a gain file or a design's folder; without it, one is designed.", Path
+    ),
     option(
         "start STATE=VALUE,...",
         "Plants: where a run starts, such as angle=20deg,rate=0.5; other states at rest. May be "
@@ -75,8 +78,7 @@ def simulate(
         refuse_designing(design_options)
     written: list[str] = []
     with progress(f"takagi simulate {source.name}") as tell:
-        maker, gains = PlantMaker(source, design_options), options["gains"]
-        design = maker.design(tell) if gains is None else maker.with_gains(gains, tell)
+        design, gains = _designed(PlantMaker(source, design_options), options["gains"], tell)
         if isinstance(design, NoDesign):
             return tell_none(design, as_json=as_json)
         from takagi.reports.simulation import plant as simulation
@@ -108,6 +110,25 @@ def simulate(
     else:
         _print(run, data, written)
     return PROVED if run.all_ended else UNPROVED
+
+
+def _designed(
+    maker: PlantMaker, given: Path | None, tell: Tell
+) -> tuple[PlantDesign | NoDesign, Path | None]:
+    """Return the design of a folder, the proof of a gain file, or a new design; and the gain file.
+
+    Of a new design there is no gain file.
+    """
+    if given is None:
+        return maker.design(tell), None
+    if not given.is_dir():
+        return maker.with_gains(given, tell), given
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.reports.design_folder import design_folder, read_design
+
+    design = read_design(given, tell=tell)
+    assert isinstance(design, PlantDesign)  # the folder's model is the maker's
+    return design, design_folder(given).gains
 
 
 def _references(source: PlantFile) -> dict[str, VariableEntry]:

@@ -9,7 +9,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import nnls
 
 from takagi.lmi.answer import Answer
 from takagi.lmi.condition.term import Array
@@ -50,6 +49,8 @@ def uncontrollable_blend(answer: Answer, model: Any) -> UncontrollableBlend | No
     sum_i h_i B_i' v = 0 with h >= 0, sum h = 1: nonnegative least squares.  Memberships are taken
     to be free; where they are products a blend may never occur.  Floating point, no proof.
     """
+    from scipy.optimize import nnls
+
     Z = answer.multipliers.get("Q positive definite")
     if Z is None or answer.coordinates is None or len(answer.coordinates) != Z.shape[1]:
         return None

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from typing import Literal, TypeAlias
 
 import sympy as sp
@@ -20,6 +21,7 @@ from takagi.models.ranges.expression_range import (
     expression_range,
     expression_value,
 )
+from takagi.models.ranges.float_value import float_value
 from takagi.models.ranges.tape import UnknownFunction
 from takagi.models.ts.premise import Premise, round_outward
 
@@ -156,12 +158,7 @@ def bounded_premise(
     ------
     ModelError : it cannot be bounded, or an attained value contradicts the given bounds.
     """
-    written = expression.xreplace(problem.middles)
-    names = {s.name: s for s in written.free_symbols}
-
-    def evaluate(**point: float) -> float:
-        return expression_value(written, {s: point[n] for n, s in names.items() if n in point})
-
+    evaluate = _evaluation(expression.xreplace(problem.middles))
     if stated == "sampled":
         drawn = sampled_bounds(expression, problem.where, points=SAMPLES, margin=MARGIN)
         bounded = _Bounded(round_outward(drawn.bounds), drawn.evidence, sampled=True)
@@ -184,6 +181,30 @@ def bounded_premise(
         sampled=bounded.sampled,
         domain=problem.domain,
     )
+
+
+def _evaluation(expression: sp.Expr) -> Callable[..., float]:
+    """Return the function of named values: in floats where they do, else in ball arithmetic.
+
+    A simulation calls it some ten thousand times.
+    """
+    symbols = {symbol.name: symbol for symbol in expression.free_symbols}
+    # Compiled when it is first called: most designs never do.
+    compiled = cache(lambda: float_value(expression, tuple(symbols.values())))
+
+    def evaluate(**point: float) -> float:
+        in_floats = compiled()
+        try:
+            values = [float(point[name]) for name in symbols]
+        except KeyError:
+            in_floats = None  # The exact function names what is missing.
+        if in_floats is not None:
+            value = in_floats(values)
+            if value is not None:
+                return value
+        return expression_value(expression, {s: point[n] for n, s in symbols.items() if n in point})
+
+    return evaluate
 
 
 def _proved(

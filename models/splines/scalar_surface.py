@@ -13,7 +13,6 @@ from functools import lru_cache
 from math import factorial
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from takagi.models.arrays import Floats
 from takagi.models.splines.spline import Surface
@@ -75,6 +74,8 @@ def scalar_surface(surface: Surface) -> ScalarSurface:
 
 def _power_form(knots: Floats, values: Floats) -> Floats:
     """Return (power, cell, column) Taylor coefficients at the lower corner of every cell."""
+    from scipy.interpolate import BSpline
+
     spline = BSpline(knots, values, DEGREE)
     lower = knots[DEGREE : len(knots) - DEGREE - 1]
     return np.stack([spline(lower, nu=power) / factorial(power) for power in range(DEGREE + 1)])

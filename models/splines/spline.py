@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from math import lcm
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline, NdBSpline, make_interp_spline
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -29,6 +29,9 @@ from takagi.models.splines.exact_spline import (
     points_inside,
     require_inside,
 )
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline, NdBSpline
 
 # A curve is treated as a surface that does not depend on y: the y direction has one span [0, 1] and
 # four equal coefficients.
@@ -59,6 +62,9 @@ class Curve:
     _spline: BSpline = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        # Imported here: most plants have no table, and it takes as long as numpy and sympy.
+        from scipy.interpolate import BSpline
+
         for name in ("knots", "coefficients"):
             array = np.array(getattr(self, name), dtype=np.float64)
             if array.ndim != 1 or not np.all(np.isfinite(array)):
@@ -131,6 +137,8 @@ def interpolate_curve(
 
     Source: de Boor (1978), A Practical Guide to Splines, ch. IV (not-a-knot).
     """
+    from scipy.interpolate import make_interp_spline
+
     points = np.asarray(x, dtype=np.float64)
     table = np.asarray(values, dtype=np.float64)
     if points.ndim != 1 or points.shape != table.shape:
@@ -196,6 +204,8 @@ class Surface:
     _spline: NdBSpline = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        from scipy.interpolate import NdBSpline
+
         for name in ("x_knots", "y_knots", "coefficients"):
             array = np.array(getattr(self, name), dtype=np.float64)
             if not np.all(np.isfinite(array)) or np.any(np.round(array, DECIMALS) != array):
@@ -299,6 +309,8 @@ def interpolate(
 
     Source: de Boor (1978), A Practical Guide to Splines, ch. IV (not-a-knot) and XVII (tensor).
     """
+    from scipy.interpolate import make_interp_spline
+
     points = [_rounded_to_decimals(axis) for axis in (x, y)]
     table = np.asarray(values, dtype=np.float64)
     _check_table(name, points, table, (x_name, y_name))

@@ -38,7 +38,6 @@ from math import ceil, degrees, floor, isfinite, pi, radians
 from types import MappingProxyType
 
 import numpy as np
-from scipy.optimize import brentq
 
 from takagi.models.errors import ModelError
 from takagi.models.turbine.data import Figure, Turbine, rotor_torque, rotor_torque_gradient
@@ -69,6 +68,8 @@ class TrimPoint:
 @lru_cache(maxsize=32)
 def optimal_tip_speed_ratio(turbine: Turbine) -> float:
     """Return argmax of lambda c_Q(lambda, smallest pitch) [-]."""
+    from scipy.optimize import brentq
+
     low, high = turbine.torque.x_range
     ratios = np.linspace(low, high, 501)
     best = int(np.argmax(ratios * turbine.torque(ratios, turbine.pitch_min)))
@@ -206,6 +207,8 @@ def _rated_wind(turbine: Turbine, setpoint: float) -> float | None:
 
 def _balance(turbine: Turbine, setpoint: float) -> float | None:
     """Return ``_rated_wind``, be it on the stall side or not."""
+    from scipy.optimize import brentq
+
     needed = turbine.gear_ratio * turbine.rated_torque
 
     def excess(v: float) -> float:
@@ -277,6 +280,8 @@ def _least_pitch(turbine: Turbine, setpoint: float) -> float | None:
 
 def _pitch(turbine: Turbine, speed: float, v: float) -> float:
     """Return the largest pitch that balances rated torque: the feather side of the hill."""
+    from scipy.optimize import brentq
+
     needed = turbine.gear_ratio * turbine.rated_torque
     cure = EXTEND + _or_setpoint(turbine, speed)
     last = min(turbine.pitch_max, turbine.torque.y_range[1])

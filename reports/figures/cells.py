@@ -56,7 +56,6 @@ def cells_figure(
             axes.set_ylabel(label)
         wind_axis(panels[-1])
         panels[-1].set_xlim(v[0], v[-1])
-        figure.align_ylabels(panels)
         if not sound.all():
             handles, texts = panels[0].get_legend_handles_labels()
             figure.legend(handles, texts, loc="outside lower center")

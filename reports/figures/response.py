@@ -86,7 +86,6 @@ def response_figure(
                 axes.axhline(factor * rated[quantity], color=GREY, linewidth=0.9, linestyle=":")
         panels[-1].set_xlabel("time [s]")
         panels[-1].set_xlim(t[0], t[-1])
-        figure.align_ylabels(panels)
         panels[0].set_title(title)
         if len(lines) > 1:
             handles, labels = panels[1].get_legend_handles_labels()
@@ -166,7 +165,6 @@ def _finish(figure: Figure, panels: Sequence[Axes], laws: Sequence[str], title: 
     for axes in panels[-across:]:
         axes.set_xlabel("time [s]")
         axes.margins(x=0)
-    figure.align_ylabels(panels[::across])
     figure.suptitle(title, fontsize=10)
     named: dict[str, Artist] = {}
     for axes in panels[:across]:

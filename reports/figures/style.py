@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.reports.figures.layout import make_room, place_roughly
 from takagi.reports.page.text import CaptionedFigure
 
 if TYPE_CHECKING:
@@ -100,8 +101,9 @@ def new_figure(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(width, height), layout="tight")
     FigureCanvasAgg(figure)
+    place_roughly(figure, rows, across, share_x=share_x)
     grid = figure.subplots(rows, across, sharex=share_x, squeeze=False)
     return figure, list(grid.ravel())
 
@@ -278,15 +280,10 @@ def figure_to_png(figure: Figure, *, dpi: int = 100) -> bytes:
 
 def _settle(figure: Figure) -> None:
     """Lay the figure out once for all; laying out again at each writing would move it a little."""
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    engine = figure.get_layout_engine()
-    if isinstance(engine, ConstrainedLayoutEngine):
-        # The second pass sees the tick labels that the first pass made room for.
-        engine.execute(figure)
-        engine.execute(figure)
-        # No engine, rather than one that does nothing: for any engine savefig draws twice.
+    if figure.get_layout_engine() is not None:
+        # For any engine savefig draws twice.
         figure.set_layout_engine(None)
+        make_room(figure)
 
 
 def _shorter(svg: str) -> str:

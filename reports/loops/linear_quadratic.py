@@ -132,13 +132,17 @@ def _gain(
     A: Floats, B: Floats, states: Floats, inputs: Floats, step: float | None
 ) -> Floats | None:
     """Return K (m, n), in states and inputs over their sizes, which are of one size; or None."""
-    import control
+    from scipy.linalg import solve_continuous_are, solve_discrete_are
 
-    scaled = A * states / states[:, None], B * inputs / states[:, None]
-    solve = control.lqr if step is None else control.dlqr
+    A, B = A * states / states[:, None], B * inputs / states[:, None]
+    Q, R = np.eye(len(A)), np.eye(B.shape[1])
     try:
-        K = np.asarray(solve(*scaled, np.eye(len(A)), np.eye(B.shape[1]))[0], dtype=np.float64)
-    except (ValueError, np.linalg.LinAlgError, control.ControlArgument):
+        if step is None:
+            K: Floats = np.asarray(B.T @ solve_continuous_are(A, B, Q, R), dtype=np.float64)
+        else:
+            X = solve_discrete_are(A, B, Q, R)
+            K = np.asarray(np.linalg.solve(R + B.T @ X @ B, B.T @ X @ A), dtype=np.float64)
+    except (ValueError, np.linalg.LinAlgError):
         return None
     return K * inputs[:, None] / states if np.all(np.isfinite(K)) else None
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,6 +61,13 @@ def rest_loops(loop: PlantLoop, gain: Floats | None = None) -> tuple[PlantLocalL
     ----------
     gain : K (m, n) of another law of all states; None for the design's own law.
     """
+    return _rest_loops(loop, None if gain is None else tuple(map(tuple, gain.tolist())))
+
+
+@lru_cache(maxsize=8)
+def _rest_loops(
+    loop: PlantLoop, given: tuple[tuple[float, ...], ...] | None
+) -> tuple[PlantLocalLoop, ...]:
     if loop.gains is None:
         return ()
     if loop.observed is not None:
@@ -67,7 +75,7 @@ def rest_loops(loop: PlantLoop, gain: Floats | None = None) -> tuple[PlantLocalL
         return _at_each_input(loop, "rest", *loop.observed.joint(h))
     rest, K = loop.at_rest()
     assert K is not None
-    return _at_each_input(loop, "rest", rest.A, rest.B, K if gain is None else gain)
+    return _at_each_input(loop, "rest", rest.A, rest.B, K if given is None else np.array(given))
 
 
 def _at_each_input(

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -288,8 +288,9 @@ class PlantLoop:
             return self.input
         if self._has_one_gain:
             return np.asarray(self.input - self.gains[0] @ deviation, dtype=np.float64)
-        blended = np.tensordot(self.memberships(deviation, signals), self.gains, axes=1)
-        return np.asarray(self.input - blended @ deviation, dtype=np.float64)
+        r, m, n = self.gains.shape
+        blended = self.memberships(deviation, signals) @ self.gains.reshape(r, m * n)
+        return np.asarray(self.input - blended.reshape(m, n) @ deviation, dtype=np.float64)
 
     def at_rest(self) -> tuple[Matrices, Floats | None]:
         """Return (A, B, ...) and K where the plant rests: the loop linearised there.
@@ -303,6 +304,7 @@ class PlantLoop:
         return matrices, K
 
 
+@lru_cache(maxsize=4)
 def plant_loop(design: PlantDesign) -> PlantLoop:
     """Return the loop of a design, with the function that its certificate proves.
 

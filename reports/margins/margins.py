@@ -28,7 +28,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from takagi.models.arrays import Complex, Floats
 from takagi.reports.margins.response import LoopResponse, largest
@@ -75,11 +74,8 @@ def disk_of(response: LoopResponse) -> DiskMargin:
         return np.abs(centred[:, 0, 0]) if len(eye) == 1 else scaled_bound(centred)
 
     end = response.at_infinity
-    peak, frequency = largest(
-        lambda omega: height(response.evaluate(omega)),
-        response,
-        None if end is None else float(height(end[None])[0]),
-    )
+    at_end = None if end is None else float(height(end[None])[0])
+    peak, frequency = largest(height, response, at_end)
     return DiskMargin(alpha=1 / peak if peak > 0 else float("inf"), frequency=frequency)
 
 
@@ -158,8 +154,7 @@ def loop_margins(response: LoopResponse) -> Margins:
     root finding; a crossing pair closer than the grid (1.5 %, finer at lightly damped modes) could
     be missed.
     """
-    values = response.evaluate(response.frequencies)
-    scalar = _Scalar(response, values[:, 0, 0])
+    scalar = _Scalar(response, response.values[:, 0, 0])
     crossovers = _roots(scalar, lambda L: np.log(np.maximum(np.abs(L), 1e-300)))
     factors = _gain_factors(scalar)
     peaks = _peaks(response)
@@ -197,6 +192,8 @@ class _Scalar:
 
 def _roots(scalar: _Scalar, level: Callable[[Complex], Floats]) -> list[float]:
     """Return the frequencies at which a real function of L changes sign [rad/s], increasing."""
+    from scipy.optimize import brentq
+
     grid, sampled = scalar.response.frequencies, level(scalar.values)
     found = [float(w) for w, value in zip(grid, sampled, strict=True) if value == 0.0 and w > 0]
 
@@ -256,6 +253,6 @@ def _peaks(response: LoopResponse) -> tuple[tuple[float, float], tuple[float, fl
     def peak(of: Callable[[Complex], Floats]) -> tuple[float, float]:
         end = response.at_infinity
         limit = None if end is None else float(of(end[0])[0])
-        return largest(lambda w: of(response.evaluate(w)[:, 0, 0]), response, limit)
+        return largest(lambda L: of(L[:, 0, 0]), response, limit)
 
     return peak(sensitivity), peak(complementary)

@@ -18,10 +18,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from takagi.models.arrays import Complex, Floats
 from takagi.reports.margins.running_loop import RunningLoop, continuous
@@ -33,9 +33,11 @@ ORIGIN = 1e-9
 NUDGE = 1e-9
 # Frequencies of a loop in discrete time.
 POINTS = 1200
+# From so many points on the Schur form is faster than a solution at each.
+MANY = 20
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class LoopResponse:
     """A loop as margins read it.
 
@@ -54,6 +56,16 @@ class LoopResponse:
     at_infinity: Complex | None
     stable: bool
     end: float = float("inf")
+
+    @cached_property
+    def values(self) -> Complex:
+        """L on the grid, (k, m, m); every margin begins with it."""
+        return np.concatenate([self.evaluate(self.frequencies[:1]), self.values_beyond])
+
+    @cached_property
+    def values_beyond(self) -> Complex:
+        """L on the grid without its first frequency, where L may have no value, (k - 1, m, m)."""
+        return self.evaluate(self.frequencies[1:])
 
 
 def continuous_response(A: Floats, B: Floats, C: Floats) -> LoopResponse:
@@ -90,15 +102,40 @@ def sampled_response(A: Floats, B: Floats, C: Floats, T: float, *, stable: bool)
 
 
 def _transfer(A: Floats, B: Floats, C: Floats) -> Callable[[Any], Complex]:
-    """Return complex points z (k,) -> C (z I - A)^-1 B at each, (k, m, m)."""
-    eye = np.eye(len(A))
+    """Return complex points z (k,) -> C (z I - A)^-1 B at each, (k, m, m).
+
+    Of many points by the Schur form A = Q T Q^H, all of them in each step of the substitution.
+    """
+    eye, schur_form = np.eye(len(A)), cache(lambda: _schur_form(A, B, C))
 
     def at(points: Any) -> Complex:
+        if len(points) >= MANY:
+            return _triangular(points, *schur_form())
         shifted = points[:, None, None] * eye - A
         inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(points), *B.shape)))
         return np.asarray(C @ inner, dtype=np.complex128)
 
     return at
+
+
+def _schur_form(A: Floats, B: Floats, C: Floats) -> tuple[Complex, Complex, Complex]:
+    """Return T, Q^H B and C Q of A = Q T Q^H."""
+    from scipy.linalg import schur
+
+    T, Q = schur(A, output="complex")
+    return T, Q.conj().T @ B, C @ Q
+
+
+def _triangular(points: Any, T: Complex, entering: Complex, leaving: Complex) -> Complex:
+    shifted = points - np.diag(T)[:, None]
+    if not shifted.all():
+        raise np.linalg.LinAlgError("a point is an eigenvalue")
+    n, k, m = len(T), len(points), entering.shape[1]
+    inner = np.empty((n, k, m), dtype=np.complex128)
+    for i in reversed(range(n)):
+        later = T[i, i + 1 :] @ inner[i + 1 :].reshape(n - i - 1, k * m)
+        inner[i] = (entering[i] + later.reshape(k, m)) / shifted[i][:, None]
+    return np.asarray(np.einsum("pn,nkm->kpm", leaving, inner), dtype=np.complex128)
 
 
 def frequency_grid(*matrices: Floats) -> Floats:
@@ -135,16 +172,21 @@ def grid_of_modes(modes: Any, open_modes: Any) -> Floats:
 
 
 def largest(
-    height: Callable[[Floats], Floats], response: LoopResponse, at_infinity: float | None
+    height: Callable[[Complex], Floats], response: LoopResponse, at_infinity: float | None
 ) -> tuple[float, float]:
-    """Return (sup height, its frequency [rad/s]), refined around the grid's four highest peaks."""
+    """Return (sup height, its frequency [rad/s]), refined around the grid's four highest peaks.
+
+    ``height`` : of L (k, m, m), (k,).
+    """
+    from scipy.optimize import minimize_scalar
+
     grid = response.frequencies
-    values = height(grid)
+    values = height(response.values)
     best, where = float(values.max()), float(grid[int(values.argmax())])
     inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
     for k in inner[np.argsort(values[inner])][-4:]:
         found = minimize_scalar(
-            lambda w: -float(height(np.array([w]))[0]),
+            lambda w: -float(height(response.evaluate(np.array([w])))[0]),
             bounds=(grid[k - 1], grid[k + 1]),
             method="bounded",
             options={"xatol": 1e-10 * float(grid[k])},

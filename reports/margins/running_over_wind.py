@@ -188,7 +188,7 @@ def _chosen(kinks: tuple[str, ...]) -> tuple[str, ...]:
 
 def _acts(broken: BrokenLoops, name: str) -> bool:
     response = getattr(broken, name)
-    return float(np.abs(response.evaluate(response.frequencies[1:])).max()) > SILENT
+    return float(np.abs(response.values_beyond).max()) > SILENT
 
 
 def _reaches_one(evaluate: Callable[..., Complex], mode: Mode) -> bool:

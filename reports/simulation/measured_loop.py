@@ -35,6 +35,9 @@ class MeasuredLoop:
         return {run.wind: run for run in self.runs if run.name == "turbulence"}
 
 
+NOTHING = MeasuredLoop(SearchedMargins((), (), (), ()), ())
+
+
 def measured_loop(design: TurbineDesign) -> MeasuredLoop:
     """Return what ``design.json`` keeps of a design that was read; else it is found now."""
     kept = design.measured

@@ -92,7 +92,6 @@ def simulated_responses(
             axes[-1].set_ylabel("V / level\n[-]")
         axes[-1].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
         axes[-1].set_xlabel("time [s]")
-        figure.align_ylabels(axes)
         handles, names = axes[0].get_legend_handles_labels()
         figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 2))
     return figure

@@ -44,6 +44,20 @@ def test_the_folder_holds_what_is_promised(asked: Any, tmp_path: Path, capsys: C
     assert all(name in printed for name in ("gains.json", "certificate.json", "report.html"))
 
 
+def test_without_a_report_a_turbine_is_not_measured(
+    asked: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    """Its margins and simulated runs take longer than all else that is written; no row has them."""
+    monkeypatch.setattr("takagi.reports.simulation.measured_loop._measured_now", None)
+
+    assert main(["design", "nrel5mw", "--out", str(tmp_path), "--no-report", "--json"]) == 0
+
+    drawn = ("figures/bode.svg", "report.html")
+    assert sorted(contents(tmp_path)) == [name for name in FILES if name not in drawn]
+    rows = {row["name"] for row in json.loads(capsys.readouterr().out)["summary"]}
+    assert "rotor speed" in rows and not rows & {"margins", "turbulence", "overspeed"}
+
+
 def test_the_certificate_is_about_the_gain_file_and_the_model(asked: Any, tmp_path: Path) -> None:
     """The independent checker accepts what was written, with both companions."""
     from takagi.models.turbine.loader import model_files

@@ -103,6 +103,44 @@ def test_a_design_is_replaced_with_force_only(
     assert (out / "design.json").read_bytes() != before
 
 
+def test_without_a_report_a_folder_is_a_design_too(
+    never_drawn: None, cubic: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """The other verbs read it, and no page about an earlier law stays beside it."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "report.html").write_text("earlier")
+
+    assert main(["design", str(cubic), "--out", str(out), "--no-report"]) == 0
+    assert "report.html" not in capsys.readouterr().out
+    names = {"certificate.json", "design.json", "gains.json", f"model/{cubic.name}"}
+    assert set(contents(out)) == names
+    assert main(["check", str(out)]) == 0
+
+
+def test_an_interrupted_drawing_leaves_law_and_proof(
+    cubic: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    """And the answer was printed before; the report is made later."""
+    out = tmp_path / "out"
+
+    def interrupted(*_: object, **__: object) -> None:
+        assert capsys.readouterr().out.startswith("PROVED")
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("takagi.reports.design_folder.report_files", interrupted)
+        assert main(["design", str(cubic), "--out", str(out)]) == 130
+    assert {"certificate.json", "design.json", "gains.json"} <= set(contents(out))
+    assert read_design(out).proved
+
+
+@pytest.fixture
+def never_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing may be drawn."""
+    monkeypatch.setattr("takagi.reports.design_folder.report_files", None)
+
+
 def _without(name: str) -> Callable[[Path], None]:
     return lambda place: (place / name).unlink()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from functools import cache
+from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
@@ -18,7 +19,13 @@ from numpy.typing import NDArray
 from takagi.reports.figures.cells import OverlapRow, cells_figure, overlaps_figure
 from takagi.reports.figures.loops import BodeLine, bode_figure
 from takagi.reports.figures.response import ResponseLine, response_figure
-from takagi.reports.figures.style import decimate, figure_to_png, figure_to_svg
+from takagi.reports.figures.style import (
+    decimate,
+    figure_to_png,
+    figure_to_svg,
+    house_style,
+    new_figure,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -148,6 +155,48 @@ def test_a_figure_can_be_read(name: str) -> None:
     assert shown
     for text, start, end in shown:
         assert left <= start and end <= right, text
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_no_text_lies_on_another(name: str) -> None:
+    """Labels, titles and legends have room; tick labels count where their ticks are drawn."""
+    from matplotlib.text import Text
+
+    figure = pictured(name).figure
+    figure_to_png(figure, dpi=100)  # A legend's texts stand where they were drawn last.
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    not_drawn = set()
+    for axes in figure.axes:
+        for axis, limits in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+            for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):
+                if not min(limits) <= tick.get_loc() <= max(limits):
+                    not_drawn |= {tick.label1, tick.label2}
+    boxes = [
+        (text.get_text(), text.get_window_extent(renderer))
+        for text in figure.findobj(Text)
+        if isinstance(text, Text) and text.get_visible() and text.get_text().strip()
+        if text not in not_drawn
+    ]
+    for (first, box), (second, other) in combinations(boxes, 2):
+        over = np.minimum(box.max, other.max) - np.maximum(box.min, other.min)
+        # Two dots of the page: the extent of a letter has some room of its own.
+        assert not np.all(over > 2), (first, second)
+
+
+def test_labels_of_a_column_stand_in_one_line() -> None:
+    """Though the numbers of its panels have different widths."""
+    with house_style():
+        figure, panels = new_figure(3, 1, share_x=True)
+        for axes, size in zip(panels, (1.0, 1e5, 1e-3), strict=True):
+            axes.plot([0.0, 1.0], [-size, size])
+            axes.set_ylabel("speed\n[m/s]")
+    figure_to_png(figure)
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    labels = [axes.yaxis.label.get_window_extent(renderer) for axes in panels]
+    assert np.ptp([label.x1 for label in labels]) < 0.5
+    for axes, label in zip(panels, labels, strict=True):
+        numbers = [text.get_window_extent(renderer) for text in axes.get_yticklabels()]
+        assert 0 <= label.x0 and label.x1 < min(number.x0 for number in numbers)
 
 
 def test_what_is_not_proved_is_hatched_and_lies_on_top() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain, product
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -25,6 +25,7 @@ from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import finite_array
 
 if TYPE_CHECKING:
+    from takagi.lmi.answer import Answer
     from takagi.models.ts.model import TSModel
 
 
@@ -44,6 +45,8 @@ class ClaimedLoop:
     points : the weights of the blends, where they are points.
     cuts : how many pieces of the weights may still be tried for a claim; None means that claims
         are proved without pieces.
+    functions : blends, as bytes, and rate -> the function that was sought for them: several
+        requests begin with the same one.
     """
 
     model: TSModel
@@ -57,6 +60,7 @@ class ClaimedLoop:
     searched: PolytopicLoop
     points: tuple[Point, ...] = ()
     cuts: Cuts | None = None
+    functions: dict[tuple[bytes, float | None], Answer] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(

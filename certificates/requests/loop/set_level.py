@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -71,6 +70,7 @@ def best_multiplier(
     rate = fall_rate(A, P, discrete=discrete)
     if rate <= 0:
         return np.inf, 0.0
+    from scipy.optimize import minimize_scalar
 
     def level(share: float) -> float:
         return invariant_level(A, W, P, share * rate, discrete=discrete)

@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
-from scipy.optimize import minimize_scalar
 
 from takagi.lmi.analysis.invariant_ellipsoid import diagonal_of
 from takagi.lmi.condition.statements import pose
@@ -157,6 +156,8 @@ def exit_function(
     horizon : T in s.
     rate : a in 1/s; None searches it.
     """
+    from scipy.optimize import minimize_scalar
+
     slowest = -2 * float(np.linalg.eigvals(system.A).real.max())
     if slowest <= 0:
         return None

@@ -49,7 +49,6 @@ from scipy.linalg import (
     solve_discrete_are,
     solve_discrete_lyapunov,
 )
-from scipy.optimize import minimize_scalar
 
 from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, largest_response
 from takagi.lmi.cone.balance import state_units
@@ -113,6 +112,8 @@ def bounded_real(A: Floats, B: Floats, C: Floats, D: Floats, *, tolerance: float
 
 def norm_seen(A: Floats, B: Floats, C: Floats, D: Floats) -> float:
     """Return the largest gain at the evaluated frequencies: at most the norm."""
+    from scipy.optimize import minimize_scalar
+
     poles = np.linalg.eigvals(A)
     sizes = np.abs(poles)[np.abs(poles) > 0]
     if not len(sizes):
@@ -361,6 +362,7 @@ class OneVertex:
         response, through = self.C @ Q @ self.C.T, self.D @ self.D.T
         if not self.D.any():
             return float(np.sqrt(max(_largest(response), 0.0)))
+        from scipy.optimize import minimize_scalar
 
         def square(t: float) -> float:
             return _largest(response / (1.0 - t) + through / t)

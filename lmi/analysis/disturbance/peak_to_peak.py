@@ -34,7 +34,6 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import minimize_scalar
 
 from takagi.lmi.analysis.decay_rate import fast_decay, vertex_weight
 from takagi.lmi.analysis.disturbance.channel import (
@@ -254,6 +253,8 @@ def peak_bound(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[flo
     spread = C @ np.linalg.solve(sigma * P, C.transpose(0, 2, 1))
     if not D.any():
         return float(np.sqrt(mu * largest_eigenvalue(spread))), sigma * P / mu
+    from scipy.optimize import minimize_scalar
+
     q = reach.shape[2]
     total = np.zeros((len(D), q + D.shape[1], q + D.shape[1]))
     total[:, q:, :q], total[:, :q, q:] = -D, -D.transpose(0, 2, 1)

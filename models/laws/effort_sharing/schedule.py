@@ -15,7 +15,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -232,6 +231,7 @@ def effort_at_rest(
     ------
     ModelError : no balance within the tables.
     """
+    from scipy.optimize import brentq
 
     def excess(q: float) -> float:
         pitch = turbine.pitch_min + float(effort_ramp(q, overlap)) / b

@@ -43,7 +43,6 @@ from typing import ClassVar, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -292,6 +291,8 @@ def highest_pitch(law: PublishedLaw) -> float:
 
 def first_root(function: Callable[[float], float], low: float, high: float) -> float:
     """Return the first zero on a grid from low to high, refined; NaN without a sign change."""
+    from scipy.optimize import brentq
+
     grid = np.linspace(low, high, GRID)
     values = [function(float(x)) for x in grid]
     for k in range(GRID - 1):

@@ -70,6 +70,5 @@ def finish_over_time(
     """Give panels of motions one axis of time and one legend."""
     panels[-1].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
     panels[-1].set_xlabel("time [s]")
-    figure.align_ylabels(panels)
     handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 3))

@@ -50,7 +50,6 @@ def set_figure(loop: PlantLoop) -> Figure:
             axes.set_visible(True)
             _panel(axes, loop, (i, j))
             axes.label_outer()
-        figure.align_labels()
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
@@ -142,7 +141,8 @@ def phase_figure(
     shown = planes(loop)[:most]
     across = min(len(shown), 2)
     rows = -(-len(shown) // across)
-    width, height = (WIDTH, 0.6 + 3.2 * rows) if across > 1 else (4.6, 3.2)
+    # The legend of one plane is as wide as this.
+    width, height = (WIDTH, 0.6 + 3.2 * rows) if across > 1 else (5.2, 3.4)
     with house_style():
         figure, panels = new_figure(rows, across, width=width, height=height)
         for axes, pair in zip(panels, shown, strict=False):

@@ -62,7 +62,6 @@ def gust_figure(run: DesignRun, bound: float | None, inside: NDArray[np.bool_] |
         handles = [*wind.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
         spaced = {"ncols": 3, "handlelength": 1.5, "columnspacing": 1.0}
         figure.legend(handles=handles, loc="outside lower center", **spaced)
-        figure.align_ylabels([wind, speed])
     return figure
 
 
