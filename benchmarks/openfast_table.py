@@ -1,7 +1,7 @@
 """Draws what OpenFAST measured of the default law and of others, and prints the tables of it.
 
     python benchmarks/openfast_table.py            docs/figures/openfast-table.svg
-    python benchmarks/openfast_table.py --table    the tables of docs/openfast.md, to standard output
+    python benchmarks/openfast_table.py --table    the tables of docs/openfast.md, printed
 
 The numbers stand in docs/figures/openfast-table.csv, one row for each mean wind and controller;
 OpenFAST itself is run by hand, see docs/openfast.md.
