@@ -43,6 +43,17 @@ def undrawn() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def blank_figures() -> Iterator[None]:
+    """Let every figure of a page be empty: ``tests/reports/test_figures`` looks at them."""
+    from takagi.reports.figures import style
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(style, "figure_to_svg", lambda *_, **__: "<svg/>")
+        patch.setattr(style, "figure_to_pdf", lambda _: b"%PDF")
+        yield
+
+
 def unmeasured(patch: pytest.MonkeyPatch) -> None:
     """Let the summary of a turbine have neither margins nor simulated runs."""
     nothing = MeasuredLoop(SearchedMargins((), (), (), ()), ())
