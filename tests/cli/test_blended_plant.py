@@ -39,9 +39,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("room")
     text = ROOM.replace(", error = 0.1", "").replace(", error = 0.2", "")
     (place / "room.toml").write_text(text, encoding="utf-8")
-    options = ["--decay-rate", "0.2"]
+    words = ["design", str(place / "room.toml"), "--out", str(place / "out")]
     with blank_figures():
-        assert main(["design", str(place / "room.toml"), "--out", str(place / "out"), *options]) == 0
+        assert main([*words, "--decay-rate", "0.2"]) == 0
     return place
 
 

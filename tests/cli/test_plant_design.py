@@ -14,7 +14,7 @@ import pytest
 from takagi.certificates.checker import Verdict, check
 from takagi.cli.main import main
 from takagi.models.files.library import data_folder
-from tests.undrawn import undrawn
+from tests.undrawn import blank_figures, undrawn
 
 Capture = pytest.CaptureFixture[str]
 
@@ -86,7 +86,8 @@ def test_a_plant_file_becomes_a_folder_that_the_checker_proves(
     """Gains, certificate, report, figures; with both companions the checker has no reservation."""
     out = tmp_path / "out"
 
-    assert main(["design", str(pendulum), "--out", str(out)]) == 0
+    with blank_figures():
+        assert main(["design", str(pendulum), "--out", str(out)]) == 0
 
     printed = capsys.readouterr().out
     answer = printed.split("\n\n", 1)[0].splitlines()

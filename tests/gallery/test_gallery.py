@@ -21,6 +21,7 @@ from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import check_limits
 from takagi.models import Plant, load_model, partial_load_model, sector_model
 from takagi.models.files.library import built_in_kinds
+from takagi.models.plant_files.loader import PlantFile
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.region_models import lowest_wind
 from tests.certificates.kinds.claims import resealed
@@ -47,13 +48,18 @@ def plant(name: str) -> Plant:
     return found
 
 
+@cache
+def name_of(file: str | Path) -> str:
+    """The name that a plant's file states, without the plant, whose rest may have to be solved."""
+    return PlantFile.of(file).entry.name or Path(file).stem
+
+
 def test_twelve_or_more_plants_are_not_built_in() -> None:
     """The twelve that were asked for have other names, and other files, than the library's."""
-    library = [load_model(name) for name in built_in_kinds()]
-    names = {found.name for found in library if isinstance(found, Plant)}
+    names = {name_of(name) for name, kind in built_in_kinds().items() if kind == "plant"}
 
-    assert len(PROVED) >= 12
-    assert not {plant(name).name for name in FILES} & names
+    assert len(PROVED) >= 12 and len(names) >= 12
+    assert not {name_of(file) for file in FILES.values()} & names
     assert not FILES.keys() & built_in_kinds().keys()
 
 
@@ -71,7 +77,7 @@ def test_the_sector_model_is_the_plant(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(FILES))
 def test_the_page_has_a_row_and_a_picture_for_every_plant(name: str) -> None:
     assert f"tests/gallery/plants/{name}.toml)" in PAGE
-    assert f"![{plant(name).name}](figures/gallery/{name}.svg)" in PAGE
+    assert f"![{name_of(FILES[name])}](figures/gallery/{name}.svg)" in PAGE
     assert (HERE.parents[1] / f"docs/figures/gallery/{name}.svg").is_file()
 
 

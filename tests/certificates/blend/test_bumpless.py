@@ -96,11 +96,10 @@ def test_no_command_moves_faster_on_the_box() -> None:
 def test_both_sides_of_the_thresholds(end: str, rate: float, verdict: str) -> None:
     document = changed(lambda d: d["claims"][-1].update({end: rate}))
 
-    assert verdicts(document) == ["PROVED", "PROVED", verdict]
-    # The second reader agrees.
+    # The checker's verdicts, with which the second reader agrees.
     compared = cross_checked_document(document)
-    (*_, row) = compared.rows
-    assert compared.agrees and row.first == verdict
+    assert compared.agrees
+    assert [row.first for row in compared.rows if row.is_claim] == ["PROVED", "PROVED", verdict]
 
 
 def test_a_slow_effort_moves_its_actuators_slowly() -> None:
