@@ -52,6 +52,7 @@ SHARED = {
     "tests.certificates.test_paper_certificate": "the paper's law",
     "tests.certificates.kinds.tracking_documents": "the arm with a reference",
     "tests.reports.plant_designs": "designs of plants",
+    "library_plants": "models of the library",
 }
 # They take minutes and begin first: later one process would be busy while the others wait.
 LONGEST = (

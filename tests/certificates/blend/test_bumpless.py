@@ -15,11 +15,11 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.cross_check.comparison import cross_checked_document
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.models.blending.substitution import blended_model
-from takagi.models.plant_files.loader import PlantFile
 from takagi.models.ramps import effort_ramp
 from tests.certificates.blend.test_effort_blend import blend, design, draughty
 from tests.certificates.kinds.claims import resealed, verdicts
 from tests.models.blending.plants import plant_of
+from tests.models.library_plants import library_model
 
 Data = dict[str, Any]
 ABOUT = ("sector-embedding", "effort-blend", "bumpless")
@@ -167,8 +167,7 @@ def test_no_bound_without_a_rate_of_what_commands(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["split_range", "boost_throttle"])
 def test_built_in_plants_have_it(name: str) -> None:
     """boost_throttle by hand: 2000 kPa/s^2 over 340 and 1600 kPa/s."""
-    model = blended_model(PlantFile.of(name).model)
-    _, claims, notes = plant_and_claim(model)
+    _, claims, notes = plant_and_claim(library_model(name))
     claim = claims[-1]
     assert claim["kind"] == "bumpless" and not notes
     if name == "boost_throttle":
