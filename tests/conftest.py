@@ -22,12 +22,13 @@ os.environ["MPLBACKEND"] = "Agg"
 # While tests are imported and collected next to nothing is garbage, and all is looked at again.
 gc.disable()
 
-# The same examples at every run, and no deadline: a slow machine is not a failure.
+# The same examples at every run, and no deadline: a slow machine is not a failure.  `.ci/run` looks
+# at more of them.
 settings.register_profile(
     "takagi",
     derandomize=True,
     deadline=None,
-    max_examples=50,
+    max_examples=int(os.environ.get("TAKAGI_EXAMPLES", "20")),
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("takagi")
