@@ -55,11 +55,11 @@ SHARED = {
     "tests.reports.plant_designs": "designs of plants",
     "library_plants": "models of the library",
 }
-# They take minutes and begin first: later one process would be busy while the others wait.
+# They take longest and begin first: later one process would be busy while the others wait.
 LONGEST = (
     "the turbine's design",
-    "tests/certificates/test_coherent_synthesis.py",
-    "tests/gallery/test_gallery.py",
+    "models of the library",
+    "designs of plants",
 )
 
 

@@ -52,6 +52,7 @@ def same_as_alone(results: Path, folder: Path) -> bool:
     return content(results) == content(folder / "results")
 
 
+@pytest.mark.slow
 def test_two_workers_of_which_one_is_killed(tmp_path: Path) -> None:
     """Its task is computed elsewhere; the files are those of a run without a cluster."""
     results = tmp_path / "results"
