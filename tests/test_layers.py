@@ -81,14 +81,7 @@ def test_importing_a_floor_loads_nothing_heavy(floor: str) -> None:
 @pytest.mark.parametrize("floor", FLOORS)
 def test_every_promised_name_can_be_imported(floor: str) -> None:
     """A lazy `__init__` hides a misspelt module until somebody asks for it."""
-    ran = subprocess.run(
-        [sys.executable, "-c", f"from takagi.{floor} import *"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-    assert ran.returncode == 0, ran.stderr
+    exec(f"from takagi.{floor} import *", {})
 
 
 ROOT = Path(__file__).resolve().parents[1]

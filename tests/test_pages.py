@@ -171,6 +171,7 @@ def test_the_readme_has_all_winds_of_the_file(column: str) -> None:
 BLENDING = text_of("blending.md")
 
 
+@pytest.mark.slow
 def test_the_vessel_is_proved_under_one_gain(tmp_path: Path) -> None:
     """The gains that `takagi design` gives it, to four digits: everything, both valves 20 % off."""
     plant = filed_plant(tmp_path, fenced(BLENDING, "toml")[0], "vessel.toml")

@@ -26,6 +26,7 @@ def test_the_python_example_runs_as_it_stands(tmp_path: Path) -> None:
     assert (ran.returncode, ran.stdout, ran.stderr) == (0, "Verdict.PROVED\n", "")
 
 
+@pytest.mark.slow
 def test_the_first_plant_is_proved_as_it_stands(tmp_path: Path) -> None:
     """Its picture is the figure that its command writes, drawn from the same numbers."""
     (tmp_path / "pendulum.toml").write_text(fenced(README, "toml")[0], encoding="utf-8")

@@ -43,6 +43,20 @@ def undrawn() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def blank_figures() -> Iterator[None]:
+    """Let every figure of a page be empty: ``tests/reports/test_figures`` looks at them."""
+    from takagi.reports.figures import style
+    from takagi.reports.simulation import plant_figures, tables
+
+    with pytest.MonkeyPatch.context() as patch:
+        for place in (style, tables, plant_figures):
+            patch.setattr(place, "figure_to_svg", lambda *_, **__: "<svg/>")
+        patch.setattr(tables, "figure_to_png", lambda *_, **__: b"PNG")
+        patch.setattr(style, "figure_to_pdf", lambda _: b"%PDF")
+        yield
+
+
 def unmeasured(patch: pytest.MonkeyPatch) -> None:
     """Let the summary of a turbine have neither margins nor simulated runs."""
     patch.setattr(measured_loop, "_measured_now", lambda _: measured_loop.NOTHING)

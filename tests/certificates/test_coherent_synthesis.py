@@ -134,6 +134,7 @@ def test_where_no_step_gains_the_two_step_gains_are_kept_and_it_is_said(
     assert verdict(built, found) is Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_no_function_at_the_start_is_told_with_its_wind(built: Built) -> None:
     """A third to five times the inertia is beyond any function: the message names the wind."""
     with pytest.raises(ModelError, match=r"no common quadratic function.*wind 11\."):

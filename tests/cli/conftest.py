@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from tests.undrawn import unmeasured
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
+    from takagi.certificates.design.plant.result import PlantDesign
 
 Files = dict[str, bytes | str]
 
@@ -54,6 +55,40 @@ def stable(monkeypatch: pytest.MonkeyPatch) -> None:
     What is looked at is tested in ``tests/reports/test_running_stability``.
     """
     monkeypatch.setattr("takagi.reports.margins.running_stability.require_stable", lambda *_: ())
+
+
+@pytest.fixture(scope="module")
+def proved_once() -> Iterator[None]:
+    """Let `simulate --gains` prove the same gains on the same plant once in a file of tests."""
+    from takagi.cli.runs.plant import PlantMaker
+
+    proofs: dict[tuple[object, ...], PlantDesign] = {}
+    with_gains = PlantMaker.with_gains
+
+    def proof_of(maker: PlantMaker, gains: Path, tell: Any) -> PlantDesign:
+        texts = [path.read_bytes() for path in (*maker.source.files, gains)]
+        key = (*texts, repr(sorted(maker.asked.items())))
+        if key not in proofs:
+            proofs[key] = with_gains(maker, gains, tell)
+        return proofs[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(PlantMaker, "with_gains", proof_of)
+        yield
+
+
+@pytest.fixture(scope="module")
+def given_observer() -> Iterator[None]:
+    """Let the laws of a study have an observer whose gains nobody had to seek."""
+    from takagi.models.turbine.loader import load_turbine
+    from takagi.models.turbine.wind_observer import WindObserver
+    from takagi.reports.study import overlap
+
+    with pytest.MonkeyPatch.context() as patch:
+        observer = WindObserver(load_turbine("nrel5mw"), 1.8, 49.0)
+        patch.setattr(overlap, "studied_observer", lambda *_: observer)
+        yield
+    overlap.studied_law.cache_clear()
 
 
 @pytest.fixture

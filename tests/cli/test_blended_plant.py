@@ -10,8 +10,10 @@ import pytest
 
 from takagi.cli.main import main
 from tests.models.blending.plants import ROOM
+from tests.undrawn import blank_figures
 
 Capture = pytest.CaptureFixture[str]
+pytestmark = pytest.mark.usefixtures("proved_once")
 
 
 class Sections(HTMLParser):
@@ -37,8 +39,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("room")
     text = ROOM.replace(", error = 0.1", "").replace(", error = 0.2", "")
     (place / "room.toml").write_text(text, encoding="utf-8")
-    options = ["--decay-rate", "0.2"]
-    assert main(["design", str(place / "room.toml"), "--out", str(place / "out"), *options]) == 0
+    words = ["design", str(place / "room.toml"), "--out", str(place / "out")]
+    with blank_figures():
+        assert main([*words, "--decay-rate", "0.2"]) == 0
     return place
 
 

@@ -14,7 +14,7 @@ import pytest
 from takagi.certificates.checker import Verdict, check
 from takagi.cli.main import main
 from takagi.models.files.library import data_folder
-from tests.undrawn import undrawn
+from tests.undrawn import blank_figures, undrawn
 
 Capture = pytest.CaptureFixture[str]
 
@@ -64,6 +64,16 @@ def pendulum(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the pendulum's file and its design, without a report, in ``out``."""
+    place = tmp_path_factory.mktemp("pendulum")
+    (place / "pendulum.toml").write_text(PENDULUM, encoding="utf-8")
+    with undrawn():
+        assert main(["design", str(place / "pendulum.toml"), "--out", str(place / "out")]) == 0
+    return place
+
+
 @pytest.fixture
 def drawn() -> None:
     """Let this test draw the report; the others do without, it is tested elsewhere."""
@@ -86,7 +96,8 @@ def test_a_plant_file_becomes_a_folder_that_the_checker_proves(
     """Gains, certificate, report, figures; with both companions the checker has no reservation."""
     out = tmp_path / "out"
 
-    assert main(["design", str(pendulum), "--out", str(out)]) == 0
+    with blank_figures():
+        assert main(["design", str(pendulum), "--out", str(out)]) == 0
 
     printed = capsys.readouterr().out
     answer = printed.split("\n\n", 1)[0].splitlines()
@@ -101,10 +112,9 @@ def test_a_plant_file_becomes_a_folder_that_the_checker_proves(
     assert [claim.verdict for claim in checked.claims] == [Verdict.PROVED] * len(checked.claims)
 
 
-def test_the_certificate_is_about_the_plant_s_own_equations(pendulum: Path, tmp_path: Path) -> None:
+def test_the_certificate_is_about_the_plant_s_own_equations(finished: Path) -> None:
     """The first claim ties vertices to equations; the file's hash and parameters are recorded."""
-    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
-    document = read(tmp_path / "out" / "certificate.json")
+    document = read(finished / "out" / "certificate.json")
 
     assert document["claims"][0]["kind"] == "sector-embedding"
     assert document["model"]["parameters"]["g"] == 9.81
@@ -112,14 +122,13 @@ def test_the_certificate_is_about_the_plant_s_own_equations(pendulum: Path, tmp_
     assert list(document["provenance"]["files_sha256"]) == ["pendulum.toml"]
 
 
-def test_the_gain_file_runs_the_plant_to_rest(pendulum: Path, tmp_path: Path) -> None:
+def test_the_gain_file_runs_the_plant_to_rest(finished: Path) -> None:
     """Its numbers alone, read by hand: u = -sum h_i K_i x turns the pendulum upright from 20 deg.
 
     The plant is integrated here by Heun's method from its equations, the memberships are made from
     the file's premises; nothing of the package is asked.
     """
-    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
-    content = read(tmp_path / "out" / "gains.json")
+    content = read(finished / "out" / "gains.json")
     law = content["law"]
     K, rules = np.array(law["K"]), law["rules"]
     (premise,) = law["premises"]
@@ -141,32 +150,27 @@ def test_the_gain_file_runs_the_plant_to_rest(pendulum: Path, tmp_path: Path) ->
     assert np.all(np.abs(x) < 1e-4)
 
 
-def test_gains_are_short_decimals(pendulum: Path, tmp_path: Path) -> None:
+def test_gains_are_short_decimals(finished: Path) -> None:
     """What is emitted is what is proved, so it is rounded first: to four digits here."""
-    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
-
-    for gain in np.ravel(read(tmp_path / "out" / "gains.json")["law"]["K"]):
+    for gain in np.ravel(read(finished / "out" / "gains.json")["law"]["K"]):
         assert len(repr(float(gain)).replace(".", "").strip("-0")) <= 4
 
 
-def test_a_changed_gain_is_refused(pendulum: Path, tmp_path: Path) -> None:
+def test_a_changed_gain_is_refused(finished: Path, tmp_path: Path) -> None:
     """One digit of one gain: the certificate is not about this file."""
-    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
-    certificate, gains = (tmp_path / "out" / name for name in ("certificate.json", "gains.json"))
-    content = read(gains)
+    certificate, gains = finished / "out" / "certificate.json", tmp_path / "gains.json"
+    content = read(finished / "out" / "gains.json")
     content["law"]["K"][0][0][0] += 0.01
     gains.write_text(json.dumps(content), encoding="utf-8")
 
     assert main(["check", str(certificate), "--gains", str(gains)]) == 1
 
 
-def test_a_changed_plant_file_is_refused(pendulum: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_a_changed_plant_file_is_refused(finished: Path, pendulum: Path, capsys: Capture) -> None:
     """The certificate was made for the old one: the field, and both values."""
-    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
     pendulum.write_text(PENDULUM.replace("value = 2.0", "value = 2.1"), encoding="utf-8")
-    capsys.readouterr()
 
-    certificate = str(tmp_path / "out" / "certificate.json")
+    certificate = str(finished / "out" / "certificate.json")
     assert main(["check", certificate, "--model", str(pendulum)]) == 1
     assert ".value is 2.1 there, 2 in the certificate" in capsys.readouterr().err
 

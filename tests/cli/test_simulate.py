@@ -15,6 +15,7 @@ from takagi.models.laws.published.law import PublishedLaw
 from takagi.reports.simulation import laws
 from takagi.reports.simulation.laws import ChosenLaws
 from tests.cli.conftest import contents
+from tests.undrawn import blank_figures
 
 Capture = pytest.CaptureFixture[str]
 QUICK = ("simulate", "nrel5mw", "--law", "baseline", "--duration", "6")
@@ -81,8 +82,9 @@ def test_same_seed_same_files_another_seed_others(tmp_path: Path, capsys: Captur
 def test_json_names_the_files_it_wrote(tmp_path: Path, capsys: Capture) -> None:
     """Paths as given, each of them there; a gust in the wake that needs time."""
     out = tmp_path / "deep" / "folder"
-    status = main([*QUICK[:-2], "--wind", "gust", "--duration", "15", "--wake", "dynamic",
-                   "--json", "--out", str(out)])  # fmt: skip
+    words = (*QUICK[:-2], "--wind", "gust", "--duration", "15", "--wake", "dynamic")
+    with blank_figures():
+        status = main([*words, "--json", "--out", str(out)])
     answer = json.loads(capsys.readouterr().out)
 
     assert status == 0
@@ -157,7 +159,8 @@ def test_the_printed_filter_is_an_option_of_the_simulation(tmp_path: Path, capsy
         assert (switched.coupling.speed_ramp.width, switched.coupling.torque_overlap) == (0, 0)
         assert switched.full.k_x.tolist() == law.full.k_x.tolist()
         assert chosen_by_name.speed_filters["switched"] == chosen_by_name.speed_filters["paper"]
-    assert main([*run, "sector", "--law", "schulte", "--out", str(tmp_path / "out")]) == 0
+    with blank_figures():
+        assert main([*run, "sector", "--law", "schulte", "--out", str(tmp_path / "out")]) == 0
     torques = []
     for series in (tmp_path / "out" / "series").glob("*.csv"):
         head, *lines = series.read_text().splitlines()

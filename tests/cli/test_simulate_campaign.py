@@ -11,6 +11,8 @@ import pytest
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.reader import digest
 from takagi.cli.main import main
+from tests.certificates.conftest import SHORT_FROM, cells_from
+from tests.certificates.kinds.claims import resealed
 from tests.cli.conftest import contents
 
 if TYPE_CHECKING:
@@ -36,11 +38,11 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def certificate(finished: TurbineDesign, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The default design's certificate as a file."""
-    from takagi.certificates.document.certificate_file import dumps
-
+    """The default design's claim about six wind cells around rated wind, as a file."""
     path = tmp_path_factory.mktemp("campaign") / "certificate.json"
-    path.write_text(dumps(finished.document), encoding="utf-8")
+    alone = {**finished.document, "claims": finished.document["claims"][:1]}
+    short = resealed(cells_from(alone, SHORT_FROM))
+    path.write_text(json.dumps(short), encoding="utf-8")
     return path
 
 

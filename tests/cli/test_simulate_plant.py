@@ -14,6 +14,7 @@ import pytest
 from takagi.cli.main import main
 
 Capture = pytest.CaptureFixture[str]
+pytestmark = pytest.mark.usefixtures("proved_once")
 
 # x' = x + u + w, |u| <= 2: from |x| > 2 no input within its range holds it.
 CART = """

@@ -43,7 +43,7 @@ def studied(out: Path, *options: str, model: str = "nrel5mw") -> int:
 
 
 @pytest.fixture(scope="module")
-def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tiny(given_observer: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a study of two laws in one wind."""
     out = tmp_path_factory.mktemp("controllers")
     assert studied(out, *TWO, *TINY) == 0

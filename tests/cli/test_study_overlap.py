@@ -25,7 +25,7 @@ def studied(out: Path, *options: str, model: str = "nrel5mw") -> int:
 
 
 @pytest.fixture(scope="module")
-def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tiny(given_observer: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a study of the hard switch and Schulte's default, two winds, one seed."""
     out = tmp_path_factory.mktemp("study")
     assert studied(out, *TINY, "--seeds", "1") == 0

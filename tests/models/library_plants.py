@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.models import Plant, TSModel, Variable, load_model, sector_model
+from takagi.models.blending.substitution import blended_model
 
 Floats = NDArray[np.float64]
 
@@ -125,7 +126,15 @@ def plant_of(name: str) -> Plant:
 
 @lru_cache
 def model_of(name: str) -> TSModel:
+    """The model of a plant's own equations, without a blend of its actuators."""
     return sector_model(plant_of(name))
+
+
+@lru_cache
+def library_model(name: str) -> TSModel:
+    """The model that a design takes: of two actuators behind a blend it has the effort."""
+    plant = plant_of(name)
+    return model_of(name) if plant.blending is None else blended_model(plant)
 
 
 def named(plant: Plant, x: Floats, u: Floats, w: Floats) -> dict[str, float]:

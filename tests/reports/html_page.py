@@ -70,12 +70,13 @@ class HtmlPage(HTMLParser):
 def self_contained(html: str) -> HtmlPage:
     """Return the page: well-formed, nothing is loaded, every id once, every link has its place."""
     page = HtmlPage(html)
+    ids = set(page.ids)
     assert page.wrong == [] and page.open == []
-    assert len(page.ids) == len(set(page.ids))
+    assert len(page.ids) == len(ids)
     assert not {"script", "link", "img", "iframe", "object"} & {tag for tag, _ in page.tags}
     assert not re.search(r"url\((?!#)|@import", html)
     links = [a.get(key) for _, a in page.tags for key in ("src", "href", "xlink:href")]
-    assert all(link.startswith("#") and link[1:] in page.ids for link in links if link)
+    assert all(link.startswith("#") and link[1:] in ids for link in links if link)
     return page
 
 

@@ -102,8 +102,19 @@ def require_same(fast: History, slow: History) -> None:
     assert fast.law_states == pytest.approx(slow.law_states[:, :width], rel=CLOSE, abs=CLOSE)
 
 
-@pytest.mark.parametrize("late", [0.0, 0.02, 0.04])
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize(
+    ("name", "late"),
+    [
+        *((name, 0.02) for name in LAWS),
+        ("effort", 0.0),
+        ("effort", 0.04),
+        *(
+            pytest.param(name, late, marks=pytest.mark.slow)
+            for name in LAWS[1:]
+            for late in (0.0, 0.04)
+        ),
+    ],
+)
 def test_the_compiled_loop_is_the_loop_in_python(name: str, late: float) -> None:
     """On the rich plant in turbulence across rated wind, behind a band-stop, also sent later."""
     plant = validation_plant(TURBINE, ripple=0.01, speed_filter=SpeedFilter(30.0, 9.3))

@@ -28,6 +28,7 @@ from takagi.reports.simulation.plant import simulate_plant, simulation_data
 from tests.reports.plant_designs import design_of
 
 
+@pytest.mark.slow
 def test_checker_accepts_the_pair(turbine_design: TurbineDesign, tmp_path: Path) -> None:
     """Written side by side, certificate and gains compare equal and the verdict is the design's."""
     certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"

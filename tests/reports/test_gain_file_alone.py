@@ -26,16 +26,15 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import law_members, plant_data, unknown_premises
-from takagi.models import Plant, sector_model
-from takagi.models.blending.substitution import blended_model
+from takagi.models import Plant
 from takagi.models.files.library import built_in_kinds, data_folder
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
-from takagi.models.plant_files.loader import load_plant
 from takagi.models.turbine.trim import trim
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.turbine import gain_file
+from tests.models.library_plants import library_model, plant_of
 from tests.reports.filtered_speed import FilteredSpeed
 
 PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding="utf-8")
@@ -81,8 +80,7 @@ def plant_law(name: str) -> tuple[Plant, PdcLaw]:
 
     Of a blended plant they differ only with what a law knows.
     """
-    plant = load_plant(name)
-    model = blended_model(plant) if plant.blending is not None else sector_model(plant)
+    plant, model = plant_of(name), library_model(name)
     r, n, m = model.B.shape
     rng = np.random.default_rng(11)
     K = rng.uniform(0.5, 2.0, (r, m, n))

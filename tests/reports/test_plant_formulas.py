@@ -11,11 +11,12 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.models import ModelError, Plant, load_model, sector_model
+from takagi.models import ModelError
 from takagi.models.files.library import built_in_kinds
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.readable_latex import readable, shortens
 from takagi.reports.sections.plant.plant import equations_latex
+from tests.models.library_plants import model_of, plant_of
 
 PLANTS = sorted(name for name, kind in built_in_kinds().items() if kind == "plant")
 SYMBOLS = sp.symbols("x angle z1 omega delta_x rate", real=True)
@@ -38,11 +39,9 @@ def words(markup: str) -> list[str]:
 @pytest.mark.parametrize("name", PLANTS)
 def test_every_step_of_the_library_can_be_set(name: str) -> None:
     """All that derivations of the library write is read, and no number gets lost."""
-    plant = load_model(name)
-    assert isinstance(plant, Plant)
-    model = sector_model(plant)
-    assert model.derivation is not None
-    lines = [step.latex for step in model.derivation.steps] + equations_latex(plant)
+    derivation = model_of(name).derivation
+    assert derivation is not None
+    lines = [step.latex for step in derivation.steps] + equations_latex(plant_of(name))
 
     for line in map(readable, lines):
         # Distances between rows are not shown.

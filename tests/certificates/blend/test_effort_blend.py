@@ -279,19 +279,23 @@ def test_gains_may_go_with_what_is_known() -> None:
     assert verdicts(document)[-1] == "PROVED"
 
 
+@cache
+def of_two_rules() -> PlantDesign:
+    """Actuators without errors cancel all but x in x' = a x^2 + U: two rules."""
+    changes = {
+        "low": '"2", error = 0.1 -> "2"',
+        "high": '"2 + x", error = 0.2 -> "2 + x"',
+        "equation": "a*x - -> a*x^2 -",
+    }
+    with TemporaryDirectory() as folder:
+        plant = plant_of(Path(folder), **changes)
+    return certify_plant(plant, lambda model: np.array([GAIN] * len(model.A)), PlantSettings())
+
+
 @pytest.mark.parametrize(("premise", "verdict"), [("x", "PROVED"), ("effort/3", "UNDECIDED")])
-def test_two_gains_go_by_the_weights_of_the_model(
-    premise: str, verdict: str, tmp_path: Path
-) -> None:
-    """Actuators without errors cancel all but x in x' = a x^2 + U: two rules, and two gains."""
-    plant = plant_of(
-        tmp_path,
-        low='"2", error = 0.1 -> "2"',
-        high='"2 + x", error = 0.2 -> "2 + x"',
-        equation="a*x - -> a*x^2 -",
-    )
-    found = certify_plant(plant, lambda model: np.array([GAIN] * len(model.A)), PlantSettings())
-    document = copy.deepcopy(dict(found.document))
+def test_two_gains_go_by_the_weights_of_the_model(premise: str, verdict: str) -> None:
+    """Two rules, and two gains."""
+    document = copy.deepcopy(dict(of_two_rules().document))
     document["claims"] = [c for c in document["claims"] if c["kind"] in ABOUT]
     law = document["gains"]
     (own,) = law["premises"]

@@ -12,18 +12,10 @@ from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
-from takagi.models import TSModel, sector_model
-from takagi.models.blending.substitution import blended_model
-from takagi.models.plant_files.loader import load_plant
+from takagi.models import TSModel
 from tests.certificates.kinds.claims import as_read
 
 CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
-
-
-def library_model(name: str) -> TSModel:
-    """Return the model of a plant that comes with the package."""
-    plant = load_plant(name)
-    return sector_model(plant) if plant.blending is None else blended_model(plant)
 
 
 def said_of(data: Any) -> Claim:

@@ -22,8 +22,9 @@ from takagi.models import Interval, Output, Parameter, Plant, Variable, sector_m
 from takagi.models.files.library import built_in_kinds
 from takagi.models.ranges.expression_range import expression_range, expression_value
 from takagi.models.ts.premise import round_outward
-from tests.certificates.embedding.plants import checked, library_model, said_of
+from tests.certificates.embedding.plants import checked, said_of
 from tests.certificates.kinds.claims import as_read
+from tests.models.library_plants import library_model
 
 PLANTS = [name for name, kind in built_in_kinds().items() if kind == "plant"]
 

@@ -16,11 +16,11 @@ from takagi.certificates.document.plant_embedding import plant_data
 from tests.certificates.embedding.plants import (
     changed,
     embedding_outcome,
-    library_model,
     one_state,
     said_of,
 )
 from tests.certificates.kinds.claims import as_read
+from tests.models.library_plants import library_model
 
 Data = dict[str, Any]
 

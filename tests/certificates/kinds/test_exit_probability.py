@@ -346,13 +346,13 @@ def test_noise_in_a_premise_proves_nothing() -> None:
 
 
 def test_noise_that_moves_with_the_state() -> None:
-    """x' = -x - x^3 + (1 + x^2/4) w, |x| <= 1: 10,000 runs by Euler and Maruyama (Ito)."""
+    """x' = -x - x^3 + (1 + x^2/4) w, |x| <= 1: 3,000 runs by Euler and Maruyama (Ito)."""
     asked = ExitProbability([0.4], 20.0)
     attempt = asked.attempt(cubic(-x - x**3 + (1 + x**2 / 4) * w))
     assert attempt.proved
     assert "in Ito's sense" in attempt.checked.text
     random, step = np.random.default_rng(3), 0.01
-    at, left = np.zeros(10_000), np.zeros(10_000, dtype=bool)
+    at, left = np.zeros(3000), np.zeros(3000, dtype=bool)
     for _ in range(2000):
         kick = 0.4 * math.sqrt(step) * random.standard_normal(at.shape)
         at = at - step * (at + at**3) + (1 + at**2 / 4) * kick

@@ -43,10 +43,12 @@ from tests.certificates.kinds.tracking_documents import (
 
 
 def test_the_arm_is_proved_to_follow() -> None:
-    for which in (0, 1):
-        document = changed(lambda _: None, which)
-        assert verdicts(document) == ["PROVED", "PROVED"]
-    words = check_document(document).claims[1].text
+    """Both claims about its reference beside each other, on the embedding that they share."""
+    document = changed(lambda found: found.update(claims=[*found["claims"][:-1], *claims()]))
+    embedding, *following = check_document(document).claims
+    assert embedding.verdict is Verdict.PROVED
+    assert [claim.verdict for claim in following] == [Verdict.PROVED] * 2
+    words = following[1].text
     assert "constant m in [0.9, 1.1] kg the loop has one equilibrium with no error" in words
     assert "in a stated set" in words
     assert "while |target'| <= 0.08727" in words

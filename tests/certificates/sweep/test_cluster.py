@@ -52,15 +52,16 @@ def same_as_alone(results: Path, folder: Path) -> bool:
     return content(results) == content(folder / "results")
 
 
-def test_four_workers_of_which_one_is_killed(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_two_workers_of_which_one_is_killed(tmp_path: Path) -> None:
     """Its task is computed elsewhere; the files are those of a run without a cluster."""
     results = tmp_path / "results"
-    with dask_cluster(tmp_path / "cluster", 4) as cluster:
+    with dask_cluster(tmp_path / "cluster", 2) as cluster:
         killing = meanwhile(results, 8, cluster.workers[1].kill)
         made, resumed = results_of(cluster, results)
         killing.join()
         assert cluster.workers[1].wait(10) != 0
-        assert len(list(cluster.folder.glob("process-*"))) == 4
+        assert len(list(cluster.folder.glob("process-*"))) == 2
 
     assert (resumed, [result["z"] for result in made]) == (0, [2 * x for x in range(COUNT)])
     assert same_as_alone(results, tmp_path / "alone")

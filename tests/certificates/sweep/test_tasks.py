@@ -103,7 +103,7 @@ def test_an_error_ends_no_other_task_and_is_tried_again(tmp_path: Path) -> None:
 def test_a_killed_process_loses_only_its_task(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Other processes take over; with one that is always killed the words say what to do."""
+    """Other processes take over."""
     monkeypatch.syspath_prepend(str(ROOT))
     work, folder = tasks("deadly", str(tmp_path / "killed"), 40), tmp_path / "results"
 
@@ -112,9 +112,19 @@ def test_a_killed_process_loses_only_its_task(
     assert (tmp_path / "killed").exists()
     run_tasks(tasks("deadly", str(tmp_path / "killed"), 40), tmp_path / "alone", workers=1)
     assert content(folder) == content(tmp_path / "alone")
+
+
+@pytest.mark.slow
+def test_processes_that_are_always_killed_end_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The words say how often, and what to do."""
+    monkeypatch.syspath_prepend(str(ROOT))
+    monkeypatch.setattr("takagi.certificates.sweep.tasks.RENEWALS", 1)
+    (tmp_path / "killed").touch()
     # A path below a file can never be made, so that every process that tries x = 3 is killed.
-    work = tasks("deadly", str(tmp_path / "killed" / "again"), 5, factor=3)
-    with pytest.raises(ModelError, match="killed from outside 4 times.*Run the same command again"):
+    work = tasks("deadly", str(tmp_path / "killed" / "again"), 5)
+    with pytest.raises(ModelError, match="killed from outside 2 times.*Run the same command again"):
         run_tasks(work, tmp_path / "deadly", workers=2)
 
 

@@ -13,10 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.models import ModelError, Plant, TSModel, load_model
+from takagi.models import ModelError, Plant, TSModel
 from takagi.models.blending.blending import RunTimeBlending, blending_of
 from takagi.models.blending.substitution import blended_model
 from takagi.models.laws.pdc import PdcLaw
+from tests.models import library_plants
 from tests.models.blending.plants import ROOM, plant_of
 
 Floats = NDArray[np.float64]
@@ -188,19 +189,12 @@ FIELDS: dict[str, Callable[[Floats, Floats], list[float]]] = {
 }
 
 
-@cache
-def made_from_file(name: str) -> tuple[Plant, TSModel]:
-    plant = load_model(name)
-    assert isinstance(plant, Plant)
-    return plant, blended_model(plant)
-
-
 @pytest.mark.parametrize("name", FIELDS)
 @settings(max_examples=15, derandomize=True, deadline=None)
 @given(shares=st.lists(st.floats(0, 1), min_size=6, max_size=6))
 def test_model_and_running_plant_equal_the_equations(name: str, shares: list[float]) -> None:
     """Anywhere in the box, actuators as wrong as they may be; weights are convex."""
-    plant, model = made_from_file(name)
+    plant, model = library_plants.plant_of(name), library_plants.library_model(name)
     blending = blending_of(plant)
     assert blending is not None
     sides = [v.range for v in plant.states]
@@ -231,7 +225,7 @@ def test_model_and_running_plant_equal_the_equations(name: str, shares: list[flo
 
 @pytest.mark.parametrize("name", FIELDS)
 def test_it_rests_where_the_file_says(name: str) -> None:
-    plant, _ = made_from_file(name)
+    plant = library_plants.plant_of(name)
     rest = np.array([float(v.rest) for v in plant.states])
 
     np.testing.assert_allclose(FIELDS[name](rest, np.zeros(2)), 0, atol=1e-9)
@@ -240,4 +234,4 @@ def test_it_rests_where_the_file_says(name: str) -> None:
 @pytest.mark.parametrize(("name", "rules"), [("split_range", 16), ("boost_throttle", 16)])
 def test_number_of_rules(name: str, rules: int) -> None:
     """As docs/models.md has them: share and two errors, and one premise more."""
-    assert len(made_from_file(name)[1].rules) == rules
+    assert len(library_plants.library_model(name).rules) == rules

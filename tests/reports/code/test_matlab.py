@@ -118,16 +118,13 @@ def test_bad_inputs_leave_finite_commands(tmp_path: Path) -> None:
 
 
 def test_the_struct_has_what_the_file_and_the_certificate_have(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    duffing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """By the command: gains, vertices and P of a small design, read back by scipy."""
-    built = tmp_path / "built"
-    with undrawn():
-        assert main(["design", "duffing", "--out", str(built)]) == 0
     out = tmp_path / "mat"
-    assert main(["export", str(built / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
+    assert main(["export", str(duffing / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     assert "duffing" in capsys.readouterr().out.lower()
-    program = read_controller(built / "gains.json")
+    program = read_controller(duffing / "gains.json")
     file = out / f"{file_word(program.plant)}.mat"
     found = loadmat(file, simplify_cells=True)["takagi"]
     law = program.document["law"]
@@ -140,16 +137,14 @@ def test_the_struct_has_what_the_file_and_the_certificate_have(
     assert found["verdict"] == "PROVED"
     assert set(found["constants"]) == {words_of(program)[one.name] for one in program.constants}
     again = tmp_path / "again"
-    assert main(["export", str(built / "gains.json"), "--to", "mat", "--out", str(again)]) == 0
+    assert main(["export", str(duffing / "gains.json"), "--to", "mat", "--out", str(again)]) == 0
     assert (again / file.name).read_bytes() == file.read_bytes()
 
 
-def test_another_certificate_gives_no_matrices(tmp_path: Path) -> None:
+def test_another_certificate_gives_no_matrices(duffing: Path, tmp_path: Path) -> None:
     """Claims of a file that the gain file does not name are not written beside its gains."""
-    first, second = tmp_path / "first", tmp_path / "second"
-    with undrawn():
-        assert main(["design", "duffing", "--out", str(first)]) == 0
-        assert main(["design", "duffing", "--decay-rate", "0.2", "--out", str(second)]) == 0
+    first = shutil.copytree(duffing, tmp_path / "first")
+    second = designed("duffing", tmp_path / "second", "--decay-rate", "0.2")
     shutil.copy(second / "certificate.json", first / "certificate.json")
     out = tmp_path / "mat"
     assert main(["export", str(first / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
@@ -180,14 +175,24 @@ def test_a_law_that_is_not_proved_has_no_certificate(tmp_path: Path) -> None:
         certified(gains, path, program)
 
 
+def designed(name: str, out: Path, *options: str) -> Path:
+    """Return the folder of a plant's design without its report."""
+    with undrawn():
+        assert main(["design", name, "--out", str(out), *options]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def duffing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return designed("duffing", tmp_path_factory.mktemp("duffing") / "built")
+
+
 def test_vertices_are_the_model_s(tmp_path: Path) -> None:
     """A and B of every rule, against the Takagi-Sugeno model of the library."""
-    built, out = tmp_path / "built", tmp_path / "mat"
-    with undrawn():
-        assert main(["design", "cart_pole", "--out", str(built)]) == 0
+    built, out = designed("cart_pole_2rules", tmp_path / "built"), tmp_path / "mat"
     assert main(["export", str(built / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     found = loadmat(next(out.glob("*.mat")), simplify_cells=True)["takagi"]
-    _, law = plant_law("cart_pole")
+    _, law = plant_law("cart_pole_2rules")
     # The gain file's premises are rounded outward to seven decimals.
     np.testing.assert_allclose(np.moveaxis(found["A"], 2, 0), law.model.A, atol=1e-5)
     r, n, m = law.model.B.shape
