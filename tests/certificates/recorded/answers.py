@@ -23,7 +23,8 @@ from takagi.certificates import CertificateError, Checked, check
 
 FOLDER = Path(__file__).parent
 Answer = list[list[str]]
-NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+# A hyphen inside a word, as in "5-MW", is no sign.
+NUMBER = re.compile(r"(?:(?<!\w)-)?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def kinds() -> list[str]:
