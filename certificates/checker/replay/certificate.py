@@ -19,6 +19,7 @@ from takagi.certificates.checker.replay.claim_kinds import KINDS, READ, replay
 DeciderOf = Callable[[int], Decider]
 FORMAT, VERSION = "takagi-certificate", 1
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
+PROBLEM = "conic-problem"
 
 
 def exact_decider(claim_index: int) -> Decider:
@@ -54,6 +55,8 @@ def check(
     data = reader.read_json(Path(path))
     _require_whole(data, str(path))
     messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
+    if isinstance(data.get("model"), dict) and data["model"].get("kind") == PROBLEM:
+        messages = ["the verdict is about the problem inside the certificate"]
     if gains is not None or model is not None:
         # Imported here, so that a check without files does not depend on the code that reads them.
         from takagi.certificates.checker.files.given_files import compare_files
