@@ -35,6 +35,7 @@ from takagi.lmi.problem_files.problem import (
     triangle_position,
 )
 from takagi.models.arrays import Floats
+from takagi.models.ts.mat_file import mat_content
 
 CVXPY_SOLVERS = ("CLARABEL", "SCS")
 
@@ -47,13 +48,7 @@ def read_sedumi(path: Path) -> ConicProblem:
     ModelError : a member is missing or does not fit, a matrix is not symmetric, or a cone is not
         supported.
     """
-    from scipy.io import loadmat
-
-    source = path.name
-    try:
-        members = loadmat(path, squeeze_me=False, struct_as_record=True)
-    except (ValueError, TypeError, NotImplementedError, OSError) as error:
-        require(False, source, f"not a MAT file of version 5 to 7: {error}")
+    source, members = path.name, mat_content(path)
     for name in ("b", "c", "K"):
         require(name in members, source, f"the member {name} is missing; A, b, c and K are needed")
     require("A" in members or "At" in members, source, "the member A is missing")
@@ -211,4 +206,4 @@ def _order(size: int, solver: str) -> np.ndarray[Any, np.dtype[np.intp]]:
 
 
 def _dense(value: Any) -> Floats:
-    return np.asarray(value.toarray() if sp.issparse(value) else value, dtype=np.float64)
+    return np.asarray(sp.csr_array(value).toarray(), dtype=np.float64)

@@ -74,7 +74,9 @@ class Block:
             return self.on_diagonal
         if self.cone == NONNEGATIVE:
             return np.ones(self.size)
-        return np.eye(1, self.size)[0] * (self.cone == SECOND_ORDER)
+        inside = np.zeros(self.size)
+        inside[0] = self.cone == SECOND_ORDER
+        return inside
 
     def arrays(self, variables: int) -> tuple[sp.csr_array, Floats]:
         """Return A, (length, variables), and B, (length,)."""
