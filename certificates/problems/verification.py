@@ -13,7 +13,7 @@ Source: Jansson, Chaykin, Keil (2007), SIAM J. Numer. Anal. 46(1), for the pertu
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -49,6 +49,8 @@ SMALLER = (1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 FARTHEST = 100.0
 # A bound that holds in a box alone holds for variables of this many times the solution's size.
 RADIUS = 10.0
+# The problem of more multipliers than these is not solved by itself: that takes minutes.
+MOST_MULTIPLIERS = 1_500
 # A factor of the largest pivot below which a place is no use for the equations.
 RANK = 1e-11
 Claim = dict[str, Any]
@@ -147,15 +149,41 @@ class _Prover:
 
     def bound(self, y: Floats | None, x: Floats) -> Claim | None:
         """Return the claim of multipliers near y that bound the optimum."""
-        dual = multiplier_problem(self.problem)
         if y is None:
-            solution = solve_conic(dual).solution
-            y = np.zeros(len(dual.objective)) if solution is None else solution.x
-        for candidate in _candidates(y, dual):
-            claim = self._multiplier_claim("bound of the optimum", "optimum-bound", candidate)
-            if self._holds(claim):
-                return claim
-        return self._bound_in_a_box(y, x)
+            solution = solve_conic(self.problem).solution
+            y = solution.y if solution else None
+        if y is None:
+            y = np.zeros(self._A.shape[0])
+        ways = [self._multipliers_near(y)]
+        if len(y) <= MOST_MULTIPLIERS:
+            ways.append(_candidates(y, multiplier_problem(self.problem)))
+        bounds = []
+        for way in ways:
+            claims = (
+                self._multiplier_claim("bound of the optimum", "optimum-bound", z) for z in way
+            )
+            bounds += [claim for claim in (next(filter(self._holds, claims), None),) if claim]
+        if not bounds:
+            return self._bound_in_a_box(y, x)
+        least_product = self._weights * self._constant
+        return min(bounds, key=lambda claim: float(least_product @ np.array(claim["point"])))
+
+    def _multipliers_near(self, y: Floats) -> Iterator[Floats]:
+        """Yield multipliers near y, first y itself, then ever farther inside their cones.
+
+        y = z + d e is inside by d, and <A_i, y> = c_i where z are the multipliers of the problem
+        with the objective c_i - d <A_i, e>.
+        """
+        yield from (np.round(y, digits) if digits else y for digits in (0, 9, 6, 3))
+        size = max(1.0, float(np.abs(y).max(initial=0.0)))
+        inside = np.concatenate([block.interior for block in self.problem.blocks])
+        products = self._A.T @ (self._weights * inside)
+        for share in SMALLER:
+            d = share * size
+            moved = replace(self.problem, objective=self.problem.objective - d * products)
+            solution = solve_conic(moved).solution
+            if solution is not None and solution.y is not None:
+                yield solution.y + d * inside
 
     def _bound_in_a_box(self, y: Floats, x: Floats) -> Claim | None:
         """Return a bound for all solutions within a multiple of this one's size.
