@@ -16,7 +16,7 @@ the problem of the opposite objective) and ``blocks``: ``cone``, ``size`` (rows 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt, lcm
@@ -32,13 +32,58 @@ KIND = "conic-problem"
 CONES = ("zero", "nonnegative", "second-order", "semidefinite")
 SENSES = ("minimise", "maximise")
 MOST_VARIABLES, MOST_ENTRIES, LARGEST_BLOCK = 2_000, 500_000, 200
+# Of all blocks together: a block of many values needs few characters in the file.
+MOST_VALUES = 200_000
 # Values with many digits are rounded to this unit before an elimination, which allows for it.
 UNIT = Fraction(1, 10**40)
 # 1 / sqrt(2) is this number to within UNIT.
 HALF_ROOT = Fraction(isqrt(2 * 10**90), 2 * 10**45)
 Vector = dict[int, Fraction]
-# The key of a line's right side, and the work of an operation beside its digits.
-RIGHT, SMALL_WORK = -1, 200
+# The key of a line's right side, the work of an operation beside its digits, and that of a look
+# into a line.
+RIGHT, SMALL_WORK, LOOK_WORK = -1, 200, 4
+
+
+class Work:
+    """Counts the work of exact arithmetic: a hostile file could block the checker otherwise."""
+
+    def __init__(self) -> None:
+        self._spent = 0
+
+    def spend(self, value: Fraction) -> None:
+        """Count the operation that gave this value; its common divisor takes bits^2 steps.
+
+        Raises
+        ------
+        Refused : all operations together were too much.
+        """
+        bits = value.numerator.bit_length() + value.denominator.bit_length()
+        self.add(SMALL_WORK + bits + bits * bits // 2**15)
+
+    def add(self, work: int) -> None:
+        """Count this much work.
+
+        Raises
+        ------
+        Refused : all operations together were too much.
+        """
+        self._spent += work
+        if self._spent > MOST_WORK // 10:
+            raise Refused("numbers with too many digits: too much work")
+
+
+def limited_sum(terms: Iterable[Fraction]) -> Fraction:
+    """Return the sum.
+
+    Raises
+    ------
+    Refused : numbers with too many digits.
+    """
+    total, work = Fraction(0), Work()
+    for term in terms:
+        total += term
+        work.spend(total)
+    return total
 
 
 @dataclass(frozen=True)
@@ -63,8 +108,7 @@ class Block:
 
     def product(self, values: Vector, other: Sequence[Fraction]) -> Fraction:
         """Return the inner product of sparse values with a full vector."""
-        terms = (self.weight(k) * value * other[k] for k, value in values.items())
-        return sum(terms, Fraction(0))
+        return limited_sum(self.weight(k) * value * other[k] for k, value in values.items())
 
 
 @dataclass(frozen=True)
@@ -78,12 +122,13 @@ class ConicProblem:
 
     def values(self, x: Sequence[Fraction]) -> list[list[Fraction]]:
         """Return S_k(x) of every block."""
-        stacked = []
+        stacked, work = [], Work()
         for block in self.blocks:
             values = [block.constant.get(k, Fraction(0)) for k in range(block.length)]
             for i, column in block.columns.items():
                 for k, value in column.items():
                     values[k] += x[i] * value
+                    work.spend(values[k])
             stacked.append(values)
         return stacked
 
@@ -104,6 +149,8 @@ def read_problem(data: Any, where: str) -> ConicProblem:
     blocks = reader.listed(model, "blocks", "model", 1, MOST_ENTRIES)
     listed = [_read_block(block, f"model.blocks[{k}]", len(objective))
               for k, block in enumerate(blocks)]  # fmt: skip
+    if sum(block.length for block in listed) > MOST_VALUES:
+        raise CertificateError(f"model.blocks: at most {MOST_VALUES} values")
     sense = _choice(model, "sense", "model", SENSES)
     return ConicProblem(
         objective, reader.number(model, "offset", "model"), sense == "maximise", tuple(listed)
@@ -150,6 +197,7 @@ def inside_cones(
     ----------
     subject : what the values are, for the reason where one is outside.
     """
+    work = 0
     for number, (block, values) in enumerate(zip(blocks, stacked, strict=True), start=1):
         failure = f"{subject} is not in cone {number} ({block.cone})"
         if block.cone == "nonnegative":
@@ -157,10 +205,15 @@ def inside_cones(
                 yield nonnegative(value, failure)
         elif block.cone == "second-order":
             yield nonnegative(values[0], failure)
-            rest = sum((value**2 for value in values[1:]), Fraction(0))
+            rest = limited_sum(value**2 for value in values[1:])
             yield nonnegative(values[0] ** 2 - rest, failure)
         elif block.cone == "semidefinite":
             matrix, error = _symmetric(block, values)
+            # The limit of one elimination is that of all of them.
+            bits = max(abs(entry).bit_length() for row in matrix.reduced().rows for entry in row)
+            work += block.size**4 * bits
+            if work > MOST_WORK:
+                raise Refused(f"{subject}: the semidefinite cones are too large together")
             if error:
                 # |S - matrix| <= error in every entry: by Gershgorin the eigenvalues differ by
                 # at most size * error.
@@ -230,8 +283,9 @@ def corrected(
 def _solution(remaining: list[Vector], count: int) -> list[Fraction]:
     """Return the only solution of sparse lines, whose right sides stand at ``RIGHT``."""
     pivots: list[Vector] = []
-    work = 0
+    work = Work()
     for column in range(count):
+        work.add(LOOK_WORK * (len(remaining) + len(pivots)))
         lines = [line for line in remaining if column in line]
         if not lines:
             raise Refused("the basis leaves the equations without one solution")
@@ -241,14 +295,11 @@ def _solution(remaining: list[Vector], count: int) -> list[Fraction]:
             factor = line[column] / pivot[column]
             for k, value in pivot.items():
                 entry = line.get(k, Fraction(0)) - factor * value
-                work += entry.denominator.bit_length() + SMALL_WORK
+                work.spend(entry)
                 if entry or k == RIGHT:
                     line[k] = entry
                 else:
                     del line[k]
-            # The work is bounded: a hostile file could block the checker otherwise.
-            if work > MOST_WORK // 10:
-                raise Refused(f"{len(pivots)} of {count} equations took too much work")
         pivots.append(pivot)
     if any(line[RIGHT] for line in remaining):
         raise Refused("the equations contradict one another")

@@ -19,6 +19,7 @@ from takagi.certificates.checker.problem.conic_problem import (
     Vector,
     corrected,
     inside_cones,
+    limited_sum,
 )
 from takagi.certificates.checker.problem.problem_claim import ProblemClaim
 from takagi.certificates.checker.words.figure import Figure, WindProfile
@@ -51,13 +52,15 @@ class FeasiblePoint(ProblemClaim):
         return corrected(rows, right, self.point, self.basis)
 
     def obligations(self) -> Obligations:
+        # Computed here, where a number with too many digits is a step that fails.
+        _ = self.value
         yield from inside_cones(self.problem.blocks, self.problem.values(self.x), "the point")
 
-    @property
+    @cached_property
     def value(self) -> Fraction:
         """c'x + c_0."""
         products = (c * x for c, x in zip(self.problem.objective, self.x, strict=True))
-        return sum(products, self.problem.offset)
+        return limited_sum(products) + self.problem.offset
 
     def sentence(self) -> str:
         value = f"at most {at_most(self.value, DIGITS)}"

@@ -57,7 +57,12 @@ def check(
     messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
     if isinstance(data.get("model"), dict) and data["model"].get("kind") == PROBLEM:
         messages = ["the verdict is about the problem inside the certificate"]
-    if gains is not None or model is not None:
+        if gains is not None or model is not None:
+            raise CertificateError(
+                f"{path}: the certificate is about a conic problem, which no claim ties to a gain "
+                "file or a model file; check it without them"
+            )
+    elif gains is not None or model is not None:
         # Imported here, so that a check without files does not depend on the code that reads them.
         from takagi.certificates.checker.files.given_files import compare_files
 
@@ -105,6 +110,9 @@ def _replayed(
 
         refuse_removed_kinds(kinds)
     model, gains = member(data, "model", "certificate"), data.get("gains")
+    if isinstance(model, dict) and model.get("kind") == PROBLEM and gains is not None:
+        # No claim about a problem speaks of a law, so that PROVED would be said of any.
+        raise CertificateError(f"{path}: a certificate about a {PROBLEM} has no gains")
     loop = None
     if any(kind in KINDS for kind in kinds):
         # Imported here: a turbine's loop does not need it, because it is not a sum over rules.
