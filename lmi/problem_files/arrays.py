@@ -35,6 +35,7 @@ from takagi.lmi.problem_files.problem import (
     triangle_position,
 )
 from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
 from takagi.models.ts.mat_file import mat_content
 
 CVXPY_SOLVERS = ("CLARABEL", "SCS")
@@ -55,6 +56,7 @@ def read_sedumi(path: Path) -> ConicProblem:
     K = {name: np.ravel(members["K"][name][0, 0]) for name in members["K"].dtype.names or ()}
     b, c = (np.ravel(_dense(members[name])) for name in ("b", "c"))
     A = sp.csr_array(members["A"] if "A" in members else np.transpose(members["At"]))
+    require(not np.iscomplexobj(A.data), source, "complex numbers are not supported")
     A = A if A.shape[0] == len(b) else sp.csr_array(A.T)
     require(A.shape == (len(b), len(c)), source, f"A has the shape {A.shape}, b and c others")
     supported = {"f", "l", "q", "s"}
@@ -81,13 +83,13 @@ def _sedumi_cones(K: dict[str, Any]) -> Iterator[tuple[str, int, int]]:
     """Yield (cone, size, rows of c) in SeDuMi's order."""
     for name, cone in (("f", ZERO), ("l", NONNEGATIVE)):
         count = int(sum(K.get(name, ())))
-        if count:
+        if count > 0:
             yield cone, count, count
     for size in map(int, K.get("q", ())):
-        if size:
+        if size > 0:
             yield SECOND_ORDER, size, size
     for size in map(int, K.get("s", ())):
-        if size:
+        if size > 0:
             yield SEMIDEFINITE, size, size * size
 
 
@@ -153,7 +155,7 @@ def save_cvxpy(problem: Any, path: Path | str) -> None:
     ------
     ModelError : a cone of another kind, or a quadratic objective that is none in cones.
     """
-    data, _, _ = problem.get_problem_data("CLARABEL", solver_opts={"use_quad_obj": False})
+    data, _, inverse = problem.get_problem_data("CLARABEL", solver_opts={"use_quad_obj": False})
     dims = data["dims"]
     other = {name for name in ("exp", "p3d", "pnd") if np.size(getattr(dims, name, ())) and
              np.any(getattr(dims, name))}  # fmt: skip
@@ -167,6 +169,8 @@ def save_cvxpy(problem: Any, path: Path | str) -> None:
         A_indptr=A.indptr,
         b=data["b"],
         c=data["c"],
+        # What the objective has beside c'x is none of the solver's data.
+        offset=np.array(float(inverse[-1]["offset"])),
         zero=np.array(dims.zero),
         nonneg=np.array(dims.nonneg),
         soc=np.array(dims.soc, dtype=int),
@@ -186,11 +190,12 @@ def _cvxpy_cones(members: dict[str, Any]) -> Iterator[tuple[str, int]]:
     """Yield (cone, size) in cvxpy's order."""
     for name, cone in (("zero", ZERO), ("nonneg", NONNEGATIVE)):
         count = int(members.get(name, 0))
-        if count:
+        if count > 0:
             yield cone, count
     for name, cone in (("soc", SECOND_ORDER), ("psd", SEMIDEFINITE)):
         for size in np.ravel(members.get(name, ())):
-            yield cone, int(size)
+            if size > 0:
+                yield cone, int(size)
 
 
 def _order(size: int, solver: str) -> np.ndarray[Any, np.dtype[np.intp]]:
@@ -206,4 +211,7 @@ def _order(size: int, solver: str) -> np.ndarray[Any, np.dtype[np.intp]]:
 
 
 def _dense(value: Any) -> Floats:
-    return np.asarray(sp.csr_array(value).toarray(), dtype=np.float64)
+    array = sp.csr_array(value).toarray()
+    if np.iscomplexobj(array):
+        raise ModelError("complex numbers in b or c are not supported")
+    return np.asarray(array, dtype=np.float64)

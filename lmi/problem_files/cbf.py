@@ -67,7 +67,7 @@ class _Reader:
         return words
 
     def integer(self, word: str) -> int:
-        self.require(word.isdigit(), f"{word!r} is no number of something")
+        self.require(word.isdecimal(), f"{word!r} is no number of something")
         return int(word)
 
     def require(self, holds: bool, needed: str) -> None:
@@ -87,7 +87,10 @@ def read_cbf(text: str, source: str) -> ConicProblem:
     cones: list[tuple[str, int]] = []
     semidefinite: list[int] = []
     listed: dict[str, list[tuple[list[int], float]]] = {name: [] for name in COORDINATES}
+    sections: set[str] = set()
     for section, *_ in reader:
+        reader.require(section not in sections, f"the section {section} is there twice")
+        sections.add(section)
         if section == "VER":
             reader.words(1)
         elif section == "OBJSENSE":
@@ -122,7 +125,12 @@ def _coordinates(reader: _Reader, section: str) -> list[tuple[list[int], float]]
     indices = COORDINATES[section]
     count = 1 if indices == 0 else reader.integer(reader.words(1)[0])
     rows = [reader.words(indices + 1) for _ in range(count)]
-    return [([reader.integer(w) for w in row[:-1]], reader.decimals(row[-1])) for row in rows]
+    listed = [([reader.integer(w) for w in row[:-1]], reader.decimals(row[-1])) for row in rows]
+    # Of a symmetric matrix one triangle is given; an entry of the other one would count again.
+    symmetric = section[0] in "FHD" or section == "OBJFCOORD"
+    places = [(*at[:-2], *sorted(at[-2:])) if symmetric else (*at,) for at, _ in listed]
+    reader.require(len({*places}) == len(places), f"an entry of {section} is given twice")
+    return listed
 
 
 def _assembled(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
+from decimal import Decimal
 
 import numpy as np
 import scipy.sparse as sp
@@ -149,7 +149,8 @@ class Decimals:
         if not np.isfinite(value):
             raise ModelError(f"{self.source}: {text!r} is not a finite number")
         # The certificate has the shortest decimals of the float.
-        self.rounded += Fraction(repr(value)) != Fraction(text.lower().replace("d", "e"))
+        # Decimals, unlike fractions, do not write out what 1e-999999999 stands for.
+        self.rounded += Decimal(repr(value)) != Decimal(text)
         return value
 
 
