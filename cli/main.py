@@ -32,6 +32,7 @@ VERBS = (
         "check build/nrel5mw/certificate.json",
     ),
     Verb("certify", "Write a certificate for given gains, or for new ones"),
+    Verb("verify", "Say what is proved of an LMI or conic problem of another program"),
     Verb("compare", "Compare two designs of one plant"),
     Verb("sweep", "Map where a turbine's law is proved, over a grid of its parameters"),
     Verb("study", "Compare a turbine's laws in many winds: fatigue, energy, what is proved"),

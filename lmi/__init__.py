@@ -130,6 +130,7 @@ if TYPE_CHECKING:
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
     from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep
     from takagi.lmi.polynomials import PolynomialLyapunov as PolynomialLyapunov
+    from takagi.lmi.problem_files.arrays import save_cvxpy as save_cvxpy
     from takagi.lmi.refutation.refutation import Alternative as Alternative
     from takagi.lmi.refutation.refutation import exact_no as exact_no
     from takagi.lmi.refutation.refutation import objective_below as objective_below

@@ -292,6 +292,28 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         ),
         weights=(NO_PLANT, NO_PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
     ),
+    "feasible-point": KindInWords(
+        title="A point that satisfies every constraint",
+        name="The problem has a solution",
+        why="A solver's solution may miss its constraints by a little; this one misses none.",
+        proved="a [conic problem](verify.md) has a solution, and its optimum is at most the value",
+        weights=OTHER_MODEL,
+    ),
+    "optimum-bound": KindInWords(
+        title="A bound of the optimum",
+        name="No solution is better",
+        why="With a solution it encloses the optimum.",
+        proved="every solution of a [conic problem](verify.md) has at least this value",
+        assumed="where the sentence says so, variables within a box",
+        weights=OTHER_MODEL,
+    ),
+    "no-solution": KindInWords(
+        title="No solution",
+        name="The constraints contradict one another",
+        why="No solver finds a point, and it is no fault of the solver.",
+        proved="no point satisfies the constraints of a [conic problem](verify.md)",
+        weights=OTHER_MODEL,
+    ),
     "coherent-loop": KindInWords(
         title="Invariance, bounds and decay",
         name="Bounded speed in a changing wind",

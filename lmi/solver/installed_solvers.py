@@ -229,7 +229,7 @@ def with_sdpa(program: ConeProgram) -> Raw:
     largest = max(SMALLEST_BEGINNING, float(np.abs(program.b).max(initial=0.0)))
     for times in BEGINNINGS:
         options = param({"print": "no", "lambdaStar": times * largest}) | _iterations(program)
-        with _quiet():
+        with quiet(1):
             x, y, _, info = solve(A, b, c, cone, options)
         if "maxIteration" in options and info["iteration"] >= options["maxIteration"]:
             stopped()
@@ -269,24 +269,24 @@ def _whole(program: ConeProgram) -> tuple[sp.csr_array, list[int]]:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress sdpa's messages, which it writes directly to the standard output.
+def quiet(descriptor: int) -> Iterator[None]:
+    """Suppress what a solver writes directly to the standard output (1) or to that of errors (2).
 
     Anything that other threads write there in the meantime is lost too.
     """
-    sys.stdout.flush()
+    (sys.stdout, sys.stderr)[descriptor - 1].flush()
     try:
-        original = os.dup(1)
+        original = os.dup(descriptor)
     except OSError:
-        # There is no standard output, so there is nothing to keep clean.
+        # There is no such output, so there is nothing to keep clean.
         yield
         return
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
+    os.dup2(nowhere, descriptor)
     try:
         yield
     finally:
-        os.dup2(original, 1)
+        os.dup2(original, descriptor)
         os.close(original)
         os.close(nowhere)
 

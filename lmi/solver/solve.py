@@ -174,7 +174,7 @@ class Session:
 
     def _run(self, solver: _Kept, started: float) -> Raw:
         """Solve, and forget a solver that broke down."""
-        raw = _run(solver.solver, "clarabel", started)
+        raw = run_clarabel(solver.solver, "clarabel", started)
         if raw.status.startswith(FAILED):
             self._kept = [
                 session_solver for session_solver in self._kept if session_solver is not solver
@@ -211,7 +211,7 @@ def rescaled(program: ConeProgram, raw: Raw) -> Raw | None:
         return None
     started = time.perf_counter()
     solver = _clarabel(scaling.program, CLOSER)
-    return scaling.back(_run(solver, "clarabel, rescaled", started))
+    return scaling.back(run_clarabel(solver, "clarabel, rescaled", started))
 
 
 def again(program: ConeProgram, name: str, session: Session | None = None) -> Raw:
@@ -239,7 +239,7 @@ def _variant(program: ConeProgram, name: str, zeros: Guide | None) -> Raw:
     # Stored zeros would hide the sparsity that chordal decomposition uses.
     chordal = options.get("chordal_decomposition_enable", False)
     data = program if chordal else _filled(program, zeros)
-    return _run(_clarabel(data, options), name, started)
+    return run_clarabel(_clarabel(data, options), name, started)
 
 
 def _advice(program: ConeProgram) -> tuple[Guide | None, bool]:
@@ -284,7 +284,13 @@ def _clarabel(program: ConeProgram, options: Mapping[str, Any]) -> Any:
     return clarabel.DefaultSolver(nothing, program.q, A, program.b, cones, settings)
 
 
-def _run(solver: Any, name: str, started: float) -> Raw:
+def run_clarabel(solver: Any, name: str, started: float) -> Raw:
+    """Return what a clarabel solver that is set up finds; a breakdown is a status.
+
+    Parameters
+    ----------
+    started : the time by ``time.perf_counter`` from which the seconds count.
+    """
     try:
         solution = solver.solve()
     except BaseException as error:

@@ -28,20 +28,7 @@ def load_ts_model(path: str | Path) -> TSModel:
     ModelError : no MAT-file of version 4 to 7.2, no A, shapes that do not fit, a number that is not
         finite.
     """
-    # Imported here: most models are files of takagi.
-    from scipy.io import loadmat
-
-    try:
-        # Axes of length one are kept: without them a shared B (n, m) is not told from (n, 1, r).
-        content: Mapping[str, Any] = loadmat(path)
-    except NotImplementedError as error:
-        raise ModelError(
-            f"{path}: a MAT-file of version 7.3 cannot be read; save it with save('-v7', ...)"
-        ) from error
-    except OSError as error:
-        raise ModelError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except (ValueError, TypeError) as error:
-        raise ModelError(f"{path}: no MAT-file ({error})") from error
+    content = mat_content(path)
     members = _members(content, str(path))
     matrices = _matrices(members, str(path))
     step = _sample_time(members, str(path))
@@ -58,6 +45,31 @@ def load_ts_model(path: str | Path) -> TSModel:
         raise ModelError(
             f"{path}: {error} (the rules are the first axis here, and the last one in the file)"
         ) from error
+
+
+def mat_content(path: Path | str) -> Mapping[str, Any]:
+    """Return the members of a MAT-file.
+
+    Raises
+    ------
+    ModelError : no MAT-file of version 4 to 7.2.
+    """
+    # Imported here: most models are files of takagi.
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        # Axes of length one are kept: without them a shared B (n, m) is not told from (n, 1, r).
+        content: Mapping[str, Any] = loadmat(path)
+    except NotImplementedError as error:
+        raise ModelError(
+            f"{path}: a MAT-file of version 7.3 cannot be read; save it with save('-v7', ...)"
+        ) from error
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except (ValueError, TypeError, MatReadError) as error:
+        raise ModelError(f"{path}: no MAT-file ({error})") from error
+    return content
 
 
 def _members(content: Mapping[str, Any], path: str) -> Mapping[str, Any]:

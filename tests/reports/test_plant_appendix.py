@@ -61,7 +61,7 @@ def test_gains_and_claims_are_in_the_body_as_emitted() -> None:
 
 def test_every_kind_of_claim_has_a_theorem() -> None:
     """No claim is left to the checker's words."""
-    from takagi.certificates.checker.replay.claim_kinds import READ
+    from takagi.certificates.checker.replay.claim_kinds import PROBLEM_KINDS, READ
     from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 
     assert set(KINDS_IN_WORDS) == READ
@@ -70,7 +70,7 @@ def test_every_kind_of_claim_has_a_theorem() -> None:
         folder.joinpath(f"{name}.tex.jinja").read_text("utf-8") for name in
         ("claims", "turbine_claims")
     )  # fmt: skip
-    assert all(f"{{macro {kind.replace('-', '_')}(c)}}" in text for kind in READ)
+    assert all(f"{{macro {kind.replace('-', '_')}(c)}}" in text for kind in READ - {*PROBLEM_KINDS})
 
 
 def test_a_kind_without_a_macro_is_stated_by_its_sentence() -> None:

@@ -25,6 +25,8 @@ KINDS = (
 ).split()
 # Claims about a plant, which read model and gains in their own way, each in a file of ``plant/``.
 PLANT_KINDS = "effort-blend sector-embedding secant-embedding tracking slope-embedding".split()
+# Claims about a conic problem, which no loop is behind, each in a file of ``problem/``.
+PROBLEM_KINDS = "feasible-point optimum-bound no-solution".split()
 # Claims about a turbine's loop, which read the whole file and the verdicts on earlier claims.
 TURBINE_KINDS = {
     "coherent-loop": "turbine.effort_sharing.loop_claim.EffortSharingLoop",
@@ -34,7 +36,7 @@ TURBINE_KINDS = {
     "set-points": "turbine.effort_sharing.set_points.SetPoints",
     "bumpless": "turbine.effort_sharing.bumpless.Bumpless",
 }
-READ = {*KINDS, *PLANT_KINDS, *TURBINE_KINDS}
+READ = {*KINDS, *PLANT_KINDS, *PROBLEM_KINDS, *TURBINE_KINDS}
 
 
 def replay(
@@ -64,7 +66,7 @@ def replay(
         # where it holds at all ends.
         loops = (loop, *loop.at_other_ends)
         claims = [class_of(kind).read(claim, at_ends, where) for at_ends in loops]
-    elif kind in PLANT_KINDS and data is not None:
+    elif kind in (*PLANT_KINDS, *PROBLEM_KINDS) and data is not None:
         claims = [class_of(kind).read(claim, data, where)]
     elif kind == "bumpless" and data is not None:
         # Imported here: no other kind is about three sorts of loops.
@@ -83,7 +85,8 @@ def class_of(kind: str) -> Any:
     """Return the class of a kind of claims: of "l2-gain" it is ``kinds.l2_gain.L2Gain``."""
     path = TURBINE_KINDS.get(kind)
     if path is None:
-        room = "plant" if kind in PLANT_KINDS else "kinds"
+        rooms = {"plant": PLANT_KINDS, "problem": PROBLEM_KINDS}
+        room = next((name for name, kinds in rooms.items() if kind in kinds), "kinds")
         path = f"{room}.{kind.replace('-', '_')}.{kind.title().replace('-', '')}"
     module, _, name = path.rpartition(".")
     return getattr(import_module(f"takagi.certificates.checker.{module}"), name)

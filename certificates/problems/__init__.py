@@ -1,0 +1,1 @@
+"""Certificates of conic problems from other programs: a solution, a bound, or a contradiction."""

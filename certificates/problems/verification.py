@@ -1,0 +1,297 @@
+r"""A second opinion on a conic problem: exact claims from a solver's numbers, or from given ones.
+
+A solution x at the edge of a cone leaves it when it is rounded.  So the problem is solved again
+with smaller cones, S_k(x) - d e_k in K_k with e_k well inside, and d grows until every constraint
+holds exactly.  The same is done with multipliers: y in the dual cones with <A_i, y> = c_i bounds
+the optimum from the other side.  Where no solution exists, multipliers with
+<A_i, y> = 0 and <B, y> < 0 say so.  Equations are solved exactly by the checker, which changes the
+places of ``basis``; here only these places are chosen, by a factorisation with pivots.
+
+Source: Jansson, Chaykin, Keil (2007), SIAM J. Numer. Anal. 46(1), for the perturbed problems.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker.replay.claim_kinds import class_of
+from takagi.certificates.document.certificate_file import as_read, certificate_document
+from takagi.lmi.problem_files.problem import (
+    ROOT,
+    SECOND_ORDER,
+    SEMIDEFINITE,
+    ZERO,
+    Block,
+    ConicProblem,
+    Solution,
+    as_data,
+    values_by_block,
+)
+from takagi.lmi.problem_files.solve import (
+    contradiction,
+    most_inside,
+    multiplier_problem,
+    shrunken,
+    solve_conic,
+)
+from takagi.models.arrays import Floats
+
+# By these shares of the solution's size the cones are made smaller, one after another.
+SMALLER = (1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+# A point inside is looked for within this many times the size of the solution.
+FARTHEST = 100.0
+# A bound that holds in a box alone holds for variables of this many times the solution's size.
+RADIUS = 10.0
+# The problem of more multipliers than these is not solved by itself: that takes minutes.
+MOST_MULTIPLIERS = 1_500
+# A factor of the largest pivot below which a place is no use for the equations.
+RANK = 1e-11
+Claim = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """The certificate of a problem, and what the checker says of it.
+
+    Attributes
+    ----------
+    settled : whether there is an answer: no solution, or a solution and, where the problem has an
+        objective, a bound of the optimum.
+    notes : what was not proved, and how far from it.
+    """
+
+    document: dict[str, Any]
+    checked: Checked
+    settled: bool
+    notes: tuple[str, ...]
+
+
+def verify(
+    problem: ConicProblem,
+    solution: Solution | None = None,
+    *,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Verification:
+    """Return what can be proved of a problem.
+
+    Parameters
+    ----------
+    solution : of another solver; None solves the problem here.
+    tell : is told of each step.
+    """
+    status = "given"
+    if solution is None:
+        tell("solving")
+        solved = solve_conic(problem)
+        status, solution = solved.status, solved.solution
+    given = solution or Solution(np.zeros(len(problem.objective)))
+    prover = _Prover(problem)
+    tell("a point that satisfies every constraint")
+    point, distance = prover.feasible(given.x)
+    claims, notes = [point] if point else [], []
+    with_objective = bool(np.any(problem.objective))
+    if point is None:
+        tell("multipliers that contradict every point")
+        none = prover.no_solution()
+        claims += [none] if none else []
+        if none is None:
+            notes.append(f"no point was found; the nearest misses a constraint by {distance:.2g}")
+    elif with_objective:
+        tell("a bound of the optimum")
+        bound = prover.bound(given.y, given.x)
+        claims += [bound] if bound else []
+        if bound is None:
+            notes.append("no bound of the optimum: no multipliers were found")
+    settled = bool(claims) and (point is None or not with_objective or len(claims) == 2)
+    if settled and "radius" in claims[-1]:
+        settled = False
+        notes.append("the bound holds in a box alone: no multipliers inside their cones were found")
+    if problem.rounded:
+        notes.append(
+            f"{problem.rounded} numbers of the file have more digits than a float: the certificate "
+            "is about the nearest floats"
+        )
+    if not claims:
+        # What was nearest, so that the file says which constraint fails.
+        claims = [prover.point_claim(given.x)]
+    provenance = {"solver": status, "file": problem.name}
+    document = certificate_document(
+        model=prover.model, gains=None, claims=claims, provenance=provenance
+    )
+    return Verification(document, check_document(document), settled, tuple(notes))
+
+
+class _Prover:
+    """Claims about one problem, each decided exactly before it is given."""
+
+    def __init__(self, problem: ConicProblem) -> None:
+        self.problem, self.model = problem, dict(as_data(problem))
+        self._data = {"model": as_read(self.model)}
+        self._A, self._constant = problem.stacked()
+        self._weights = np.concatenate([block.weights for block in problem.blocks])
+
+    def feasible(self, x: Floats) -> tuple[Claim | None, float]:
+        """Return the claim of a point near x; without one, how far the best point is outside."""
+        nearest = self._outside(x)
+        for candidate in _candidates(x, self.problem):
+            claim = self.point_claim(candidate)
+            if self._holds(claim):
+                return claim, 0.0
+            nearest = min(nearest, self._outside(candidate))
+        return None, nearest
+
+    def bound(self, y: Floats | None, x: Floats) -> Claim | None:
+        """Return the claim of multipliers near y that bound the optimum."""
+        if y is None:
+            solution = solve_conic(self.problem).solution
+            y = solution.y if solution else None
+        if y is None:
+            y = np.zeros(self._A.shape[0])
+        ways = [self._multipliers_near(y)]
+        if len(y) <= MOST_MULTIPLIERS:
+            ways.append(_candidates(y, multiplier_problem(self.problem)))
+        bounds = []
+        for way in ways:
+            claims = (
+                self._multiplier_claim("bound of the optimum", "optimum-bound", z) for z in way
+            )
+            bounds += [claim for claim in (next(filter(self._holds, claims), None),) if claim]
+        if not bounds:
+            return self._bound_in_a_box(y, x)
+        least_product = self._weights * self._constant
+        return min(bounds, key=lambda claim: float(least_product @ np.array(claim["point"])))
+
+    def _multipliers_near(self, y: Floats) -> Iterator[Floats]:
+        """Yield multipliers near y, first y itself, then ever farther inside their cones.
+
+        y = z + d e is inside by d, and <A_i, y> = c_i where z are the multipliers of the problem
+        with the objective c_i - d <A_i, e>.
+        """
+        yield from (np.round(y, digits) if digits else y for digits in (0, 9, 6, 3))
+        size = max(1.0, float(np.abs(y).max(initial=0.0)))
+        inside = np.concatenate([block.interior for block in self.problem.blocks])
+        products = self._A.T @ (self._weights * inside)
+        for share in SMALLER:
+            d = share * size
+            moved = replace(self.problem, objective=self.problem.objective - d * products)
+            solution = solve_conic(moved).solution
+            if solution is not None and solution.y is not None:
+                yield solution.y + d * inside
+
+    def _bound_in_a_box(self, y: Floats, x: Floats) -> Claim | None:
+        """Return a bound for all solutions within a multiple of this one's size.
+
+        For a problem whose multipliers have no point inside their cones the equations cannot be
+        solved exactly: the multipliers are put inside, and the equations are missed by a little.
+        """
+        radius = RADIUS * max(1.0, float(np.abs(x).max(initial=0.0)))
+        parts = values_by_block(self.problem.blocks, y)
+        pairs = list(zip(self.problem.blocks, parts, strict=True))
+        size = max(1.0, float(np.abs(y).max(initial=0.0)))
+        for share in SMALLER:
+            moved = [
+                part + max(0.0, _distance(block, part) + share * size) * block.interior
+                if block.cone != ZERO
+                else part
+                for block, part in pairs
+            ]
+            claim = {
+                "name": "bound of the optimum within a box",
+                "kind": "optimum-bound",
+                "point": np.concatenate(moved).tolist(),
+                "basis": [],
+                "radius": radius,
+            }
+            if self._holds(claim):
+                return claim
+        return None
+
+    def no_solution(self) -> Claim | None:
+        """Return the claim of multipliers that contradict every point."""
+        inside = contradiction(self.problem)
+        if inside is None:
+            return None
+        claim = self._multiplier_claim("no solution", "no-solution", inside[0])
+        return claim if self._holds(claim) else None
+
+    def point_claim(self, x: Floats) -> Claim:
+        """Return the claim ``feasible-point`` of x, proved or not."""
+        parts = zip(self.problem.blocks, self._parts(self._A), strict=True)
+        equations = [A for block, A in parts if block.cone == ZERO]
+        basis = _basis(np.vstack(equations)) if equations else []
+        return {
+            "name": "a solution",
+            "kind": "feasible-point",
+            "point": x.tolist(),
+            "basis": basis,
+        }
+
+    def _multiplier_claim(self, name: str, kind: str, y: Floats) -> Claim:
+        equations = (self._A.multiply(self._weights[:, None])).T.toarray()
+        return {"name": name, "kind": kind, "point": y.tolist(), "basis": _basis(equations)}
+
+    def _parts(self, A: Any) -> list[Floats]:
+        ends = np.cumsum([block.length for block in self.problem.blocks])
+        return np.split(A.toarray(), ends[:-1])
+
+    def _holds(self, claim: Claim) -> bool:
+        read = class_of(claim["kind"]).read(as_read(claim), self._data, "claim")
+        return not read.failure()
+
+    def _outside(self, x: Floats) -> float:
+        """Return the largest distance of S(x) from its cones."""
+        values = values_by_block(self.problem.blocks, self._A @ x + self._constant)
+        pairs = zip(self.problem.blocks, values, strict=True)
+        return max(0.0, *(_distance(block, v) for block, v in pairs))
+
+
+def _candidates(x: Floats, problem: ConicProblem) -> Iterator[Floats]:
+    """Yield points of a problem near its solution x, first x itself, then ever farther inside.
+
+    The solution of the problem with smaller cones is inside the cones by what they were made
+    smaller, so that the solver's tolerance and rounding do not take it out.
+    """
+    yield x
+    size = max(1.0, float(np.abs(x).max(initial=0.0)))
+    for share in SMALLER:
+        solution = solve_conic(shrunken(problem, share * size)).solution
+        if solution is not None:
+            yield solution.x
+    for digits in (9, 6, 3):
+        yield np.round(x, digits)
+    inside = most_inside(problem, FARTHEST * size)
+    if inside is not None:
+        yield inside[0]
+
+
+def _basis(equations: Floats) -> list[int]:
+    """Return as many columns as the equations have rank, by a factorisation with pivots."""
+    scale = np.abs(equations).max(axis=1, initial=0.0)
+    rows = equations[scale > 0] / scale[scale > 0, None]
+    if not len(rows):
+        return []
+    _, R, order = scipy.linalg.qr(rows, mode="economic", pivoting=True)
+    pivots = np.abs(np.diag(R))
+    return sorted(int(k) for k in order[: int((pivots > RANK * pivots[0]).sum())])
+
+
+def _distance(block: Block, values: Floats) -> float:
+    """Return by how much values are outside their cone."""
+    if block.cone == ZERO:
+        return float(np.abs(values).max(initial=0.0))
+    if block.cone == SECOND_ORDER:
+        return float(np.linalg.norm(values[1:]) - values[0])
+    if block.cone == SEMIDEFINITE:
+        matrix = np.zeros((block.size, block.size))
+        rows = np.tril_indices(block.size)
+        matrix[rows] = values / np.where(block.on_diagonal + (not block.scaled) > 0, 1.0, ROOT)
+        matrix[rows[::-1]] = matrix[rows]
+        return -float(np.linalg.eigvalsh(matrix)[0])
+    return -float(values.min(initial=0.0))
