@@ -53,6 +53,8 @@ RADIUS = 10.0
 MOST_MULTIPLIERS = 1_500
 # A factor of the largest pivot below which a place is no use for the equations.
 RANK = 1e-11
+# The checker refuses numbers with longer exponents.
+SMALLEST = 1e-30
 Claim = dict[str, Any]
 
 
@@ -229,13 +231,13 @@ class _Prover:
         return {
             "name": "a solution",
             "kind": "feasible-point",
-            "point": x.tolist(),
+            "point": _without_dust(x),
             "basis": basis,
         }
 
     def _multiplier_claim(self, name: str, kind: str, y: Floats) -> Claim:
         equations = (self._A.multiply(self._weights[:, None])).T.toarray()
-        return {"name": name, "kind": kind, "point": y.tolist(), "basis": _basis(equations)}
+        return {"name": name, "kind": kind, "point": _without_dust(y), "basis": _basis(equations)}
 
     def _parts(self, A: Any) -> list[Floats]:
         ends = np.cumsum([block.length for block in self.problem.blocks])
@@ -269,6 +271,11 @@ def _candidates(x: Floats, problem: ConicProblem) -> Iterator[Floats]:
     inside = most_inside(problem, FARTHEST * size)
     if inside is not None:
         yield inside[0]
+
+
+def _without_dust(values: Floats) -> list[float]:
+    """Return the values, 0 for those that are smaller than the checker reads."""
+    return [float(value) if abs(value) >= SMALLEST else 0.0 for value in values]
 
 
 def _basis(equations: Floats) -> list[int]:

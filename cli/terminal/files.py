@@ -25,6 +25,7 @@ PURPOSES = {
     "model": "a copy of the model's files",
 }
 FOLDERS = ("figures", "model")
+LARGEST = 10**300
 
 
 def print_files(out: Path, files: Mapping[str, bytes | str]) -> None:
@@ -80,6 +81,8 @@ def claims_as_data(checked: CheckedFile) -> dict[str, Any]:
                 {"name": figure.name, "value": float(figure.value), "unit": figure.unit}
                 for figure in claim.figures
                 if isinstance(figure, Figure) and figure.value is not None
+                # JSON has no number that a float does not hold.
+                if abs(figure.value) < LARGEST
             ],
         }
         for claim in checked.claims

@@ -13,13 +13,12 @@ from takagi.certificates.checker.kernel.obligation import Decider, decided_exact
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
-from takagi.certificates.checker.replay.claim_kinds import KINDS, READ, replay
+from takagi.certificates.checker.replay.claim_kinds import KINDS, PROBLEM_KINDS, READ, replay
 
 # From the place of a claim in the file to what decides its obligations.
 DeciderOf = Callable[[int], Decider]
 FORMAT, VERSION = "takagi-certificate", 1
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
-PROBLEM = "conic-problem"
 
 
 def exact_decider(claim_index: int) -> Decider:
@@ -55,14 +54,7 @@ def check(
     data = reader.read_json(Path(path))
     _require_whole(data, str(path))
     messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
-    if isinstance(data.get("model"), dict) and data["model"].get("kind") == PROBLEM:
-        messages = ["the verdict is about the problem inside the certificate"]
-        if gains is not None or model is not None:
-            raise CertificateError(
-                f"{path}: the certificate is about a conic problem, which no claim ties to a gain "
-                "file or a model file; check it without them"
-            )
-    elif gains is not None or model is not None:
+    if gains is not None or model is not None:
         # Imported here, so that a check without files does not depend on the code that reads them.
         from takagi.certificates.checker.files.given_files import compare_files
 
@@ -110,9 +102,11 @@ def _replayed(
 
         refuse_removed_kinds(kinds)
     model, gains = member(data, "model", "certificate"), data.get("gains")
-    if isinstance(model, dict) and model.get("kind") == PROBLEM and gains is not None:
-        # No claim about a problem speaks of a law, so that PROVED would be said of any.
-        raise CertificateError(f"{path}: a certificate about a {PROBLEM} has no gains")
+    if not set(PROBLEM_KINDS).isdisjoint(kinds):
+        # Imported here: most certificates are about a loop.
+        from takagi.certificates.checker.problem.alone import require_alone
+
+        messages = require_alone(gains, path, messages)
     loop = None
     if any(kind in KINDS for kind in kinds):
         # Imported here: a turbine's loop does not need it, because it is not a sum over rules.

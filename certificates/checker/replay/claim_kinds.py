@@ -85,8 +85,7 @@ def class_of(kind: str) -> Any:
     """Return the class of a kind of claims: of "l2-gain" it is ``kinds.l2_gain.L2Gain``."""
     path = TURBINE_KINDS.get(kind)
     if path is None:
-        rooms = {"plant": PLANT_KINDS, "problem": PROBLEM_KINDS}
-        room = next((name for name, kinds in rooms.items() if kind in kinds), "kinds")
+        room = "plant" if kind in PLANT_KINDS else "problem" if kind in PROBLEM_KINDS else "kinds"
         path = f"{room}.{kind.replace('-', '_')}.{kind.title().replace('-', '')}"
     module, _, name = path.rpartition(".")
     return getattr(import_module(f"takagi.certificates.checker.{module}"), name)

@@ -290,7 +290,7 @@ def test_no_law_stands_beside_a_problem(tmp_path: Path) -> None:
     path.write_text(json.dumps(forged), encoding="utf-8")
     assert check(path).verdict.name == "PROVED"
     for given in ({"gains": path}, {"model": path}):
-        with pytest.raises(CertificateError, match="conic problem"):
+        with pytest.raises(CertificateError, match="needed|no model file|no claim"):
             check(path, **given)  # type: ignore[arg-type]
     forged["gains"] = {"K": [[1]]}
     with pytest.raises(CertificateError, match="no gains"):
