@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 
 from takagi.lmi.condition.term import Condition
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
-from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from takagi.lmi.polynomials import PolynomialLyapunov

@@ -20,8 +20,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Command, Law, Measurement, ProgramState, SampledLaw
-from takagi.models.plant.numeric import explicit_rows, numeric
-from takagi.models.plant.plant import Output, Plant
+from takagi.models.plant.plant import Output, Plant, explicit_rows, numeric
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, plant_rate
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine

@@ -22,8 +22,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import rational
-from takagi.models.plant.numeric import numeric
-from takagi.models.plant.plant import Plant
+from takagi.models.plant.plant import Plant, numeric
 from takagi.models.tracking import held_rests, signals_of
 
 POINTS, MOST_POINTS = 41, 4_000

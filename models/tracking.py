@@ -22,12 +22,12 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import rational
-from takagi.models.plant.numeric import numeric
 from takagi.models.plant.plant import (
     Plant,
     Reference,
     Variable,
     in_file_units,
+    numeric,
     range_in_file_units,
 )
 

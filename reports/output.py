@@ -1,4 +1,4 @@
-"""Write files completely or not at all: write a temporary file, flush it to disk, rename it."""
+"""Write files completely or not at all: a temporary file, flushed to disk, renamed; and tables."""
 
 from __future__ import annotations
 
@@ -184,3 +184,25 @@ def rows_csv(rows: Sequence[Mapping[str, object]]) -> str:
     """Return rows as CSV; columns are the keys, in the order in which they first appear."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     return csv_text(names, ([row.get(name) for name in names] for row in rows))
+
+
+def markdown_table(rows: Sequence[Mapping[str, object]]) -> str:
+    """Return a table with a head for each key of the rows, and columns of equal width."""
+    heads = list(dict.fromkeys(key for row in rows for key in row))
+    cells = [heads, *([_cell(row.get(head)) for head in heads] for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = [
+        "| "
+        + " | ".join(text.ljust(width) for text, width in zip(line, widths, strict=True))
+        + " |"
+        for line in cells
+    ]
+    rule = "|" + "|".join("-" * (width + 2) for width in widths) + "|"
+    return "\n".join([lines[0], rule, *lines[1:]]) + "\n"
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float | int):
+        return f"{value:.4g}"
+    # A vertical bar would end the cell.
+    return "" if value is None else str(value).replace("|", "\\|")

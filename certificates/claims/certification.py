@@ -37,10 +37,9 @@ from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.tracking import Tracking, observer_data
 from takagi.certificates.requests.transient import Transient
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from takagi.lmi import EigenvalueRegion

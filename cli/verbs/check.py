@@ -174,7 +174,7 @@ def _further(
     if options.folder and (options.junit or options.summary) and (why := _take_summary(options)):
         missed.append(("the folder holds the design of the certificate", why))
     if asked is not None:
-        from takagi.reports.simulation.filed_margins import filed_margins
+        from takagi.reports.simulation.measured_loop import filed_margins
 
         model = _file_of(options.model)
         assert model is not None  # run() asks for it

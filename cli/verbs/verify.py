@@ -16,7 +16,7 @@ from takagi.cli.progress import progress
 from takagi.cli.terminal.files import claim_lines, claims_as_data
 
 if TYPE_CHECKING:
-    from takagi.certificates.problems.verification import Verification
+    from takagi.certificates.claims.problem_verification import Verification
 
 
 def verify(
@@ -60,7 +60,7 @@ def verify(
         tell("reading")
         read = read_problem_file(problem)
         given = None if solution is None else read_solution_file(solution, read)
-        from takagi.certificates.problems.verification import verify
+        from takagi.certificates.claims.problem_verification import verify
 
         verification = verify(read, given, tell=tell)
         if out is not None:

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from takagi.lmi.problem_files.arrays import read_cvxpy, read_sedumi
-from takagi.lmi.problem_files.cbf import read_cbf
 from takagi.lmi.problem_files.problem import ConicProblem, Solution, require
-from takagi.lmi.problem_files.sdpa import read_sdpa, read_solution
+from takagi.lmi.problem_files.text_formats import read_cbf, read_sdpa, read_solution
 from takagi.models.errors import ModelError
 
 ENDINGS = (".dat-s", ".cbf", ".mat", ".npz")

@@ -17,7 +17,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.files.units import behind
 from takagi.models.intervals.interval import Interval, rational
-from takagi.models.plant.numeric import explicit_rows
+from takagi.models.plant.plant import explicit_rows
 from takagi.models.ramps import effort_ramp, ramp, ramp_slope, share_range
 
 if TYPE_CHECKING:

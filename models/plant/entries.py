@@ -1,8 +1,13 @@
-"""The shape of a plant file's entries, and of their values."""
+"""The shape of a plant file's entries, and of their values.
+
+``python -m takagi.models.plant.entries`` prints the JSON Schema.
+"""
 
 from __future__ import annotations
 
+import json
 import re
+import sys
 from decimal import Decimal
 from typing import Annotated, Any, Literal
 
@@ -464,3 +469,8 @@ def plant_file_schema() -> dict[str, Any]:
         "title": "takagi plant file",
         **{key: value for key, value in schema.items() if key != "title"},
     }
+
+
+if __name__ == "__main__":
+    # The published schema, docs/plant.schema.json.
+    sys.stdout.write(json.dumps(plant_file_schema(), indent=2) + "\n")

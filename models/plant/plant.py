@@ -1,20 +1,22 @@
-"""A plant: its variables, parameters and outputs; and times in the units of its file, for words."""
+"""A plant: its variables, parameters and outputs, its expressions as functions of floats, its units."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
+import numpy as np
+
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, behind, parse_unit
 from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.dimensions import ADVICE, dimension_of, short, without_matrix_row
-from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -467,3 +469,35 @@ def _is_time(name: str) -> bool:
 def _size(unit: str) -> float:
     unit_read = parse_unit(unit or "-")
     return float(unit_read.factor) * math.pi**unit_read.pi_power
+
+
+def numeric(
+    rows: Iterable[sp.Expr], symbols: Sequence[sp.Symbol], values: Mapping[sp.Symbol, sp.Expr]
+) -> Callable[..., Floats]:
+    """Return the function of the symbols' values that gives the values of the rows, (rows,).
+
+    Parameters
+    ----------
+    values : of all other symbols, put in first.
+    """
+    import sympy as sp
+
+    expressions = [sp.sympify(row).subs(values) for row in rows]
+    function = sp.lambdify(symbols, expressions, modules=["scipy", "numpy"])
+    return lambda *point: np.array(function(*point), dtype=np.float64)
+
+
+def explicit_rows(
+    plant: Plant, symbols: Sequence[sp.Symbol], values: Mapping[sp.Symbol, sp.Expr]
+) -> Callable[..., Floats]:
+    """Return f of the plant's equations, or M^-1 f, as a function of the symbols in floats."""
+    right_sides = numeric(plant.equations, symbols, values)
+    if plant.mass is None:
+        return right_sides
+    mass, shape = numeric(plant.mass, symbols, values), plant.mass.shape
+
+    def solved(*point: float) -> Floats:
+        M, f = mass(*point).reshape(shape), right_sides(*point)
+        return np.asarray(np.linalg.solve(M, f), dtype=np.float64)
+
+    return solved

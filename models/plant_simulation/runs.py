@@ -19,7 +19,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import rational
-from takagi.models.plant.numeric import explicit_rows
+from takagi.models.plant.plant import explicit_rows
 from takagi.models.plant_simulation.signals import Signals
 
 if TYPE_CHECKING:

@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.equations.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
-from takagi.models.short_repr import ShortRepr
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_arrays import (
     VertexProduct,

@@ -23,9 +23,8 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
-from takagi.models.short_repr import ShortRepr
 from takagi.models.splines.spline import Surface
 
 

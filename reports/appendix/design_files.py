@@ -98,8 +98,8 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
 def _figures(
     design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]
 ) -> dict[str, Figure]:
+    from takagi.reports.figures.loops import responses_figure
     from takagi.reports.figures.plant.captioned import AROUND, bode_drawings
-    from takagi.reports.figures.plant.poles import responses_figure
     from takagi.reports.figures.plant.proved_set import phase_figure, planes
     from takagi.reports.figures.plant.weights import premise_curves, weights_figure
     from takagi.reports.loops.plant_motion import around, motions, starts

@@ -151,7 +151,7 @@ def _starts(design: PlantDesign, gain: Floats) -> Floats | None:
     """Return how far each state alone may start in the set that is proved for a gain."""
     from takagi.certificates.claims.certification import certify
     from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
-    from takagi.reports.loops.proved_kinds import proved_claims
+    from takagi.reports.loops.plant_loop import proved_claims
 
     try:
         certified = certify(design.model, gain, claims=[InvariantEllipsoid()])

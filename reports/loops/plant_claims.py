@@ -10,8 +10,7 @@ import numpy as np
 
 from takagi.certificates.claims.certification import USEFUL
 from takagi.models.arrays import Floats
-from takagi.reports.loops.plant_loop import claimed_matrix
-from takagi.reports.loops.proved_kinds import proved_claims
+from takagi.reports.loops.plant_loop import claimed_matrix, proved_claims
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The loop of a plant and its design as numbers, read by all sections and figures.
+"""The loop of a plant and its design as numbers, and which of its claims are proved.
 
 For a law with outputs, plant and estimate are one loop.  Its certificate's function is
 V = z'Pz, with z = (x, e) or (xhat, e) and e = x - xhat.  The state alone never leaves the
@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.pdc import OutputFeedback
 from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Matrices, TSModel
-from takagi.reports.loops.proved_kinds import proved_claims
 from takagi.reports.page.text import name_of
 
 if TYPE_CHECKING:
@@ -399,3 +399,25 @@ def largest_commands(loop: PlantLoop) -> list[tuple[str, float]]:
     sizes = np.sqrt(level * np.einsum("imn,nk,imk->im", loop.gains, inverse, loop.gains))
     bounds = sizes.max(axis=0)
     return [(name, float(bound)) for name, bound in zip(loop.model.inputs, bounds, strict=True)]
+
+
+EMBEDDINGS = {"sector-embedding", "secant-embedding"}
+
+
+def proved_claims(
+    document: Mapping[str, Any], checked: Checked, kind: str | None = None
+) -> list[Mapping[str, Any]]:
+    """Return the claims that are proved, of one kind if one is given, as the file states them."""
+    pairs = zip(document.get("claims", []), checked.claims, strict=False)
+    proved = [stated for stated, result in pairs if result.verdict is Verdict.PROVED]
+    return [stated for stated in proved if kind in (None, stated.get("kind"))]
+
+
+def proved_kinds(design: PlantDesign) -> set[str]:
+    """Return the kinds of the claims that are proved."""
+    return {str(claim.get("kind")) for claim in proved_claims(design.document, design.checked)}
+
+
+def embedded(design: PlantDesign) -> bool:
+    """Return whether it is proved, by the checker, that the model is the plant on its box."""
+    return bool(EMBEDDINGS & proved_kinds(design))

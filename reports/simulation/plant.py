@@ -150,7 +150,7 @@ def _program_law(
 def proved_jumps(design: PlantDesign) -> list[dict[str, float]]:
     """Return the largest proved jumps from rest, up and down, within the ranges."""
     from takagi.certificates.requests.tracking import jump_shares
-    from takagi.reports.loops.proved_kinds import proved_claims
+    from takagi.reports.loops.plant_loop import proved_claims
 
     claims = list(proved_claims(design.document, design.checked, "tracking"))
     if not claims:

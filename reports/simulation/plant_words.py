@@ -14,8 +14,8 @@ from takagi.models.plant.plant import (
     time_in_file_units,
 )
 from takagi.reports.loops.plant_claims import withstood
+from takagi.reports.loops.plant_loop import proved_claims
 from takagi.reports.loops.plant_motion import settling_time
-from takagi.reports.loops.proved_kinds import proved_claims
 from takagi.reports.page.text import behind
 from takagi.reports.simulation.plant_scenario import (
     SETTLED,

@@ -11,8 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from takagi.reports.figures.style import COLOURS, figure_to_svg, house_style, new_figure
-from takagi.reports.output import rows_csv
-from takagi.reports.page.markdown_table import markdown_table
+from takagi.reports.output import markdown_table, rows_csv
 from takagi.reports.study.controllers import OURS, SETTLING, ControllersStudy, words_of
 from takagi.reports.study.overlap import TURBULENCE
 from takagi.reports.study.overlap_files import DECADES, DELS

@@ -12,8 +12,7 @@ import numpy as np
 
 from takagi.models.simulation.scenario import BLADE_EXPONENT, TOWER_EXPONENT
 from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
-from takagi.reports.output import rows_csv
-from takagi.reports.page.markdown_table import markdown_table
+from takagi.reports.output import markdown_table, rows_csv
 from takagi.reports.study.overlap import SERIES, TURBULENCE, OverlapStudy, Point
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 
 from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
-from takagi.reports.output import rows_csv
-from takagi.reports.page.markdown_table import markdown_table
+from takagi.reports.output import markdown_table, rows_csv
 from takagi.reports.study.tuning import LEVERS, QUANTITIES, Candidate, Quantity, Tuning
 
 FILES = ("front.md", "front.csv", "tuning.json")

@@ -13,7 +13,7 @@ from takagi.certificates.campaign.motion import BOUNDS
 from takagi.certificates.campaign.runs import INSIDE, Campaign
 from takagi.models.arrays import Floats
 from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
-from takagi.reports.page.markdown_table import markdown_table
+from takagi.reports.output import markdown_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

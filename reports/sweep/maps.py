@@ -10,8 +10,7 @@ import numpy as np
 from takagi.certificates.sweep.sweep import Sweep
 from takagi.models.laws.protocol import law_words
 from takagi.reports.figures.style import figure_to_svg, house_style, new_figure, shades
-from takagi.reports.output import rows_csv
-from takagi.reports.page.markdown_table import markdown_table
+from takagi.reports.output import markdown_table, rows_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

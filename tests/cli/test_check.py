@@ -164,7 +164,7 @@ def test_what_is_missed_beside_the_claims_hides_none(
 ) -> None:  # fmt: skip
     """A margin that is missed stands behind the claims: printed, in JSON, and in every report."""
     checker.answer = answer(verdict)
-    margins: Any = ModuleType("takagi.reports.simulation.filed_margins")
+    margins: Any = ModuleType("takagi.reports.simulation.measured_loop")
     margins.filed_margins = lambda *_: (("at 9 m/s it is 1.1",), ("least gain 1.1",))
     monkeypatch.setitem(sys.modules, margins.__name__, margins)
     asked = ["check", "c.json", "--gains", "g.json", "--model", "m.toml", "--margins", "gain 2"]

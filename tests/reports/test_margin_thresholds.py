@@ -205,7 +205,7 @@ def test_the_default_law_has_margins_and_not_any(
             found[time] = searched_margins(loops)
         return found[time]
 
-    monkeypatch.setattr("takagi.reports.simulation.filed_margins.searched_margins", once)
+    monkeypatch.setattr("takagi.reports.simulation.measured_loop.searched_margins", once)
     if reduced:
         monkeypatch.setattr("takagi.reports.margins.running_search.FINE", 4.0)
 

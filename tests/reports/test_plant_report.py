@@ -19,8 +19,7 @@ from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.loops.proved_kinds import proved_kinds
+from takagi.reports.loops.plant_loop import plant_loop, proved_kinds
 from takagi.reports.page.assembly import ReportFiles
 from takagi.reports.page.text import decimal
 from takagi.reports.sections.plant.claims import claim_rows

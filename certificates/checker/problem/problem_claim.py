@@ -97,3 +97,16 @@ class ProblemClaim(ClaimKind):
         """Return sum_k <B_k, y_k>."""
         pairs = zip(self.problem.blocks, multipliers, strict=True)
         return sum((block.product(block.constant, y) for block, y in pairs), Fraction(0))
+
+
+def require_alone(gains: Any, path: str, messages: list[str]) -> list[str]:
+    """Return the messages of the verdict in the place of those about files of a law and a plant.
+
+    Raises
+    ------
+    CertificateError : gains beside the problem. No claim speaks of them, so that PROVED would be
+        said of any law.
+    """
+    if gains is not None:
+        raise CertificateError(f"{path}: a certificate about a conic problem has no gains")
+    return ["the verdict is about the problem inside the certificate"] if messages else []

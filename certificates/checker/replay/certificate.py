@@ -104,7 +104,7 @@ def _replayed(
     model, gains = member(data, "model", "certificate"), data.get("gains")
     if not set(PROBLEM_KINDS).isdisjoint(kinds):
         # Imported here: most certificates are about a loop.
-        from takagi.certificates.checker.problem.alone import require_alone
+        from takagi.certificates.checker.problem.problem_claim import require_alone
 
         messages = require_alone(gains, path, messages)
     loop = None

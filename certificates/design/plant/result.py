@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from takagi.models.arrays import Floats
-from takagi.models.short_repr import ShortRepr
+from takagi.models.arrays import Floats, ShortRepr
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked, Verdict

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.models.short_repr import ShortRepr
+from takagi.models.arrays import ShortRepr
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked

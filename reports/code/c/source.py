@@ -17,11 +17,15 @@ from takagi.reports.code.controller_program import (
     identifiers,
 )
 from takagi.reports.code.program_reading import require_nodes
-from takagi.reports.code.proof_words import proof_lines
-from takagi.reports.code.sampling import longest_sample, start_sample_time
-from takagi.reports.code.status import BIT, reported_range, status_bits
+from takagi.reports.code.sampling import (
+    BIT,
+    longest_sample,
+    reported_range,
+    start_sample_time,
+    status_bits,
+)
+from takagi.reports.code.target_text import filled, proof_lines
 from takagi.reports.code.targets import ExportSettings
-from takagi.reports.code.templates import filled
 
 # Names that the templates use, with the prefix: a name of the law must not be one of them.
 TEMPLATE_WORDS = (

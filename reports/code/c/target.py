@@ -8,10 +8,9 @@ from decimal import Decimal
 
 from takagi.reports.code.c.source import c_source
 from takagi.reports.code.controller_program import ControllerProgram, Signal
-from takagi.reports.code.proof_words import as_list
 from takagi.reports.code.run import ProgramRun
+from takagi.reports.code.target_text import as_list, filled
 from takagi.reports.code.targets import Exported, ExportSettings
-from takagi.reports.code.templates import filled
 
 SAMPLES = 40
 # Relative to the largest value of an output in the test.

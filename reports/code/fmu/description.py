@@ -10,8 +10,7 @@ from xml.sax.saxutils import quoteattr
 from takagi.models.errors import ModelError
 from takagi.models.files.units import BASE, parse_unit
 from takagi.reports.code.fmu.model_source import FmuModel, Variable
-from takagi.reports.code.proof_words import proof_lines
-from takagi.reports.code.templates import filled
+from takagi.reports.code.target_text import filled, proof_lines
 
 # Role -> causality, variability, and how the start is found ("" where that is implied).
 KINDS = {

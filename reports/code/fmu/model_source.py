@@ -8,7 +8,7 @@ from decimal import Decimal
 
 from takagi.reports.code.c.source import CSource
 from takagi.reports.code.controller_program import ControllerProgram, Signal, identifiers
-from takagi.reports.code.templates import filled
+from takagi.reports.code.target_text import filled
 
 RESERVED = ("time", "sample_time", "status")
 

@@ -21,10 +21,8 @@ from takagi.reports.code.controller_program import (
     Spline,
     identifiers,
 )
-from takagi.reports.code.proof_words import as_list, proof_lines
-from takagi.reports.code.sampling import longest_sample
-from takagi.reports.code.status import BIT, REPORTED, reported_range, status_bits
-from takagi.reports.code.templates import filled
+from takagi.reports.code.sampling import BIT, REPORTED, longest_sample, reported_range, status_bits
+from takagi.reports.code.target_text import as_list, filled, proof_lines
 
 # Keywords and functions that a name must not replace.
 RESERVED = frozenset(

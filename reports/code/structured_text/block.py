@@ -20,12 +20,17 @@ from takagi.reports.code.controller_program import (
     file_word,
     identifiers,
 )
-from takagi.reports.code.proof_words import as_list, proof_lines
-from takagi.reports.code.sampling import longest_sample, start_sample_time
-from takagi.reports.code.status import BIT, REPORTED, reported_range, status_bits
+from takagi.reports.code.sampling import (
+    BIT,
+    REPORTED,
+    longest_sample,
+    reported_range,
+    start_sample_time,
+    status_bits,
+)
 from takagi.reports.code.structured_text.statements import RESERVED, Statements, real, told
+from takagi.reports.code.target_text import as_list, filled, proof_lines
 from takagi.reports.code.targets import Exported, ExportSettings
-from takagi.reports.code.templates import filled
 
 LARGEST = "1.0E30"  # no measurement in SI units is larger
 # Largest number of entries of an array that small controllers accept (64 KiB of LREAL).

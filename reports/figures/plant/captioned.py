@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.reports.figures.loops import bode_figure, bode_line
-from takagi.reports.figures.plant.poles import responses_figure
+from takagi.reports.figures.loops import bode_figure, bode_line, responses_figure
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves, weights_figure
 from takagi.reports.figures.style import captioned_figure

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.reports.figures.plant.poles import finish_over_time
+from takagi.reports.figures.loops import finish_over_time
 from takagi.reports.figures.style import (
     COLOURS,
     SEQUENTIAL,

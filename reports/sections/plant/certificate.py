@@ -11,7 +11,7 @@ from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figu
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_claims import SETTLED, half_widths, overshoots, settling_time
-from takagi.reports.loops.proved_kinds import embedded
+from takagi.reports.loops.plant_loop import embedded
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import DASH, Section, Table, decimal
 from takagi.reports.sections.plant.claims import claim_rows

@@ -11,8 +11,13 @@ from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_fil
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import DASH, ClaimRow, behind, per_unit
-from takagi.reports.sections.plant.assumptions import EMBEDDINGS, SETS, assumptions
-from takagi.reports.sections.plant.summary import set_starts, start_words
+from takagi.reports.sections.plant.summary import (
+    EMBEDDINGS,
+    SETS,
+    assumptions,
+    set_starts,
+    start_words,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

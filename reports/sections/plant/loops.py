@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.plant.plant import file_unit
+from takagi.reports.figures.loops import equilibrium_poles
 from takagi.reports.figures.plant.captioned import Drawn, captioned_bode_figures
-from takagi.reports.figures.plant.poles import equilibrium_poles
 from takagi.reports.loops.linear_quadratic import Regulator, regulator
 from takagi.reports.loops.plant_local import LISTED, PlantLocalLoop, rest_loops
 from takagi.reports.loops.plant_motion import PlantMotion, settling_time

@@ -1,14 +1,15 @@
-"""What a plant's design is worth, as figures: made once from the claims that are proved.
+"""What a plant's design is worth, as figures, and what each claim takes for granted.
 
+The figures are made once from the claims that are proved.
 Terminal and JSON show the same rows.  A figure from a linear loop in floating point says so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,17 +24,22 @@ from takagi.reports.loops.plant_claims import (
     withstood,
 )
 from takagi.reports.loops.plant_local import PlantLocalLoop, rest_loops
-from takagi.reports.loops.plant_loop import PlantLoop, largest_commands, plant_loop
-from takagi.reports.loops.proved_kinds import proved_claims, proved_kinds
+from takagi.reports.loops.plant_loop import (
+    PlantLoop,
+    largest_commands,
+    plant_loop,
+    proved_claims,
+    proved_kinds,
+)
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import behind, name_of, per_unit, significant, unit_of
-from takagi.reports.sections.plant.assumptions import assumptions
 from takagi.reports.simulation.plant import proved_jumps
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.reports.loops.plant_loop import PlantLoop
 
 # A deviation above this share of a variable's range counts as all of it.
 ALL_OF_RANGE = 0.995
@@ -473,3 +479,35 @@ def _unit_of_state(loop: PlantLoop, index: int) -> tuple[float, str]:
 
 def _disturbed(loop: PlantLoop) -> bool:
     return any(not variable.schedules for variable in loop.plant.disturbances)
+
+
+EMBEDDINGS = ("sector-embedding", "secant-embedding", "slope-embedding", "effort-blend")
+SETS = ("invariant-ellipsoid", "input-limits", "sampled-loop", "observed-loop", "exit-probability")
+# Kinds that have disturbances of their own.
+_DISTURBED = ("l2-gain", "fuzzy-l2-gain", "h2-norm", "peak", "exit-probability", "tracking")
+
+
+def assumptions(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
+    """Return what this claim alone takes for granted."""
+    kind = str(claim.get("kind", ""))
+    if kind in (*EMBEDDINGS, "bumpless"):
+        return ["equations and parameters as in the file", "variables in their ranges"]
+    phrases = []
+    if kind in SETS or kind == "tracking":
+        phrases.append("start in the set")
+    elif loop.model.box:
+        phrases.append("states stay in their ranges")
+    if loop.gains is not None:
+        phrases.append("all states known exactly" if loop.observed is None else "exact outputs")
+        if kind == "sampled-loop":
+            phrases.append("no time for computing")
+        elif not loop.discrete:
+            phrases.append("no sampling")
+    moving = any(not variable.schedules for variable in loop.plant.disturbances)
+    if moving and not claim.get("disturbance_bounds") and kind not in _DISTURBED:
+        phrases.append("no disturbance")
+    if kind == "tracking":
+        phrases.append("other signals constant, in their ranges")
+    if claim.get("membership_rates") or (kind.startswith("fuzzy") and any(claim.get("rates", ()))):
+        phrases.append("memberships keep to the stated rates")
+    return phrases

@@ -1,8 +1,10 @@
-"""The certificate cell by cell, and how torque and pitch are blended."""
+"""The gains over wind, the certificate cell by cell, and how torque and pitch are blended."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from takagi.certificates.design.turbine.result import ClaimSummary
 from takagi.models.laws.published.law import PublishedLaw
@@ -10,13 +12,16 @@ from takagi.models.laws.published.regional_schedule import CouplingFilter, coupl
 from takagi.reports.figures.cells import cells_figure
 from takagi.reports.figures.operation import membership_figure
 from takagi.reports.figures.style import captioned_figure
+from takagi.reports.loops.overlap_claims import synthesis_words
 from takagi.reports.page.text import Section, Table, at_least, at_most, with_decimals
-from takagi.reports.sections.turbine.model import trim_curve
+from takagi.reports.sections.turbine.drawings import effort_figure, gains_figure
+from takagi.reports.sections.turbine.model import region_starts, trim_curve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
 
 def cells_section(design: TurbineDesign, summary: ClaimSummary) -> Section:
@@ -118,3 +123,39 @@ def filter_of(design: TurbineDesign) -> CouplingFilter:
 def memberships_drawing(design: TurbineDesign, coupling: CouplingFilter) -> Figure:
     """Return the memberships of the filter's four corners, with the trim."""
     return membership_figure(coupling, design.turbine, trim_curve(design, step=0.25))
+
+
+def gains_section(design: TurbineDesign) -> Section:
+    """Return the section about the law and its gains."""
+    law = design.effort_sharing_law
+    content: dict[str, Any] = {"law": design.law, "figure": None}
+    if law is not None:
+        content |= _effort_sharing(design, law)
+    else:
+        content["rules"] = [4, len(design.partial_load.rules), len(design.full_load.rules)]
+    return Section("law", "The law and its gains", content)
+
+
+def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, Any]:
+    limited = design.effort.torque_limited if design.effort is not None else np.zeros(0)
+    winds = law.schedule.wind[limited.astype(bool)] if limited.size else limited
+    return {
+        "figure": captioned_figure(
+            gains_figure(law, region_starts(design)),
+            "gains",
+            caption="Gains of the law over the schedule wind, the assumed pitch effectiveness, "
+            "and how a change of effort is shared at the trim.",
+            alternative="Proportional gain, integral rate, pitch effectiveness, and the shares of "
+            "pitch and torque over wind; pitch takes over from torque around rated wind",
+        ),
+        "effort": captioned_figure(
+            effort_figure(float(law.schedule.overlap)),
+            "effort-ramp",
+            caption="The effort ramp and its slope, the share of pitch in a change of effort. "
+            "The shares sum to 1 at every effort; both act in the shaded overlap only.",
+            alternative="The ramp psi of the demanded effort and of its negative, and their "
+            "slopes, which sum to one",
+        ),
+        "synthesis": synthesis_words(design),
+        "limited": "" if not winds.size else f"{winds.min():g} to {winds.max():g} m/s",
+    }

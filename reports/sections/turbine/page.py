@@ -42,10 +42,12 @@ def report_html(design: TurbineDesign, *, tell: Tell | None = None) -> ReportFil
 def _makers(design: TurbineDesign) -> dict[str, Callable[[], Section]]:
     from takagi.certificates.design.turbine.result import claim_summary
     from takagi.reports.sections.shared import check_section, provenance_section
-    from takagi.reports.sections.turbine.cells import blending_section, cells_section
-    from takagi.reports.sections.turbine.gains import gains_section
-    from takagi.reports.sections.turbine.model import model_section
-    from takagi.reports.sections.turbine.regions import observer_section, regions_section
+    from takagi.reports.sections.turbine.cells import blending_section, cells_section, gains_section
+    from takagi.reports.sections.turbine.model import (
+        model_section,
+        observer_section,
+        regions_section,
+    )
     from takagi.reports.sections.turbine.responses import responses_section
     from takagi.reports.sections.turbine.running import running_section
     from takagi.reports.sections.turbine.verdict import claims_section, verdict_section

@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 
 from takagi.certificates import check
 from takagi.certificates.checker import check_document
+from takagi.certificates.claims.problem_verification import Verification, verify
 from takagi.certificates.document.certificate_file import certificate_document
-from takagi.certificates.problems.verification import Verification, verify
 from takagi.cli.main import main
 from takagi.lmi import save_cvxpy
 from takagi.lmi.problem_files.problem import ConicProblem

@@ -305,7 +305,7 @@ def test_the_files_of_a_plant_are_known(tmp_path: Path) -> None:
 
 
 def test_the_published_schema_is_current() -> None:
-    """Written by ``python -m takagi.models.plant.schema > docs/plant.schema.json``."""
+    """Written by ``python -m takagi.models.plant.entries > docs/plant.schema.json``."""
     published = json.loads((ROOT / "docs/plant.schema.json").read_text(encoding="utf-8"))
 
     assert published == plant_file_schema()

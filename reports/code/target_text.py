@@ -1,11 +1,16 @@
-"""What an export says is proved: verdict, time, ranges and claims, as the gain file states them."""
+"""What all exports print: their templates, and what the gain file says is proved."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
 
 from takagi.reports.code.controller_program import ControllerProgram
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 
 def proof_lines(program: ControllerProgram) -> tuple[str, ...]:
@@ -48,3 +53,28 @@ def _ranges(program: ControllerProgram) -> Iterator[str]:
         if signal.get("range") is not None:
             low, high = (f"{float(end):.6g}" for end in signal["range"])
             yield f"{signal['name']} {low} to {high} {signal['unit']}"
+
+
+def filled(room: str, name: str, context: Mapping[str, Any]) -> str:
+    """Return ``name.jinja`` of a folder below ``reports/code``, filled; nothing is escaped.
+
+    Raises
+    ------
+    jinja2.UndefinedError : the template has a name that the context does not have.
+    """
+    return _environment(room).get_template(f"{name}.jinja").render(context)
+
+
+@cache
+def _environment(room: str) -> Environment:
+    # Imported here: most verbs write no code.
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    folder = files(f"takagi.reports.code.{room}")
+    return Environment(
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        loader=FunctionLoader(lambda name: (folder / name).read_text(encoding="utf-8")),
+    )
