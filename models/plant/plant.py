@@ -1,4 +1,4 @@
-"""A plant: its variables, parameters and outputs, its expressions as functions of floats, its units."""
+"""A plant: its variables, parameters and outputs, its units, its expressions in floats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Linear loops: Bode plots, margins of the loop that runs over wind, a plant's poles and motions."""
+"""Linear loops: Bode plots, margins over wind of the loop that runs, poles, motions of a plant."""
 
 from __future__ import annotations
 
