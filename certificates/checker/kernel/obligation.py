@@ -51,12 +51,12 @@ class Inequality:
     @property
     def holds(self) -> bool:
         """Whether the obligation holds, decided in rational arithmetic."""
-        value = self.value if isinstance(self.value, Matrix) else Matrix([[self.value.numerator]])
+        value, wanted = self.value, self.relation is Relation.POSITIVE
+        if not isinstance(value, Matrix):
+            return value >= 0 if self.relation is Relation.NONNEGATIVE else (value > 0) == wanted
         if self.relation is Relation.NONNEGATIVE:
             return value.is_positive_semidefinite
-        return value.is_symmetric and (
-            value.is_positive_definite == (self.relation is Relation.POSITIVE)
-        )
+        return value.is_symmetric and value.is_positive_definite == wanted
 
 
 Obligations = Iterator[Obligation]
