@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -137,7 +138,7 @@ class _Prover:
         self.problem, self.model = problem, dict(as_data(problem))
         self._data = {"model": as_read(self.model)}
         self._A, self._constant = problem.stacked()
-        self._weights = np.concatenate([block.weights for block in problem.blocks])
+        self._weights = problem.weights
 
     def feasible(self, x: Floats) -> tuple[Claim | None, float]:
         """Return the claim of a point near x; without one, how far the best point is outside."""
@@ -225,23 +226,29 @@ class _Prover:
 
     def point_claim(self, x: Floats) -> Claim:
         """Return the claim ``feasible-point`` of x, proved or not."""
-        parts = zip(self.problem.blocks, self._parts(self._A), strict=True)
-        equations = [A for block, A in parts if block.cone == ZERO]
-        basis = _basis(np.vstack(equations)) if equations else []
         return {
             "name": "a solution",
             "kind": "feasible-point",
             "point": _without_dust(x),
-            "basis": basis,
+            "basis": self._point_basis,
         }
 
-    def _multiplier_claim(self, name: str, kind: str, y: Floats) -> Claim:
-        equations = (self._A.multiply(self._weights[:, None])).T.toarray()
-        return {"name": name, "kind": kind, "point": _without_dust(y), "basis": _basis(equations)}
+    @cached_property
+    def _point_basis(self) -> list[int]:
+        """The variables in which the equations S = 0 are solved."""
+        is_equation = np.concatenate(
+            [np.full(block.length, block.cone == ZERO) for block in self.problem.blocks]
+        )
+        return _basis(self._A.toarray()[is_equation])
 
-    def _parts(self, A: Any) -> list[Floats]:
-        ends = np.cumsum([block.length for block in self.problem.blocks])
-        return np.split(A.toarray(), ends[:-1])
+    @cached_property
+    def _multiplier_basis(self) -> list[int]:
+        """The multipliers in which the equations <A_i, y> = c_i are solved."""
+        return _basis(self._A.multiply(self._weights[:, None]).T.toarray())
+
+    def _multiplier_claim(self, name: str, kind: str, y: Floats) -> Claim:
+        basis = self._multiplier_basis
+        return {"name": name, "kind": kind, "point": _without_dust(y), "basis": basis}
 
     def _holds(self, claim: Claim) -> bool:
         read = class_of(claim["kind"]).read(as_read(claim), self._data, "claim")

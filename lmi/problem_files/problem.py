@@ -109,6 +109,11 @@ class ConicProblem:
     blocks: tuple[Block, ...]
     rounded: int = 0
 
+    @property
+    def weights(self) -> Floats:
+        """How often a value of all blocks, one after another, counts in the inner product."""
+        return np.concatenate([block.weights for block in self.blocks])
+
     def stacked(self) -> tuple[sp.csr_array, Floats]:
         """Return A and B of all blocks, one above the other."""
         pairs = [block.arrays(len(self.objective)) for block in self.blocks]

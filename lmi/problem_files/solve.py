@@ -86,7 +86,7 @@ def multiplier_problem(problem: ConicProblem, right: Floats | None = None) -> Co
     right : c of the problem unless given.
     """
     A, constant = problem.stacked()
-    weights = np.concatenate([block.weights for block in problem.blocks])
+    weights = problem.weights
     products = sp.coo_array((sp.diags_array(weights) @ A).T)
     equations = Block(ZERO, A.shape[1])
     for row, column, value in zip(*products.coords, products.data, strict=True):
@@ -147,7 +147,7 @@ def contradiction(problem: ConicProblem) -> tuple[Floats, float] | None:
     """Return y with <A_i, y> = 0, <B, y> = -1 and y_k - t e_k in its cone, for the largest t."""
     dual = multiplier_problem(problem, np.zeros(len(problem.objective)))
     _, constant = problem.stacked()
-    weights = np.concatenate([block.weights for block in problem.blocks])
+    weights = problem.weights
     row = Block(ZERO, 1)
     row.add(0, 0, 1.0)
     for k in np.flatnonzero(constant):

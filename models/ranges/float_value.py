@@ -40,6 +40,11 @@ _SLOPES: Mapping[Any, tuple[str, str]] = {
 }
 _FUNCTIONS = {name: getattr(math, name) for name, _ in _SLOPES.values()}
 
+
+class NotInFloats(Exception):
+    """A part of an expression that is not evaluated in floats: ball arithmetic does it."""
+
+
 FloatValue = Callable[[Sequence[float]], float | None]
 
 
@@ -52,7 +57,7 @@ def float_value(expression: sp.Expr, symbols: Sequence[sp.Symbol]) -> FloatValue
     writer = _Writer(symbols)
     try:
         value, error = writer.written(expression)
-    except NotImplementedError:
+    except NotInFloats:
         return None
     lines = [f"def compiled({', '.join(writer.arguments)}):", *writer.lines]
     lines.append(f"    return {value}, {error}")
@@ -105,7 +110,7 @@ class _Writer:
             value, error = self.written(expression.args[0])
             return self._part(f"abs({value})", error)
         if expression.func not in _SLOPES:
-            raise NotImplementedError(expression)
+            raise NotInFloats(expression)
         name, slope = _SLOPES[expression.func]
         argument, error = self.written(expression.args[0])
         value = self._line(f"{name}({argument})")
@@ -116,7 +121,7 @@ class _Writer:
 
     def _number(self, expression: sp.Expr) -> tuple[str, str]:
         if not expression.is_real or not expression.is_finite:
-            raise NotImplementedError(expression)
+            raise NotInFloats(expression)
         value = float(expression)
         return f"({value!r})", "0" if sp.Rational(value) == expression else repr(
             ROUNDING * abs(value)
@@ -137,7 +142,7 @@ class _Writer:
 
     def _power(self, base: sp.Expr, exponent: sp.Expr) -> tuple[str, str]:
         if not exponent.is_Rational:
-            raise NotImplementedError(exponent)
+            raise NotInFloats(exponent)
         argument, error = self.written(base)
         if exponent == sp.Rational(1, 2):
             value = self._line(f"sqrt({argument})")

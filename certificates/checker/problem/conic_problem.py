@@ -174,10 +174,10 @@ def _read_block(block: Any, where: str, variables: int) -> Block:
             raise CertificateError(f"{where}.entries: an index or a position is out of its range")
         if index.denominator != 1 or position.denominator != 1:
             raise CertificateError(f"{where}.entries: index and position are whole numbers")
-        place = read.columns.setdefault(int(index) - 1, {}) if index else read.constant
-        if int(position) in place:
+        values = read.columns.setdefault(int(index) - 1, {}) if index else read.constant
+        if int(position) in values:
             raise CertificateError(f"{where}.entries: one entry is given twice")
-        place[int(position)] = value
+        values[int(position)] = value
     return read
 
 

@@ -34,10 +34,10 @@ def test_equations_are_solved_as_flint_solves_them(rows: list[list[Fraction]]) -
         return
 
     rest = [r - row[n] for r, row in zip(right, rows, strict=True)]
-    wanted = M.solve(fmpq_mat(n, 1, [fmpq(a.numerator, a.denominator) for a in rest]))
+    solution = M.solve(fmpq_mat(n, 1, [fmpq(a.numerator, a.denominator) for a in rest]))
     solved = corrected(sparse, right, start, range(n))
     assert solved[n] == 1
-    assert solved[:n] == [Fraction(int(x.p), int(x.q)) for x in wanted.entries()]
+    assert solved[:n] == [Fraction(int(x.p), int(x.q)) for x in solution.entries()]
 
 
 def test_equations_that_are_left_over_must_hold() -> None:

@@ -117,12 +117,12 @@ def test_the_command_writes_what_check_proves(tmp_path: Path, capsys: Any) -> No
     path, out = written(".dat-s", tmp_path), tmp_path / "certificate.json"
 
     assert main(["verify", str(path), "--out", str(out), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    printed = json.loads(capsys.readouterr().out)
     assert main(["check", str(out)]) == 0
     assert main(["check", str(out), "--cross"]) == 0
 
-    assert told["settled"] and told["verdict"] == "PROVED"
-    assert [claim["figures"][0]["name"] for claim in told["claims"]] == [
+    assert printed["settled"] and printed["verdict"] == "PROVED"
+    assert [claim["figures"][0]["name"] for claim in printed["claims"]] == [
         "objective",
         "bound of the optimum",
     ]
@@ -327,8 +327,8 @@ def test_files_that_do_not_fit(
 
     assert main(["verify", str(path)]) == 2
 
-    told = capsys.readouterr().err
-    assert word in told and name in told
+    message = capsys.readouterr().err
+    assert word in message and name in message
 
 
 def test_a_solution_of_another_solver(tmp_path: Path) -> None:
