@@ -229,7 +229,7 @@ class _Prover:
         return {
             "name": "a solution",
             "kind": "feasible-point",
-            "point": _without_dust(x),
+            "point": _tiny_as_zero(x),
             "basis": self._point_basis,
         }
 
@@ -248,7 +248,7 @@ class _Prover:
 
     def _multiplier_claim(self, name: str, kind: str, y: Floats) -> Claim:
         basis = self._multiplier_basis
-        return {"name": name, "kind": kind, "point": _without_dust(y), "basis": basis}
+        return {"name": name, "kind": kind, "point": _tiny_as_zero(y), "basis": basis}
 
     def _holds(self, claim: Claim) -> bool:
         read = class_of(claim["kind"]).read(as_read(claim), self._data, "claim")
@@ -280,7 +280,7 @@ def _candidates(x: Floats, problem: ConicProblem) -> Iterator[Floats]:
         yield inside[0]
 
 
-def _without_dust(values: Floats) -> list[float]:
+def _tiny_as_zero(values: Floats) -> list[float]:
     """Return the values, 0 for those that are smaller than the checker reads."""
     return [float(value) if abs(value) >= SMALLEST else 0.0 for value in values]
 
