@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
 
 DIGITS = (6, 9, 12)
-# Fractions of the disturbance's bounds to try, if these come from the model's box.
-SHARES = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+# The least share of the disturbances in the model's box that is worth a claim.
+LEAST_SHARE = 0.01
 # Fraction of the largest decay rate. With rate 0 the set is larger, but solutions in it hardly
 # approach the equilibrium.
 SHARE_OF_RATE, FASTEST = 0.25, 1e6
@@ -58,7 +58,7 @@ class InvariantEllipsoid:
     decay_rate : alpha in 1/s for the search of the set; 0 gives the largest set; None takes a
         quarter of the largest rate.  V decays at the rate that P proves.
     disturbance_bounds : (q,) |w_k| <= b_k; None takes w = 0; "box" takes the ranges in the
-        model's box, or the largest fraction of them for which the set lies in the box of states.
+        model's box, or else the largest share of them for which the set lies in the box of states.
     """
 
     P: ArrayLike | None = None
@@ -144,15 +144,14 @@ def claimed_sets(
                 words = f"ellipsoid of level {level:.6g}, rate {rate:.6g}, P to {digits} digits"
                 yield words, evidence | {"multiplier": rate}
             continue
-        w, shares = _bounds(loop, bounds)
-        W = box_corners(loop.E, w)
-        least_level, s = best_multiplier(loop.A, W, rounded, discrete=discrete)
-        if not np.isfinite(least_level):
+        w, whole = _bounds(loop, bounds)
+        least_level, s = best_multiplier(loop.A, box_corners(loop.E, w), rounded, discrete=discrete)
+        share = 1.0 if whole else _claimable_share(level, least_level)
+        if not np.isfinite(least_level) or share < LEAST_SHARE:
             continue
-        for share in shares:
-            size = [float(f"{share * b:.6g}") for b in w]
-            if least_level * share**2 > level and len(shares) > 1:
-                continue
+        # The second is for a share at whose end the exact check finds no room.
+        for factor in (share,) if whole else (share, 0.9 * share):
+            size = [float(f"{factor * b:.6g}") for b in w]
             disturbed = {
                 "multiplier": rounded_down(s, 9),
                 "disturbance": "disturbances",
@@ -162,8 +161,49 @@ def claimed_sets(
             yield words, evidence | disturbed
 
 
-def _bounds(loop: ClaimedLoop, bounds: ArrayLike) -> tuple[Floats, tuple[float, ...]]:
-    """Return (q,) bounds on |w_k|, and the fractions of them that may be claimed instead."""
+def _claimable_share(level: float, least_level: float) -> float:
+    """Return the share of the disturbances whose least invariant level is below the largest.
+
+    The least level grows with the square of the disturbances.  Two digits, rounded down.
+    """
+    share = (level / least_level) ** 0.5 if np.isfinite(least_level) else 0.0
+    return 1.0 if share >= 1 else rounded_down(share, 2)
+
+
+def set_in_floats(loop: ClaimedLoop, limits: Floats | None) -> Floats | None:
+    """Return P of the set {x' P x <= 1} that the loop's certificate would claim; None without one.
+
+    It is what ``InputLimits(limits)``, or without limits ``InvariantEllipsoid()``, tries first.
+    """
+    _, P, _ = candidate_set(loop, None, None, None, limits)
+    evidence = None if P is None else next(claimed_sets(loop, P, None), None)
+    if evidence is None:
+        return None
+    shape, level = np.array(evidence[1]["P"]), float(evidence[1]["level"])
+    if limits is not None:
+        level *= min(1.0, float(np.min(limits / input_bounds(loop, shape, level)))) ** 2
+    return np.asarray(shape / level, dtype=np.float64)
+
+
+def withstood_share(loop: ClaimedLoop) -> float:
+    """Return the share of the disturbances in the model's box that a set in the box withstands.
+
+    In floating point; inf where the box has no disturbances.
+    """
+    names, box = loop.exact.disturbances, loop.exact.other_box or {}
+    if not (loop.exact.E and names and all(name in box for name in names)):
+        return np.inf
+    w, _ = _bounds(loop, "box")
+    P = _filled_least(loop).P if np.any(w > 0) else None
+    if P is None:
+        return 0.0 if np.any(w > 0) else np.inf
+    discrete = loop.sample_time is not None
+    least_level, _ = best_multiplier(loop.A, box_corners(loop.E, w), P, discrete=discrete)
+    return float((largest_level(loop, P) / least_level) ** 0.5)
+
+
+def _bounds(loop: ClaimedLoop, bounds: ArrayLike) -> tuple[Floats, bool]:
+    """Return (q,) bounds on |w_k|, and whether all of them have to be claimed, not a share."""
     names, box = loop.exact.disturbances, loop.exact.other_box or {}
     q = loop.E.shape[2]
     if not q:
@@ -176,11 +216,11 @@ def _bounds(loop: ClaimedLoop, bounds: ArrayLike) -> tuple[Floats, tuple[float, 
             )
         halves = np.array([max(float(min(-box[k][0], box[k][1])), 0.0) for k in names])
         # A signal that only schedules does not drive the state.
-        return np.where(loop.model.E.any(axis=(0, 1)), halves, 0.0), SHARES
+        return np.where(loop.model.E.any(axis=(0, 1)), halves, 0.0), False
     w = np.asarray(bounds, dtype=np.float64)
     if w.shape != (q,) or not np.all(np.isfinite(w) & (w >= 0)):
         raise ModelError(f"disturbance_bounds = {bounds!r}: {q} numbers >= 0 are needed")
-    return w, (1.0,)
+    return w, True
 
 
 def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Answer:

@@ -366,7 +366,8 @@ class _Search:
         rate = rate_of(self.A, P, step=self.step)
         aim = rate - self.hair(rate) if np.isfinite(rate) else 0.0
         condition = common_lyapunov_condition(chosen, decay_rate=aim, sample_time=self.step)
-        outcome = decide(condition)
+        # One attempt: where it fails so near the largest rate, P itself is at hand.
+        outcome = decide(condition, most=1)
         if outcome.status != "candidate" or not (
             rate_of(self.A, outcome.values["P"][0], step=self.step) >= aim
         ):

@@ -70,6 +70,7 @@ def regulator(design: PlantDesign) -> Regulator | None:
     A plant behind a blend has none, because one of its inputs is the rate of an effort; nor has a
     law with outputs, whose observer a regulator of all states does not need.
     """
+    from takagi.certificates.design.plant.candidates import regulator_gain
     from takagi.certificates.design.plant.gains import rounded_gains
     from takagi.reports.loops.plant_loop import plant_loop
 
@@ -81,7 +82,7 @@ def regulator(design: PlantDesign) -> Regulator | None:
     rest, design_gain = loop.at_rest()
     assert design_gain is not None
     states, inputs = sizes
-    gain = _gain(rest.A, rest.B, states, inputs, loop.model.sample_time)
+    gain = regulator_gain(rest.A, rest.B, states, inputs, loop.model.sample_time)
     if gain is None:
         return None
     gain = rounded_gains(gain[None], 4)[0]
@@ -126,25 +127,6 @@ def _halves(loop: PlantLoop, labels: tuple[str, ...], instead: Floats | None) ->
             return None
     sizes = np.array(widths)
     return sizes if sizes.size and np.all(np.isfinite(sizes) & (sizes > 0)) else None
-
-
-def _gain(
-    A: Floats, B: Floats, states: Floats, inputs: Floats, step: float | None
-) -> Floats | None:
-    """Return K (m, n), in states and inputs over their sizes, which are of one size; or None."""
-    from scipy.linalg import solve_continuous_are, solve_discrete_are
-
-    A, B = A * states / states[:, None], B * inputs / states[:, None]
-    Q, R = np.eye(len(A)), np.eye(B.shape[1])
-    try:
-        if step is None:
-            K: Floats = np.asarray(B.T @ solve_continuous_are(A, B, Q, R), dtype=np.float64)
-        else:
-            X = solve_discrete_are(A, B, Q, R)
-            K = np.asarray(np.linalg.solve(R + B.T @ X @ B, B.T @ X @ A), dtype=np.float64)
-    except (ValueError, np.linalg.LinAlgError):
-        return None
-    return K * inputs[:, None] / states if np.all(np.isfinite(K)) else None
 
 
 def _starts(design: PlantDesign, gain: Floats) -> Floats | None:

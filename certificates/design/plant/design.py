@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.controller.content import plain
 from takagi.certificates.design.design import NoDesign, Tell
+from takagi.certificates.design.plant.candidates import laws_beside_regulator
 from takagi.certificates.design.plant.gains import (
     FoundGains,
-    find_gains,
     one_gain,
     regional_gains,
 )
@@ -30,7 +30,12 @@ from takagi.certificates.design.plant.many_rules import (
     gains_of_known_premises,
     shortened_gains,
 )
-from takagi.certificates.design.plant.plain_words import in_file_rates, obstacle, require_sensible
+from takagi.certificates.design.plant.plain_words import (
+    in_file_rates,
+    in_plant_words,
+    obstacle,
+    require_sensible,
+)
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.tracking_design import claims_alone, design_tracking
 from takagi.certificates.design.plant.work import PlantWork, plant_work
@@ -99,7 +104,7 @@ def design_plant(
         gains, design = work.searched("gains", shortened_gains, choice)
         further.insert(0, ("gains over few premises", gains_of_few_premises, budget))
     else:
-        gains, design = work.searched("gains", find_gains)
+        gains, design = _best_of_candidates(work)
     for step, search, *options in further if design is None or not design.proved else ():
         _, alternative = work.searched(step, search, *options)
         if alternative is not None and alternative.proved:
@@ -110,6 +115,18 @@ def design_plant(
         assert gains is not None  # the search for the whole model returns its last attempt
         reason = _reason(gains, work)
         return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
+
+
+def _best_of_candidates(work: PlantWork) -> tuple[FoundGains, PlantDesign | None]:
+    """Return the first law found and the design: of the preferred law, if that is proved."""
+    with work.clock("gains"), in_plant_words(work.plant):
+        laws = laws_beside_regulator(work.plant, work.model, work.settings)
+    design = None
+    for gains in laws:
+        design = work.rounded(gains) if gains.design.found else None
+        if design is not None and design.proved:
+            break
+    return laws[-1], design
 
 
 def certify_plant(

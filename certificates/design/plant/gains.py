@@ -80,7 +80,7 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
         inputs=tuple(v.name for v in plant.inputs),
         disturbances=tuple(v.name for v in plant.disturbances),
     )
-    limits, box = input_limits(plant, model, settings), _state_box(model)
+    limits, box = input_limits(plant, model, settings), state_box(model)
     input_limit = np.array([limits[v.name] for v in plant.inputs]) if limits else None
     if needs_starts(settings) and input_limit is not None:
         return _from_assumed_starts(plant, model, settings, box, input_limit)
@@ -266,7 +266,7 @@ def _region(model: TSModel, settings: PlantSettings) -> EigenvalueRegion | None:
     return regions[0] if len(regions) == 1 else regions[0] & regions[1]
 
 
-def _state_box(model: TSModel) -> Floats:
+def state_box(model: TSModel) -> Floats:
     """Return the half-width of the box about the origin for each state; inf where it has none."""
     return np.array(
         [

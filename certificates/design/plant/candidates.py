@@ -1,0 +1,408 @@
+r"""The law of a design where nothing is asked: several candidates, judged beside LQR.
+
+A user sees three things of a law: the set from which it is proved to settle, how long it takes, and
+how much of the stated disturbance it withstands.  A linear-quadratic regulator with Bryson's
+weights costs one line elsewhere, so that a law that is worse in these is not worth its proof.
+
+Both laws are measured in the same way, in floating point:
+
+    set           the ellipsoid that the certificate will claim for these gains, by the same search
+                  within ranges and limits; one is at least as large as the other if its volume is,
+                  or the largest multiple of the ranges that it holds
+    settling      the slowest of the plant's motions from both ends of every axis of the law's set,
+                  inputs cut at their ranges, until each state stays within 2 % of the set's reach;
+                  of the regulator, from the same starts
+    disturbance   the share of the stated disturbances that some ellipsoid withstands
+
+A law is good enough if it withstands all of what is stated, its set is at least as large as that of
+the regulator's gains, and it settles within 1.2 times the regulator's time.  The candidates are
+
+    1. the largest set at a moderate rate (``gains``), which is taken if it is good enough
+    2. the same at other rates: faster ones where the first is slow, slower ones where its set is
+       small, then between the last two
+    3. the regulator of each rule, and the regulator itself, where they have a set
+
+Of those that are good enough the largest set is taken; where none is, the most of the three that
+can be had, the disturbance first, and a note says what is missing and what to ask for.  Where
+inputs have no limits, those of the first law are kept, with half as much again at most.
+
+Source: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.certificates.design.plant.gains import (
+    ALL_PAIRS,
+    ONE_GAIN,
+    FoundGains,
+    find_gains,
+    input_limits,
+    one_gain,
+    rounded_gains,
+    state_box,
+)
+from takagi.certificates.design.plant.many_rules import work_of
+from takagi.certificates.design.plant.plain_words import in_file_rates
+from takagi.certificates.document.plant_embedding import blend_of, plant_and_claim
+from takagi.certificates.requests.invariant_ellipsoid import set_in_floats, withstood_share
+from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.lmi import Answer, Design
+from takagi.models.arrays import Floats
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_simulation.settling import ManyMotions
+
+if TYPE_CHECKING:
+    from takagi.models.plant.plant import Plant
+    from takagi.models.ts.model import TSModel
+
+LONGEST = 8.0  # time [s], by an estimate, of a law at one rate with its proof; else none is tried
+MORE = 1.5  # times the first law's commands, where inputs have no limits
+SLOWER = 1.2  # times the regulator's settling time, which is good enough
+STEP = 2**0.5  # from one rate to the next
+STEPS, HALVINGS = 4, 2
+# Measured in floating point, to which sets and times are compared.
+EQUAL = 1e-3
+DIGITS = 4  # of the gains that are judged, as they are emitted
+HORIZONS = 10.0  # time constants of the slowest mode at rest, that motions are simulated for
+JUST_INSIDE = 0.999
+
+
+def regulator_gain(
+    A: Floats, B: Floats, states: Floats, inputs: Floats, step: float | None
+) -> Floats | None:
+    """Return K (m, n) of u = -K x for the least integral of |x / states|^2 + |u / inputs|^2.
+
+    Parameters
+    ----------
+    A, B : (n, n), (n, m); of x(t + T) where ``step`` = T [s] is given, with a sum for the integral.
+    states, inputs : (n,), (m,) sizes.
+
+    Returns
+    -------
+    None where the Riccati equation has no stabilising solution.
+    """
+    from scipy.linalg import solve_continuous_are, solve_discrete_are
+
+    A, B = A * states / states[:, None], B * inputs / states[:, None]
+    Q, R = np.eye(len(A)), np.eye(B.shape[1])
+    try:
+        if step is None:
+            K: Floats = np.asarray(B.T @ solve_continuous_are(A, B, Q, R), dtype=np.float64)
+        else:
+            X = solve_discrete_are(A, B, Q, R)
+            K = np.asarray(np.linalg.solve(R + B.T @ X @ B, B.T @ X @ A), dtype=np.float64)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    return K * inputs[:, None] / states if np.all(np.isfinite(K)) else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A law with what a user sees of it.
+
+    Attributes
+    ----------
+    gains : with the notes about them.
+    K : (r, m, n), rounded as they are emitted.
+    P : (n, n), of the set {x' P x <= 1}; None where none is found.
+    size : volume of the set, and the largest multiple of the ranges in it, as lengths.
+    larger : whether the set is at least as large as the regulator's.
+    times : settling time of the law and of the regulator from the law's set [s].
+    affordable : whether its commands are of the size of the limits, or of the first law's.
+    withstood : share of the stated disturbances, at most 1; 1 where none is stated.
+    """
+
+    gains: FoundGains
+    K: Floats
+    P: Floats | None
+    size: tuple[float, float] = (0.0, 0.0)
+    larger: bool = False
+    times: tuple[float, float] = (np.inf, np.inf)
+    withstood: float = 1.0
+    affordable: bool = True
+
+    @property
+    def fast(self) -> bool:
+        """Whether it settles within 1.2 times the regulator's time."""
+        return bool(self.times[0] <= SLOWER * (1 + EQUAL) * self.times[1])
+
+    @property
+    def good(self) -> bool:
+        """Whether nothing is missing."""
+        return self.withstood >= 1 and self.larger and self.fast and self.affordable
+
+    @property
+    def rank(self) -> tuple[Any, ...]:
+        """What to compare: the most first."""
+        share = self.withstood if self.withstood >= 1 else float(f"{self.withstood:.1g}")
+        return self.affordable, share, self.larger + self.fast, self.fast, self.size[0]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contest:
+    """What candidates are judged by: the plant's loop, and the regulator beside them."""
+
+    plant: Plant
+    model: TSModel
+    settings: PlantSettings
+    limits: Floats | None
+    box: Floats
+    sizes: Floats
+    inputs: Floats
+    data: dict[str, Any] | None
+    motions: ManyMotions
+    at_rest: tuple[Floats, Floats]
+    regulator: Floats
+    regulator_size: tuple[float, float] = field(default=(0.0, 0.0))
+
+    def loop(self, K: Floats) -> ClaimedLoop:
+        return ClaimedLoop.of(self.model, K, model_data=self.data)
+
+    def size(self, P: Floats | None) -> tuple[float, float]:
+        """Return n-th root of the volume, and multiple of the ranges, over the ranges."""
+        from takagi.lmi.gains.requirements.limits import corners_of_box
+
+        if P is None:
+            return 0.0, 0.0
+        volume = np.exp(-np.linalg.slogdet(P * self.sizes * self.sizes[:, None])[1] / 2 / len(P))
+        ranged = np.isfinite(self.box)
+        if not ranged.any():
+            return float(volume), 0.0
+        corners = np.zeros((2 ** (int(ranged.sum()) - 1), len(P)))
+        corners[:, ranged] = corners_of_box(self.box[ranged])
+        multiple = np.einsum("ki,ij,kj->k", corners, P, corners).max() ** -0.5
+        return float(volume), float(multiple)
+
+    def judged(self, gains: FoundGains, K: Floats | None = None) -> Judged:
+        """Return the law with its measures; K in place of the gains that an LMI gave."""
+        if K is None:
+            K = rounded_gains(np.asarray(gains.design.require()[0]), DIGITS)
+        loop = self.loop(K)
+        P = set_in_floats(loop, self.limits)
+        if P is None:
+            return Judged(gains, K, None)
+        size = self.size(P)
+        larger = any(
+            own >= (1 - EQUAL) * other for own, other in zip(size, self.regulator_size, strict=True)
+        )
+        share = min(withstood_share(loop), 1.0)
+        squares = np.einsum("rmi,ij,rmj->rm", K, np.linalg.inv(P), K)
+        affordable = bool(np.all(squares <= (MORE * self.inputs) ** 2))
+        return Judged(gains, K, P, size, larger, self.times(K, P), share, affordable)
+
+    def times(self, K: Floats, P: Floats) -> tuple[float, float]:
+        """Return the settling times [s] from the set, under the law and under the regulator."""
+        A, B = self.at_rest
+        reach = np.sqrt(np.diag(np.linalg.inv(P)))
+        values, axes = np.linalg.eigh(P * reach * reach[:, None])
+        ends = JUST_INSIDE * reach[:, None] * axes / np.sqrt(values)
+        starts = np.concatenate([ends, -ends], axis=1)
+        regulator = np.broadcast_to(self.regulator, K.shape)
+        step = self.model.sample_time
+        rates = [_slowest(A - B @ gain, step) for gain in (K.mean(axis=0), regulator[0])]
+        horizon = HORIZONS / max(min(rates), max(rates) / 100)
+        law, other = (
+            float(self.motions.settling_times(gain, starts, reach, horizon).max())
+            for gain in (K, regulator)
+        )
+        return law, other
+
+
+def laws_beside_regulator(
+    plant: Plant, model: TSModel, settings: PlantSettings
+) -> tuple[FoundGains, ...]:
+    """Return the law to be proved, and behind it the one to fall back to.
+
+    The first that was found alone, where something is asked, or where there is no regulator to
+    compare with: a blend, a plant with tables, one that it cannot stabilise.
+
+    Raises
+    ------
+    ModelError : as ``find_gains``.
+    """
+    first = find_gains(plant, model, settings)
+    contest = _contest(plant, model, settings, first) if first.design.found else None
+    if contest is None:
+        return (first,)
+    judged = contest.judged(first)
+    if judged.P is None or judged.good:
+        return (first,)
+    candidates = [judged]
+    if _search_time(model, settings) <= LONGEST:
+        candidates += _at_other_rates(contest, judged)
+    candidates += _regulators(contest, first)
+    best = max(candidates, key=lambda law: law.rank)
+    note = _note(best, contest)
+    chosen = replace(best.gains, notes=(*best.gains.notes, *note))
+    return (chosen,) if best is judged else (chosen, first)
+
+
+def _search_time(model: TSModel, settings: PlantSettings) -> float:
+    """Return about how long gains at one rate and their proof take [s]."""
+    at_rate, _ = one_gain(model, replace(settings, decay_rate=1.0))
+    sizes = (len(model.states), len(model.inputs))
+    single = at_rate.relaxation == ONE_GAIN
+    return work_of(len(model.A), sizes, at_rate, one_gain=single).seconds
+
+
+def _nothing_asked(settings: PlantSettings) -> bool:
+    """Return whether the gains are left to the design; limits and proofs may be asked for."""
+    kept = ("choice", "rest", "input_limit", "sample_time", "noise", "horizon")
+    return settings == PlantSettings(**{name: getattr(settings, name) for name in kept})
+
+
+def _contest(
+    plant: Plant, model: TSModel, settings: PlantSettings, first: FoundGains
+) -> Contest | None:
+    if not _nothing_asked(settings) or blend_of(model) is not None:
+        return None
+    named = input_limits(plant, model, settings)
+    limits = np.array([named[v.name] for v in plant.inputs]) if named else None
+    motions = ManyMotions.of(model, limits)
+    box = state_box(model)
+    if motions is None or not np.isfinite(box).any():
+        return None
+    data = plant_and_claim(model)[0]
+    K = rounded_gains(np.asarray(first.design.require()[0]), DIGITS)
+    P = set_in_floats(ClaimedLoop.of(model, K, model_data=data), limits)
+    if P is None:
+        return None
+    inverse = np.linalg.inv(P)
+    sizes = np.where(np.isfinite(box), box, np.sqrt(np.diag(inverse)))
+    inputs = limits
+    if inputs is None:
+        inputs = np.sqrt(np.einsum("rmi,ij,rmj->rm", K, inverse, K).max(axis=0))
+    weights = _weights_at_rest(model)
+    at_rest = np.tensordot(weights, model.A, axes=1), np.tensordot(weights, model.B, axes=1)
+    if not np.all(inputs > 0):
+        return None
+    gain = regulator_gain(*at_rest, sizes, inputs, model.sample_time)
+    if gain is None:
+        return None
+    gain = rounded_gains(gain[None], DIGITS)[0]
+    contest = Contest(
+        plant, model, settings, limits, box, sizes, inputs, data, motions, at_rest, gain
+    )
+    everywhere = np.broadcast_to(gain, (len(model.rules), *gain.shape)).copy()
+    size = contest.size(set_in_floats(contest.loop(everywhere), limits))
+    return replace(contest, regulator_size=size)
+
+
+def _at_other_rates(contest: Contest, first: Judged) -> Iterator[Judged]:
+    """Yield laws at other rates, until one is good enough."""
+    rate = float(first.gains.design.decay_rate)
+    faster = not (first.fast and not first.larger and first.withstood >= 1)
+    if rate == 0:  # None of the rates that were tried has gains.
+        return
+    edge: tuple[float, float] | None = None  # rates on both sides of what is sought
+    for k in range(1, STEPS + 1):
+        next_rate = rate * STEP ** (k if faster else -k)
+        law = _law_at(contest, next_rate)
+        if law is None:
+            break
+        yield law
+        if law.good:
+            return
+        if (faster and law.fast) or (not faster and law.larger):
+            edge = (next_rate / STEP, next_rate) if faster else (next_rate, next_rate * STEP)
+            break
+    for _ in range(HALVINGS if edge else 0):
+        slow, quick = edge or (rate, rate)
+        middle = (slow * quick) ** 0.5
+        law = _law_at(contest, middle)
+        if law is None:
+            return
+        yield law
+        if law.good:
+            return
+        edge = (middle, quick) if law.larger else (slow, middle)
+
+
+def _law_at(contest: Contest, rate: float) -> Judged | None:
+    """Return the law with the largest set at a rate, of at most the inputs of the first law."""
+    from takagi.lmi import attraction_pdc
+
+    rate = float(f"{rate:.3g}")
+    design = attraction_pdc(
+        contest.model,
+        decay_rate=rate,
+        input_limit=contest.inputs,
+        state_box=contest.box,
+        saturation=None,
+        relaxation=one_gain(contest.model, contest.settings)[0].relaxation or ALL_PAIRS,
+    )
+    if not design.found:
+        return None
+    note = in_file_rates(
+        f"decay rate not given; {rate:.4g} 1/s was used as the target", contest.plant
+    )
+    note += ", so that the law is no worse than LQR"
+    return contest.judged(FoundGains(design, (note,), {}, explainable=False))
+
+
+def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
+    """Yield the regulator of each rule, where the gains may differ, and that at rest."""
+    model, step = contest.model, contest.model.sample_time
+    rules, (m, n) = len(model.rules), contest.regulator.shape
+    at_rules = [
+        regulator_gain(np.asarray(A), np.asarray(B), contest.sizes, contest.inputs, step)
+        for A, B in zip(model.A, model.B, strict=True)
+    ]
+    scheduled = one_gain(model, contest.settings)[0].relaxation is None
+    kinds = [("at rest, one for all rules", np.broadcast_to(contest.regulator, (rules, m, n)))]
+    if scheduled and rules > 1 and all(gain is not None for gain in at_rules):
+        kinds.insert(0, ("of each rule", np.array(at_rules)))
+    for words, gains in kinds:
+        K = rounded_gains(np.asarray(gains, dtype=np.float64), DIGITS)
+        law = contest.judged(first, K)
+        if law.P is None:
+            continue
+        answer = Answer(status="candidate", P=law.P, margin=np.nan)
+        design = Design(
+            gains=K, P=law.P, decay_rate=0.0, margin=np.nan, relaxation="", answer=answer
+        )
+        note = f"LQR's gains {words}: no law by LMIs that was tried is as good in set and settling"
+        yield replace(law, gains=FoundGains(design, (note,), {}, explainable=False))
+
+
+def _note(best: Judged, contest: Contest) -> tuple[str, ...]:
+    """Return what the chosen law is worse in than the regulator, and what to ask for."""
+    worse = []
+    if not best.fast:
+        law, other = best.times
+        ratio = f"{law / other:.2g} times as long as" if np.isfinite(law) else "later than"
+        worse.append(f"settles {ratio} LQR from its own set")
+    if not best.larger:
+        worse.append("has a smaller proved set than LQR")
+    if not worse:
+        return ()
+    ask = "--effort small asks for a larger set"
+    if not best.fast:
+        ask = "--settle TIME or --effort large asks for a faster law with a smaller set"
+    why = "nothing better is proved over these ranges: narrow those of the states in the premises"
+    if contest.limits is None:
+        why = "its commands were kept near the least: give the inputs ranges"
+    return (f"the law {' and '.join(worse)}; {why}; {ask}",)
+
+
+def _slowest(A: Floats, step: float | None) -> float:
+    """Return the least decay rate [1/s] of the modes of A."""
+    values = np.linalg.eigvals(A)
+    if step is None:
+        return float(-values.real.max())
+    return float(-np.log(np.maximum(np.abs(values).max(), 1e-300)) / step)
+
+
+def _weights_at_rest(model: TSModel) -> Floats:
+    """Return h (r,) where every state and signal is at rest."""
+    if not model.premises:
+        return np.full(len(model.rules), 1.0 / len(model.rules))
+    labels = (*model.states, *model.inputs, *model.disturbances)
+    point = {label.partition(" [")[0]: 0.0 for label in labels}
+    return model.memberships(model.premise_values(**point), clip=True)
