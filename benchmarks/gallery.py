@@ -25,9 +25,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import control
 import numpy as np
 
+from takagi.certificates import Verdict
 from takagi.certificates.checker import check_document
+from takagi.certificates.claims.certification import certify
 from takagi.certificates.design.turbine.effort_sharing_gains import wind_observer_design
 from takagi.certificates.design.turbine.result import speed_filter
+from takagi.certificates.requests import InputLimits
+from takagi.models import Plant, load_model, sector_model
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
@@ -57,6 +61,8 @@ PAGE = ROOT / "docs" / "gallery.md"
 FIGURES = ROOT / "docs" / "figures" / "gallery"
 # The time of plants that are not in SI; the others are in seconds.
 TIMES = {"glucose": "min", "predator_prey": "years", "chua": "", "jet_engine": ""}
+LATE = 1.2  # times LQR's settling time
+EQUAL = 1.02  # what counts as the same size or time as LQR's
 SHOWN = 1.4  # of the time in which the law settles, in the pictures
 POINTS = 160  # of a line in a picture
 HEAD = """# Gallery: textbook plants
@@ -76,6 +82,9 @@ COLUMNS = """
 - **set**: how far from rest a state may start, one state at a time, in the units of the file, and
   the share of its range to the nearer side. From anywhere in the set, an ellipsoid, it is proved
   that the motion stays in it, that no input passes its range, and that it comes to rest.
+- **set / LQR's**: the volume of the set over that of the set proved in the same way for LQR's gain,
+  as a length (n-th root), and the largest multiple of the ranges inside over LQR's; "only" where
+  none is proved for LQR.
 - **gains**: the largest command, over all rules, to a state with every variable at the end of its
   range, in multiples of the input's limit; of the law and of LQR. LQR is that of python-control at
   the rest, with Bryson's weights: 1/range² for each state and input. Where a state has no range the
@@ -84,8 +93,8 @@ COLUMNS = """
   stay within 2 % of the set's reach; of the law and, from the same starts, of LQR. Equations, units
   and law are read and integrated by scipy without takagi, with inputs cut at their ranges.
 
-The default law is made for a large set, not for a fast loop: `--settle` and `--decay-rate` ask for
-more.
+How the law is chosen beside LQR: [plants](plants.md#the-law-where-nothing-is-asked). `--settle` and
+`--decay-rate` ask for more.
 """
 TURBINES = ROOT / "tests" / "gallery" / "turbines"
 TURBINE_HEAD = """
@@ -127,6 +136,13 @@ class Measured(NamedTuple):
     processor: float
     told: str
     loop: TextbookLoop | None
+
+
+class Beside(NamedTuple):
+    """The law's set over LQR's, by volume and by corners; infinite where LQR has none proved."""
+
+    volume: float
+    corners: float
 
 
 class Settling(NamedTuple):
@@ -192,6 +208,24 @@ def settling(loop: TextbookLoop, law: Callable[[Floats], Floats] | None = None) 
         found.append(loop.settled(motion) if motion.time.size == 2001 else None)
     times = [t for t in found if t is not None]
     return Settling(max(times, default=float("nan")), len(found) - len(times), len(found))
+
+
+def beside_regulator(loop: TextbookLoop, file: Path, K: Floats) -> Beside:
+    """Return the law's set over the set that is proved for LQR's gain, as lengths."""
+    plant = load_model(file)
+    assert isinstance(plant, Plant)
+    n = len(loop.states)
+    limits = half_widths(loop)[n:]
+    certified = certify(sector_model(plant), K, claims=[InputLimits(limits)])
+    if certified.verdict is not Verdict.PROVED:
+        return Beside(np.inf, np.inf)
+    claim = certified.document["claims"][-1]
+    other = np.array(claim["P"], dtype=np.float64) / float(claim["level"])
+    half = half_widths(loop)[:n]
+    signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * n)).reshape(n, -1).T * half
+    law, regulator = (np.einsum("ki,ij,kj->k", signs, P, signs).max() for P in (loop.P, other))
+    volumes = np.linalg.det(other) / np.linalg.det(loop.P)
+    return Beside(float(volumes ** (0.5 / n)), float((regulator / law) ** 0.5))
 
 
 def linear(loop: TextbookLoop, K: Floats) -> Callable[[Floats], Floats]:
@@ -265,6 +299,17 @@ def digits(value: float) -> str:
     return f"{value:.0f}" if 1000 <= abs(value) < 1e5 else f"{value:.3g}"
 
 
+def judgement(sets: Beside, law: Settling, other: Settling) -> str:
+    """Return where the law is better, equal or worse than LQR: first the set, then the time."""
+    larger = max(sets)
+    words = "larger" if larger > EQUAL else "smaller" if larger < 1 / EQUAL else "equal"
+    ratio = np.inf if other.lost else law.slowest / other.slowest
+    if other.lost and not law.lost:
+        return f"{words}, faster"
+    quick = "faster" if ratio < 1 / EQUAL else "slower" if ratio > EQUAL else "equal"
+    return f"{words}, {quick} ({ratio:.2f})"
+
+
 def row(found: Measured) -> tuple[str, Settling]:
     """Return the row of a proved plant, and how its law settles."""
     loop = found.loop
@@ -280,6 +325,8 @@ def row(found: Measured) -> tuple[str, Settling]:
         parts.append(f"{name} {at_least(loop.alone[k] / loop.scale[k])}{label}{share}")
     K = lqr(loop)
     law, other = settling(loop), settling(loop, linear(loop, K))
+    sets = beside_regulator(loop, PLANTS / f"{found.name}.toml", K)
+    compared = "only" if np.isinf(sets.volume) else f"{sets.volume:.2f}, {sets.corners:.2f}"
     settled = " / ".join(
         shown_time(s.slowest, unit) + (f" ({s.lost} of {s.starts} do not)" if s.lost else "")
         for s in (law, other)
@@ -291,8 +338,10 @@ def row(found: Measured) -> tuple[str, Settling]:
         "PROVED",
         f"{found.wall:.1f} / {found.processor:.1f}",
         ", ".join(parts),
+        compared,
         f"{effort(loop, loop.gains):.2g} / {effort(loop, K):.2g}",
         settled,
+        judgement(sets, law, other),
     )
     return f"| {' | '.join(cells)} |", law
 
@@ -313,9 +362,11 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
         f"({np.median(processors):.0f} s of processor time), the longest {walls[-1]:.0f} s "
         f"({processors[-1]:.0f} s).\n\n"
     )
+    said += verdicts([rows[m.name] for m in proved])
     table = (
-        "| plant | states, inputs | rules | verdict | time [s] | set | gains: law / LQR "
-        "| settles: law / LQR |\n|---|---|---|---|---|---|---|---|\n"
+        "| plant | states, inputs | rules | verdict | time [s] | set | set / LQR's "
+        "| gains: law / LQR | settles: law / LQR | set, settling |\n"
+        "|---|---|---|---|---|---|---|---|---|---|\n"
     )
     table += "\n".join(rows[m.name] for m in proved) + "\n"
     lost = [
@@ -335,6 +386,24 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
     columns = COLUMNS.format(cores=cores, shared=shared)
     turbines = TURBINE_HEAD + "\n".join(kept_turbines()) + "\n" + TURBINE_COLUMNS
     return HEAD + said + table + columns + "".join(lost) + turbines + pictures
+
+
+def verdicts(rows: list[str]) -> str:
+    """Return in how many rows the law's set is larger, and in how many it settles earlier."""
+    cells = [line.rstrip(" |").rpartition(" | ")[2] for line in rows]
+    counts = {
+        word: sum(word in cell for cell in cells)
+        for word in ("larger", "smaller", "faster", "slower")
+    }
+    ratios = [float(cell.partition("(")[2].rstrip(")")) for cell in cells if "(" in cell]
+    late = sum(ratio > LATE for ratio in ratios)
+    n = len(cells)
+    return (
+        f"Beside LQR the law's set is larger in {counts['larger']}, equal in "
+        f"{n - counts['larger'] - counts['smaller']} and smaller in {counts['smaller']}; it settles "
+        f"faster in {counts['faster']}, as fast in {n - counts['faster'] - counts['slower']} and "
+        f"slower in {counts['slower']}, by more than {LATE} times in {late}.\n\n"
+    )
 
 
 def kept_turbines() -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.design.plant.candidates import BESIDE
 from takagi.cli.terminal.files import claims_as_data
 from takagi.cli.terminal.rows import (
     headline,
@@ -49,8 +50,11 @@ def as_text(design: PlantDesign, *, every_claim: bool = False) -> str:
     count = f"{len(proved)} of {len(checked.claims)} claims proved"
     if len(proved) == len(checked.claims):
         count = f"{len(proved)} claims" if len(proved) > 1 else "1 claim"
-    lines = [headline(design.verdict_words, design.plant.name, count, proved=design.proved)]
-    shown = [(row.name, summary_lines(row)) for row in summary_rows(design)]
+    rows = summary_rows(design)
+    part = any(row.partial for row in rows)
+    name = design.plant.name
+    lines = [headline(design.verdict_words, name, count, proved=design.proved, part=part)]
+    shown = [(row.name, summary_lines(row)) for row in rows]
     if not every_claim and sum(len(of_row) for _, of_row in shown) > MOST_LINES - 2:
         # Gains of several inputs by many states would hide what is proved.
         elsewhere = row_lines("gains", "with their units in the report and with --all")
@@ -66,7 +70,9 @@ def as_text(design: PlantDesign, *, every_claim: bool = False) -> str:
     size = sum(line.count("\n") + 1 for line in lines)
     if size + len(notes) <= MOST_LINES:
         return "\n".join([*lines, *notes])
-    left_out = f"{len(design.notes)} notes and " if design.notes else ""
+    worse = [note for note in design.notes if note.startswith(BESIDE)]
+    lines += [line for note in worse for line in row_lines("note", note)]
+    left_out = f"{len(design.notes) - len(worse)} notes and " if design.notes else ""
     return "\n".join([*lines, *row_lines("more", f"{left_out}all claims: --all, or the report")])
 
 

@@ -19,11 +19,17 @@ _TIE = "\N{NO-BREAK SPACE}"
 _SHORT = 60  # characters of a part that is not broken
 
 
-def headline(verdict: str, name: str, remark: str, *, proved: bool) -> str:
-    """Return the verdict and the model's name, with a remark at the right."""
+def headline(verdict: str, name: str, remark: str, *, proved: bool, part: bool = False) -> str:
+    """Return the verdict and the model's name, with a remark at the right.
+
+    Parameters
+    ----------
+    part : whether less is proved than the file states; the verdict is yellow then.
+    """
     text = f"{verdict}  {name}"
     space = max(3, WIDTH - len(text) - len(remark))
-    (shown,) = coloured([verdict], "green" if proved else "red")
+    colour = "yellow" if part else "green"
+    (shown,) = coloured([verdict], colour if proved else "red")
     return f"{shown}  {name}{' ' * space}{remark}"
 
 

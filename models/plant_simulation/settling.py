@@ -47,9 +47,9 @@ class ManyMotions:
 
         from takagi.models.splines.table_function import TableFunction
 
-        if model.derivation is None:
+        form = None if model.derivation is None else model.derivation.form
+        if form is None:
             return None
-        form = model.derivation.form
         problem, signals = form.problem, form.problem.equations
         arguments = [*signals.states, *signals.inputs]
         at_rest = dict.fromkeys(signals.disturbances, 0)
@@ -76,7 +76,7 @@ class ManyMotions:
             U = -np.einsum("rk,rmn,nk->mk", h, gains, X)
         if self.limits is None:
             return np.asarray(U)
-        return np.clip(U, -self.limits[:, None], self.limits[:, None])
+        return np.asarray(np.clip(U, -self.limits[:, None], self.limits[:, None]))
 
     def settling_times(
         self, gains: Floats, starts: Floats, reach: Floats, horizon: float
@@ -136,7 +136,9 @@ class ManyMotions:
             X = motion[-1]
             motion.append(self._moving(self._next(gains, X), X, reach, 1.0))
         X = np.array(motion).transpose(2, 1, 0)
-        return _times(np.abs(X) > SETTLED * reach[:, None], step * np.arange(len(motion)))
+        return _times(
+            np.abs(X) > SETTLED * reach[:, None], step * np.arange(len(motion), dtype=np.float64)
+        )
 
     def _next(self, gains: Floats, X: Floats) -> Floats:
         return self._values(self.equations, X, self.commands(gains, X))

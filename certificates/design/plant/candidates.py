@@ -71,6 +71,7 @@ EQUAL = 1e-3
 DIGITS = 4  # of the gains that are judged, as they are emitted
 HORIZONS = 10.0  # time constants of the slowest mode at rest, that motions are simulated for
 JUST_INSIDE = 0.999
+BESIDE = "beside LQR the law"  # with which the note begins that says what it is worse in
 
 
 def regulator_gain(
@@ -112,6 +113,8 @@ class Judged:
     K : (r, m, n), rounded as they are emitted.
     P : (n, n), of the set {x' P x <= 1}; None where none is found.
     size : volume of the set, and the largest multiple of the ranges in it, as lengths.
+    share : of the ranges that is in the set: the first of these, or where a state has no range the
+        second, for its reach was not asked for.
     larger : whether the set is at least as large as the regulator's.
     times : settling time of the law and of the regulator from the law's set [s].
     affordable : whether its commands are of the size of the limits, or of the first law's.
@@ -122,6 +125,7 @@ class Judged:
     K: Floats
     P: Floats | None
     size: tuple[float, float] = (0.0, 0.0)
+    share: float = 0.0
     larger: bool = False
     times: tuple[float, float] = (np.inf, np.inf)
     withstood: float = 1.0
@@ -140,8 +144,8 @@ class Judged:
     @property
     def rank(self) -> tuple[Any, ...]:
         """What to compare: the most first."""
-        share = self.withstood if self.withstood >= 1 else float(f"{self.withstood:.1g}")
-        return self.affordable, share, self.larger + self.fast, self.fast, self.size[0]
+        withstood = self.withstood if self.withstood >= 1 else float(f"{self.withstood:.1g}")
+        return self.affordable, withstood, self.larger + self.fast, self.fast, self.share
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,10 +195,11 @@ class Contest:
         larger = any(
             own >= (1 - EQUAL) * other for own, other in zip(size, self.regulator_size, strict=True)
         )
-        share = min(withstood_share(loop), 1.0)
+        share = size[0] if np.isfinite(self.box).all() else size[1]
+        withstood = min(withstood_share(loop), 1.0)
         squares = np.einsum("rmi,ij,rmj->rm", K, np.linalg.inv(P), K)
         affordable = bool(np.all(squares <= (MORE * self.inputs) ** 2))
-        return Judged(gains, K, P, size, larger, self.times(K, P), share, affordable)
+        return Judged(gains, K, P, size, share, larger, self.times(K, P), withstood, affordable)
 
     def times(self, K: Floats, P: Floats) -> tuple[float, float]:
         """Return the settling times [s] from the set, under the law and under the regulator."""
@@ -303,7 +308,7 @@ def _at_other_rates(contest: Contest, first: Judged) -> Iterator[Judged]:
     edge: tuple[float, float] | None = None  # rates on both sides of what is sought
     for k in range(1, STEPS + 1):
         next_rate = rate * STEP ** (k if faster else -k)
-        law = _law_at(contest, next_rate)
+        law = _law_at(contest, first.gains, next_rate)
         if law is None:
             break
         yield law
@@ -315,7 +320,7 @@ def _at_other_rates(contest: Contest, first: Judged) -> Iterator[Judged]:
     for _ in range(HALVINGS if edge else 0):
         slow, quick = edge or (rate, rate)
         middle = (slow * quick) ** 0.5
-        law = _law_at(contest, middle)
+        law = _law_at(contest, first.gains, middle)
         if law is None:
             return
         yield law
@@ -324,7 +329,7 @@ def _at_other_rates(contest: Contest, first: Judged) -> Iterator[Judged]:
         edge = (middle, quick) if law.larger else (slow, middle)
 
 
-def _law_at(contest: Contest, rate: float) -> Judged | None:
+def _law_at(contest: Contest, first: FoundGains, rate: float) -> Judged | None:
     """Return the law with the largest set at a rate, of at most the inputs of the first law."""
     from takagi.lmi import attraction_pdc
 
@@ -339,11 +344,9 @@ def _law_at(contest: Contest, rate: float) -> Judged | None:
     )
     if not design.found:
         return None
-    note = in_file_rates(
-        f"decay rate not given; {rate:.4g} 1/s was used as the target", contest.plant
-    )
-    note += ", so that the law is no worse than LQR"
-    return contest.judged(FoundGains(design, (note,), {}, explainable=False))
+    taken = f"a rate of {rate:.4g} 1/s was taken in its place, so that the law is no worse than LQR"
+    notes = (*first.notes, in_file_rates(taken, contest.plant))
+    return contest.judged(FoundGains(design, notes, {}, explainable=False))
 
 
 def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
@@ -367,8 +370,9 @@ def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
         design = Design(
             gains=K, P=law.P, decay_rate=0.0, margin=np.nan, relaxation="", answer=answer
         )
-        note = f"LQR's gains {words}: no law by LMIs that was tried is as good in set and settling"
-        yield replace(law, gains=FoundGains(design, (note,), {}, explainable=False))
+        taken = f"LQR's gains {words} were taken in its place: better in set and settling"
+        notes = (*first.notes, taken)
+        yield replace(law, gains=FoundGains(design, notes, {}, explainable=False))
 
 
 def _note(best: Judged, contest: Contest) -> tuple[str, ...]:
@@ -377,18 +381,20 @@ def _note(best: Judged, contest: Contest) -> tuple[str, ...]:
     if not best.fast:
         law, other = best.times
         ratio = f"{law / other:.2g} times as long as" if np.isfinite(law) else "later than"
-        worse.append(f"settles {ratio} LQR from its own set")
+        worse.append(f"settles {ratio} LQR does from the law's set")
     if not best.larger:
-        worse.append("has a smaller proved set than LQR")
+        worse.append("has a smaller proved set")
     if not worse:
         return ()
     ask = "--effort small asks for a larger set"
     if not best.fast:
         ask = "--settle TIME or --effort large asks for a faster law with a smaller set"
+    if not best.fast and best.gains.design.decay_rate == 0:
+        ask = "faster rates were tried and have no gains"
     why = "nothing better is proved over these ranges: narrow those of the states in the premises"
     if contest.limits is None:
         why = "its commands were kept near the least: give the inputs ranges"
-    return (f"the law {' and '.join(worse)}; {why}; {ask}",)
+    return (f"{BESIDE} {' and '.join(worse)}; {why}; {ask}",)
 
 
 def _slowest(A: Floats, step: float | None) -> float:

@@ -352,7 +352,8 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
             phrases.append(f"{name} held constant: all of its range")
         numbers.append(Number(name, row.proved / size, unit, row.share))
     partial = any(number.share is not None and number.share < 1 for number in numbers)
-    shortfall = f"less than stated{' where it varies' if followed else ''}"
+    shortfall = f"less than stated{' where it varies' if followed else ''}: state less, or narrow"
+    shortfall += " the ranges that premises depend on"
     return SummaryRow(
         "disturbance", tuple(phrases), tuple(numbers), partial=partial, shortfall=shortfall
     )
@@ -370,7 +371,43 @@ def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
         phrases.append(f"|{name_of(label)}| <= {at_most(bound / size)}{behind(unit)}")
         numbers.append(Number(name_of(label), bound / size, unit))
     basis = "" if proved else "floating point, not proved"
-    return SummaryRow("input", tuple(phrases), tuple(numbers), basis=basis)
+    idle = _hardly_used(loop)
+    shortfall = f"the law uses {', '.join(idle)}" if idle else ""
+    if idle and (turning := _turning_effects(loop)):
+        shortfall += f": the effect of {turning} changes its sign within the ranges, narrow them"
+    return SummaryRow(
+        "input",
+        tuple(phrases),
+        tuple(numbers),
+        basis=basis,
+        partial=bool(idle),
+        shortfall=shortfall,
+    )
+
+
+def _hardly_used(loop: PlantLoop) -> list[str]:
+    """Return the inputs of which the law uses less than a tenth, with the share in words."""
+    phrases = []
+    commands = dict(largest_commands(loop))
+    for variable, label in zip(loop.plant.inputs, loop.model.inputs, strict=False):
+        ends = loop.model.box.get(label)
+        if ends is None or label not in commands:
+            continue
+        share = commands[label] / min(abs(float(end)) for end in ends)
+        if share < LITTLE:
+            phrases.append(f"{100 * share:.2g} % of {variable.name}")
+    return phrases
+
+
+def _turning_effects(loop: PlantLoop) -> str:
+    """Return which input's coefficient changes sign over the vertices, and in which states."""
+    B = np.asarray(loop.model.B)
+    turns = (B.min(axis=0) < 0) & (B.max(axis=0) > 0)
+    phrases = []
+    for variable, column in zip(loop.plant.inputs, turns.T, strict=False):
+        states = [name_of(loop.model.states[k]) for k in np.flatnonzero(column)]
+        phrases += [f"{variable.name} on {', '.join(states)}"] if states else []
+    return "; ".join(phrases)
 
 
 def proved_limits(design: PlantDesign) -> list[float]:

@@ -1,0 +1,70 @@
+"""Settling of many motions at once: against formulas, and against motions integrated one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from takagi.models import Plant, load_model, sector_model
+from takagi.models.plant_simulation.settling import SETTLED, ManyMotions
+
+
+def motions_of(name: str, limits: list[float] | None = None) -> ManyMotions:
+    """Return the motions of a built-in plant."""
+    plant = load_model(name)
+    assert isinstance(plant, Plant)
+    motions = ManyMotions.of(sector_model(plant), None if limits is None else np.array(limits))
+    assert motions is not None
+    return motions
+
+
+def test_a_linear_loop_settles_when_its_exponential_says_so() -> None:
+    """x1' = x2, x2' = -2 x2 - x1 from (x, -x): x(t) = x exp(-t), 2 % after ln 50."""
+    motions = motions_of("ball_and_beam")
+    linear = ManyMotions(motions.model, None, lambda x1, x2, u: [x2, u], motions.premises)
+    starts = np.array([[1.0, 0.5], [-1.0, -0.5]])
+    gains = np.array([[[1.0, 2.0]]])
+    times = linear.settling_times(gains, starts, np.array([1.0, 1.0]), 10.0)
+    assert times == pytest.approx([np.log(50), np.log(25)], abs=0.02)
+
+
+def test_a_nonlinear_loop_agrees_with_motions_one_by_one() -> None:
+    """The pendulum on a cart, one gain for all rules, cut inputs: scipy's Runge-Kutta 5(4)."""
+    limit = 400.0
+    motions = motions_of("cart_pole", [limit])
+    gains = np.array([[[-3000.0, -900.0]]] * 16)
+    starts = np.array([[0.2, -0.1], [0.0, 1.0]])
+    reach = np.array([0.4, 2.0])
+    times = motions.settling_times(gains, starts, reach, 6.0)
+
+    def rate(_: float, x: np.ndarray) -> list[float]:
+        u = float(np.clip(3000 * x[0] + 900 * x[1], -limit, limit))
+        inertia = 2 / 3 - np.cos(x[0]) ** 2 / 10
+        turning = 9.8 * np.sin(x[0]) - x[1] ** 2 * np.sin(2 * x[0]) / 20
+        return [x[1], (turning - u * np.cos(x[0]) / 10) / inertia]
+
+    for start, time in zip(starts.T, times, strict=True):
+        run = solve_ivp(rate, (0, 6), start, rtol=1e-9, atol=1e-12, max_step=0.003)
+        off = np.flatnonzero(np.any(np.abs(run.y) > SETTLED * reach[:, None], axis=0))
+        assert time == pytest.approx(run.t[off[-1]], abs=0.02)
+
+
+def test_a_motion_that_does_not_settle_takes_for_ever() -> None:
+    """Without a command the pendulum falls; from rest it has settled."""
+    motions = motions_of("cart_pole")
+    idle = np.zeros((16, 1, 2))
+    times = motions.settling_times(idle, np.array([[0.1, 0.0], [0.0, 0.0]]), np.ones(2), 5.0)
+    assert times[0] == np.inf and times[1] == 0.0
+
+
+def test_samples_are_counted_in_discrete_time() -> None:
+    """x(t + T) = x / 2: 2 % after six samples, for 2^-6 < 0.02 < 2^-5."""
+    motions = motions_of("henon")
+    step = motions.model.sample_time
+    assert step is not None
+    halving = ManyMotions(motions.model, None, lambda x, y, u: [x / 2 + u, y / 2], motions.premises)
+    n = len(motions.model.states)
+    gains = np.zeros((1, 1, n))
+    times = halving.settling_times(gains, np.ones((n, 1)), np.ones(n), 50 * step)
+    assert times == pytest.approx([6 * step])
