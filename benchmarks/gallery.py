@@ -87,8 +87,8 @@ COLUMNS = """
   none is proved for LQR.
 - **gains**: the largest command, over all rules, to a state with every variable at the end of its
   range, in multiples of the input's limit; of the law and of LQR. LQR is that of python-control at
-  the rest, with Bryson's weights: 1/range² for each state and input. Where a state has no range the
-  reach of the set is taken.
+  the rest, with Bryson's weights: 1/range² for each state and input. A state without a range has
+  the reach of the first law that the design tried.
 - **settles**: the slowest of the runs from both ends of every axis of the set, until all states
   stay within 2 % of the set's reach; of the law and, from the same starts, of LQR. Equations, units
   and law are read and integrated by scipy without takagi, with inputs cut at their ranges.
@@ -127,7 +127,7 @@ law and under LQR, with the input's range in grey.
 
 
 class Measured(NamedTuple):
-    """What the command did with a file."""
+    """What the command did with a file; sizes of states and inputs that LQR's weights are of."""
 
     name: str
     text: dict[str, Any]
@@ -136,6 +136,7 @@ class Measured(NamedTuple):
     processor: float
     told: str
     loop: TextbookLoop | None
+    sizes: Floats | None = None
 
 
 class Beside(NamedTuple):
@@ -173,21 +174,34 @@ def measured(file: Path, folder: Path) -> Measured:
     loop = None
     if running.returncode == 0:
         loop = textbook_loop(file, json.loads((folder / "certificate.json").read_text("utf-8")))
+    sizes = None
+    if loop is not None:
+        record = json.loads((folder / "design.json").read_text("utf-8"))
+        stated = record["design"]["members"]["regulator_sizes"]
+        sizes = half_widths(loop)
+        if stated is not None:
+            first = np.concatenate([part["array"] for part in stated["tuple"]])
+            sizes = np.where(np.isfinite(range_widths(loop)), sizes, first)
     text = tomllib.loads(file.read_text(encoding="utf-8"))
     processor = usage.ru_utime + usage.ru_stime
-    return Measured(file.stem, text, running.returncode, wall, processor, words, loop)
+    return Measured(file.stem, text, running.returncode, wall, processor, words, loop, sizes)
+
+
+def range_widths(loop: TextbookLoop) -> Floats:
+    """Return the distance from rest to the nearer end of each range."""
+    return np.minimum(loop.ranges[:, 1] - loop.rest, loop.rest - loop.ranges[:, 0])
 
 
 def half_widths(loop: TextbookLoop) -> Floats:
     """Return the distance from rest to the nearer end of each range; of the reach without one."""
-    width = np.minimum(loop.ranges[:, 1] - loop.rest, loop.rest - loop.ranges[:, 0])
+    width = range_widths(loop)
     reach = np.concatenate((loop.reach, np.full(len(loop.inputs), np.inf)))
     return np.where(np.isfinite(width), width, reach)
 
 
-def lqr(loop: TextbookLoop) -> Floats:
+def lqr(loop: TextbookLoop, size: Floats | None) -> Floats:
     """Return the gain of the linear regulator at rest with Bryson's weights."""
-    size = half_widths(loop)
+    assert size is not None
     n = len(loop.states)
     K, _, _ = control.lqr(*loop.slopes, np.diag(1 / size[:n] ** 2), np.diag(1 / size[n:] ** 2))
     return np.asarray(K, dtype=np.float64)
@@ -323,7 +337,7 @@ def row(found: Measured) -> tuple[str, Settling]:
         part = min(np.floor(100 * loop.alone[k] / width[k]), 100)
         share = f" ({part:.0f}%)" if np.isfinite(width[k]) else ""
         parts.append(f"{name} {at_least(loop.alone[k] / loop.scale[k])}{label}{share}")
-    K = lqr(loop)
+    K = lqr(loop, found.sizes)
     law, other = settling(loop), settling(loop, linear(loop, K))
     sets = beside_regulator(loop, PLANTS / f"{found.name}.toml", K)
     compared = "only" if np.isinf(sets.volume) else f"{sets.volume:.2f}, {sets.corners:.2f}"
@@ -391,18 +405,16 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
 def verdicts(rows: list[str]) -> str:
     """Return in how many rows the law's set is larger, and in how many it settles earlier."""
     cells = [line.rstrip(" |").rpartition(" | ")[2] for line in rows]
-    counts = {
-        word: sum(word in cell for cell in cells)
-        for word in ("larger", "smaller", "faster", "slower")
-    }
+    larger, smaller, faster, slower = (
+        sum(word in cell for cell in cells) for word in ("larger", "smaller", "faster", "slower")
+    )
     ratios = [float(cell.partition("(")[2].rstrip(")")) for cell in cells if "(" in cell]
     late = sum(ratio > LATE for ratio in ratios)
     n = len(cells)
     return (
-        f"Beside LQR the law's set is larger in {counts['larger']}, equal in "
-        f"{n - counts['larger'] - counts['smaller']} and smaller in {counts['smaller']}; it settles "
-        f"faster in {counts['faster']}, as fast in {n - counts['faster'] - counts['slower']} and "
-        f"slower in {counts['slower']}, by more than {LATE} times in {late}.\n\n"
+        f"Beside LQR the law's set is larger in {larger}, equal in {n - larger - smaller} and "
+        f"smaller in {smaller}; it settles faster in {faster}, as fast in {n - faster - slower} "
+        f"and slower in {slower}, by more than {LATE} times in {late}.\n\n"
     )
 
 
@@ -476,7 +488,8 @@ def main() -> None:
             if found.loop is not None:
                 rows[found.name], law = row(found)
                 unit = TIMES.get(found.name, "s")
-                drawn = picture(found.loop, lqr(found.loop), law.slowest, unit)
+                gain = lqr(found.loop, found.sizes)
+                drawn = picture(found.loop, gain, law.slowest, unit)
                 said = f"{found.text['name']}: set, motions and inputs of the law and of LQR"
                 svg = figure_to_svg(drawn, name=found.name.replace("_", "-"), description=said)
                 (FIGURES / f"{found.name}.svg").write_text(svg + "\n", encoding="utf-8")

@@ -43,7 +43,7 @@ class ManyMotions:
     @classmethod
     def of(cls, model: TSModel, limits: Floats | None) -> ManyMotions | None:
         """Return the motions; None for a model without symbols, or with tables behind it."""
-        from sympy import lambdify
+        from sympy import S, lambdify
 
         from takagi.models.splines.table_function import TableFunction
 
@@ -52,7 +52,7 @@ class ManyMotions:
             return None
         problem, signals = form.problem, form.problem.equations
         arguments = [*signals.states, *signals.inputs]
-        at_rest = dict.fromkeys(signals.disturbances, 0)
+        at_rest = dict.fromkeys(signals.disturbances, S.Zero)
         formulas = [
             [expression.xreplace(problem.middles).xreplace(at_rest) for expression in expressions]
             for expressions in (signals.f, form.factored.premises.values())

@@ -2,7 +2,8 @@
 
 Weights are Bryson's: Q = diag(1 / x_k^2), R = diag(1 / u_k^2), with the half-widths of the box of
 states and the room of inputs.  A state without a range takes its half-width of the proved set, an
-input without one its largest command there.  Gains and poles are floating point; the set of the
+input without one its largest command there; where the design chose its law beside a regulator, the
+sizes are those of its first candidate.  Gains and poles are floating point; the set of the
 regulator is sought and proved by the same requests and the same checker as the design's, for the
 gains to four digits as one gain in all rules.
 
@@ -75,7 +76,7 @@ def regulator(design: PlantDesign) -> Regulator | None:
     from takagi.reports.loops.plant_loop import plant_loop
 
     loop = plant_loop(design)
-    sizes = _sizes(loop)
+    sizes = design.regulator_sizes or _sizes(loop)
     special = loop.blend is not None or loop.observed is not None
     if loop.gains is None or special or sizes is None:
         return None

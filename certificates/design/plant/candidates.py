@@ -22,9 +22,9 @@ the regulator's gains, and it settles within 1.2 times the regulator's time.  Th
        small, then between the last two
     3. the regulator of each rule, and the regulator itself, where they have a set
 
-Of those that are good enough the largest set is taken; where none is, the most of the three that
-can be had, the disturbance first, and a note says what is missing and what to ask for.  Where
-inputs have no limits, those of the first law are kept, with half as much again at most.
+The first that is good enough is taken.  Where none is, it is the one with the most of the three,
+the disturbance first, and a note says what is missing and what to ask for.  Where
+inputs have no limits, commands are at most 1.5 times those of the first law, or the regulator's.
 
 Source: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weights.
 """
@@ -32,7 +32,7 @@ Source: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weig
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 LONGEST = 8.0  # time [s], by an estimate, of a law at one rate with its proof; else none is tried
-MORE = 1.5  # times the first law's commands, where inputs have no limits
+MORE = 1.5  # times the first law's commands, which others may take
 SLOWER = 1.2  # times the regulator's settling time, which is good enough
 STEP = 2**0.5  # from one rate to the next
 STEPS, HALVINGS = 4, 2
@@ -117,7 +117,7 @@ class Judged:
         second, for its reach was not asked for.
     larger : whether the set is at least as large as the regulator's.
     times : settling time of the law and of the regulator from the law's set [s].
-    affordable : whether its commands are of the size of the limits, or of the first law's.
+    affordable : whether its commands are within the largest that are allowed.
     withstood : share of the stated disturbances, at most 1; 1 where none is stated.
     """
 
@@ -163,7 +163,8 @@ class Contest:
     motions: ManyMotions
     at_rest: tuple[Floats, Floats]
     regulator: Floats
-    regulator_size: tuple[float, float] = field(default=(0.0, 0.0))
+    largest_commands: Floats
+    regulator_size: tuple[float, float] = (0.0, 0.0)
 
     def loop(self, K: Floats) -> ClaimedLoop:
         return ClaimedLoop.of(self.model, K, model_data=self.data)
@@ -197,8 +198,7 @@ class Contest:
         )
         share = size[0] if np.isfinite(self.box).all() else size[1]
         withstood = min(withstood_share(loop), 1.0)
-        squares = np.einsum("rmi,ij,rmj->rm", K, np.linalg.inv(P), K)
-        affordable = bool(np.all(squares <= (MORE * self.inputs) ** 2))
+        affordable = bool(np.all(_commands(K, P) <= self.largest_commands))
         return Judged(gains, K, P, size, share, larger, self.times(K, P), withstood, affordable)
 
     def times(self, K: Floats, P: Floats) -> tuple[float, float]:
@@ -236,16 +236,18 @@ def laws_beside_regulator(
     if contest is None:
         return (first,)
     judged = contest.judged(first)
+    sizes = (contest.sizes, contest.inputs)
     if judged.P is None or judged.good:
-        return (first,)
+        return (replace(first, sizes=sizes),)
     candidates = [judged]
     if _search_time(model, settings) <= LONGEST:
         candidates += _at_other_rates(contest, judged)
-    candidates += _regulators(contest, first)
+    if not candidates[-1].good:
+        candidates += _regulators(contest, first)
     best = max(candidates, key=lambda law: law.rank)
     note = _note(best, contest)
-    chosen = replace(best.gains, notes=(*best.gains.notes, *note))
-    return (chosen,) if best is judged else (chosen, first)
+    chosen = replace(best.gains, notes=(*best.gains.notes, *note), sizes=sizes)
+    return (chosen,) if best is judged else (chosen, replace(first, sizes=sizes))
 
 
 def _search_time(model: TSModel, settings: PlantSettings) -> float:
@@ -278,11 +280,8 @@ def _contest(
     P = set_in_floats(ClaimedLoop.of(model, K, model_data=data), limits)
     if P is None:
         return None
-    inverse = np.linalg.inv(P)
-    sizes = np.where(np.isfinite(box), box, np.sqrt(np.diag(inverse)))
-    inputs = limits
-    if inputs is None:
-        inputs = np.sqrt(np.einsum("rmi,ij,rmj->rm", K, inverse, K).max(axis=0))
+    sizes = np.where(np.isfinite(box), box, np.sqrt(np.diag(np.linalg.inv(P))))
+    inputs = _commands(K, P) if limits is None else limits
     weights = _weights_at_rest(model)
     at_rest = np.tensordot(weights, model.A, axes=1), np.tensordot(weights, model.B, axes=1)
     if not np.all(inputs > 0):
@@ -292,11 +291,34 @@ def _contest(
         return None
     gain = rounded_gains(gain[None], DIGITS)[0]
     contest = Contest(
-        plant, model, settings, limits, box, sizes, inputs, data, motions, at_rest, gain
+        plant,
+        model,
+        settings,
+        limits,
+        box,
+        sizes,
+        inputs,
+        data,
+        motions,
+        at_rest,
+        regulator=gain,
+        largest_commands=MORE * inputs,
     )
     everywhere = np.broadcast_to(gain, (len(model.rules), *gain.shape)).copy()
-    size = contest.size(set_in_floats(contest.loop(everywhere), limits))
-    return replace(contest, regulator_size=size)
+    beside = set_in_floats(contest.loop(everywhere), limits)
+    if beside is None:
+        return contest
+    return replace(
+        contest,
+        regulator_size=contest.size(beside),
+        largest_commands=np.maximum(MORE * inputs, (1 + EQUAL) * _commands(everywhere, beside)),
+    )
+
+
+def _commands(K: Floats, P: Floats) -> Floats:
+    """Return (m,): the largest |K_i x| of any rule where x' P x <= 1."""
+    squares = np.einsum("rmi,ij,rmj->rm", K, np.linalg.inv(P), K)
+    return np.asarray(np.sqrt(squares.max(axis=0)), dtype=np.float64)
 
 
 def _at_other_rates(contest: Contest, first: Judged) -> Iterator[Judged]:

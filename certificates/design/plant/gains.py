@@ -58,13 +58,15 @@ class FoundGains:
     """The design, or the last attempt at one; ``notes`` says what was chosen and why.
 
     ``options`` are those of ``pdc``, so that it can be asked again; ``explainable`` says whether
-    it was ``pdc`` that was asked.
+    it was ``pdc`` that was asked.  ``sizes`` of states (n,) and inputs (m,) make the weights of the
+    regulator that the law was chosen beside; None where it was not.
     """
 
     design: Design
     notes: tuple[str, ...]
     options: Mapping[str, Any]
     explainable: bool = True
+    sizes: tuple[Floats, Floats] | None = None
 
 
 def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains:

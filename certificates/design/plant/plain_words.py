@@ -309,7 +309,7 @@ def obstacle(answer: Answer, plant: Plant, model: TSModel, settings: PlantSettin
             "that leave such values out, or add an input that acts there."
         )
     if answer.status != "infeasible" or answer.condition is None:
-        return _undecided(plant, settings)
+        return _undecided(plant, model, settings)
     strict = [lmi.name for lmi in answer.condition.lmis if lmi.strict][1:]
     sizes: dict[str, float] = defaultdict(float)
     for share in binding_shares(answer.condition, answer.multipliers, *strict):
@@ -329,15 +329,35 @@ def obstacle(answer: Answer, plant: Plant, model: TSModel, settings: PlantSettin
     )
 
 
-def _undecided(plant: Plant, settings: PlantSettings) -> str:
+def turning_effects(plant: Plant, model: TSModel) -> str:
+    """Return on which states the effect of an input changes sign over the vertices; "" on none.
+
+    No law can use an input much there: where the sign is the other one, it would do harm.
+    """
+    turns = (model.B.min(axis=0) < 0) & (model.B.max(axis=0) > 0)
+    phrases = []
+    for variable, column in zip(plant.inputs, turns.T, strict=False):
+        states = [model.states[k].partition(" [")[0] for k in np.flatnonzero(column)]
+        phrases += [f"{variable.name} on {', '.join(states)}"] if states else []
+    return "; ".join(phrases)
+
+
+def _undecided(plant: Plant, model: TSModel, settings: PlantSettings) -> str:
     """Return the sentence where the solvers found neither gains nor a reason why there are none."""
     rate = settings.decay_rate
     if isinstance(rate, float | int) and rate > 0:
         number, unit = rate_in_file_units(plant, rate)
+        turning = turning_effects(plant, model)
+        change = (
+            f"narrow the ranges, because the effect of {turning} changes its sign within them; or "
+            if turning
+            else ""
+        )
         return (
             f"No solver found gains with the decay rate of {number:.4g} {unit}, nor a proof that "
-            "there are none. What to change: lower the rate (--decay-rate, or a longer --settle); "
-            "if it is right, write the plant in units in which its figures are of like size."
+            f"there are none. What to change: {change}lower the rate (--decay-rate, or a longer "
+            "--settle); if it is right, write the plant in units in which its figures are of like "
+            "size."
         )
     return (
         "No solver found gains, nor a proof that there are none. What to change: give the states "

@@ -37,6 +37,8 @@ class PlantDesign(ShortRepr):
     seconds : step -> time it took.
     output_law : the law of a plant with measured outputs: these gains, and its observer.
     observer : how its observer's gains were found by LMIs; None where they were not.
+    regulator_sizes : (n,) of the states and (m,) of the inputs, SI, of the linear-quadratic
+        regulator that the law was chosen beside; None where it was not.
     """
 
     plant: Plant
@@ -50,6 +52,7 @@ class PlantDesign(ShortRepr):
     seconds: Mapping[str, float] = field(default_factory=dict)
     output_law: OutputFeedback | ReferenceFeedback | None = None
     observer: Design | None = None
+    regulator_sizes: tuple[Floats, Floats] | None = None
 
     kind: ClassVar[Literal["plant"]] = "plant"
 

@@ -94,7 +94,7 @@ class PlantWork:
             if not _may_be_the_digits(last):
                 break
         assert last is not None  # there is always a number of digits
-        return last
+        return replace(last, regulator_sizes=gains.sizes)
 
     def certified(
         self,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.design.plant.plain_words import turning_effects
 from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.loops.linear_quadratic import Regulator, regulator
 from takagi.reports.loops.plant_claims import (
@@ -373,7 +374,7 @@ def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     basis = "" if proved else "floating point, not proved"
     idle = _hardly_used(loop)
     shortfall = f"the law uses {', '.join(idle)}" if idle else ""
-    if idle and (turning := _turning_effects(loop)):
+    if idle and (turning := turning_effects(loop.plant, loop.model)):
         shortfall += f": the effect of {turning} changes its sign within the ranges, narrow them"
     return SummaryRow(
         "input",
@@ -397,17 +398,6 @@ def _hardly_used(loop: PlantLoop) -> list[str]:
         if share < LITTLE:
             phrases.append(f"{100 * share:.2g} % of {variable.name}")
     return phrases
-
-
-def _turning_effects(loop: PlantLoop) -> str:
-    """Return which input's coefficient changes sign over the vertices, and in which states."""
-    B = np.asarray(loop.model.B)
-    turns = (B.min(axis=0) < 0) & (B.max(axis=0) > 0)
-    phrases = []
-    for variable, column in zip(loop.plant.inputs, turns.T, strict=False):
-        states = [name_of(loop.model.states[k]) for k in np.flatnonzero(column)]
-        phrases += [f"{variable.name} on {', '.join(states)}"] if states else []
-    return "; ".join(phrases)
 
 
 def proved_limits(design: PlantDesign) -> list[float]:
