@@ -1,0 +1,237 @@
+r"""A linear plant from a ``.lin`` file of OpenFAST: A, B, C, D about one operating point.
+
+States of which the others are kept settle at once where the file has more states than are wanted:
+with x1 kept and 0 = A21 x1 + A22 x2 + B2 u,
+
+    A = A11 - A12 A22^-1 A21,   B = B1 - A12 A22^-1 B2,
+
+which has the file's gain at rest and is an approximation elsewhere.  The rotor's angle has no rest; it
+and its column are left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.files.library import read_text
+from takagi.models.plant.plant import Plant
+from takagi.models.sources.linear import from_arrays
+
+# What a law of a turbine commands, and what comes from outside, by OpenFAST's descriptions.
+COMMANDED = ("collective blade-pitch command", "Generator torque")
+FROM_OUTSIDE = ("horizontal wind speed",)
+AZIMUTH = "GeAz"
+FEW = 4  # inputs, which are all taken where none has a description of these
+_ROW = re.compile(r"\s*\d+\s+\S+(?:\s+\S+)*?\s+([TF])\s+(?:\d+\s+)?(\S.*?)\s*$")
+_SIZE = re.compile(r"\s*([ABCD]):\s*(\d+)\s*x\s*(\d+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """A state or input of the file: its name here, OpenFAST's description, and its frame."""
+
+    name: str
+    description: str
+    rotates: bool
+
+
+def from_lin(
+    path: str | Path,
+    *,
+    states: Sequence[str] | None = None,
+    inputs: Sequence[str] | None = None,
+    disturbances: Sequence[str] | None = None,
+    ranges: Mapping[Any, Any] | None = None,
+) -> Plant:
+    """Return the plant of a linearisation file of OpenFAST, in deviations from its operating point.
+
+    Names are the indices that OpenFAST gives its degrees of freedom, TFA1, GeAz, ..., with ``d_`` for
+    rates, else the words of the description.
+
+    Parameters
+    ----------
+    states : those to keep, the others settle at once; all but the rotor's angle if left out.
+    inputs, disturbances : those to keep; if left out, collective pitch, generator torque and
+        horizontal wind where the file has them, else all of up to four inputs.
+    ranges : name -> (low, high) of deviations, in OpenFAST's units.
+
+    Raises
+    ------
+    ModelError : no such file, a name that it does not have, states in the rotating frame that are
+        kept, states that cannot settle.
+    """
+    lines = read_text(Path(path)).splitlines()
+    tables = {
+        what: _signals(lines, f"Order of {what}:") for what in ("continuous states", "inputs")
+    }
+    signals, columns = tables["continuous states"], tables["inputs"]
+    if not signals:
+        raise ModelError(
+            f"{path}: has no 'Order of continuous states'; a .lin file of OpenFAST's linearisation "
+            "of the whole turbine is needed"
+        )
+    A, B = (_matrix(lines, letter, str(path)) for letter in "AB")
+    if A.shape != (len(signals),) * 2 or B.shape != (len(signals), len(columns)):
+        raise ModelError(
+            f"{path}: A {A.shape} and B {B.shape} do not fit {len(signals)} states and "
+            f"{len(columns)} inputs in the lists above them"
+        )
+    moving = [k for k, signal in enumerate(signals) if signal.name != AZIMUTH]
+    kept = _places(signals, states, moving, "state", path)
+    commanded, outside = _chosen_inputs(columns, inputs, disturbances, path)
+    rotating = [signals[k].name for k in kept if signals[k].rotates]
+    if rotating:
+        raise ModelError(
+            f"{path}: {len(rotating)} states are in the rotating frame ({', '.join(rotating[:6])}"
+            f"{', ...' if len(rotating) > 6 else ''}), and one file has them at one azimuth alone; "
+            "switch these degrees of freedom off in OpenFAST, or name the states to keep (--state), "
+            "and the others settle at once"
+        )
+    settled = [k for k in moving if k not in kept]
+    A, B = _residual(A, B, kept, settled, str(path))
+    plant = from_arrays(
+        A,
+        B[:, commanded] if commanded else None,
+        E=B[:, outside] if outside else None,
+        states=[signals[k].name for k in kept],
+        inputs=[columns[k].name for k in commanded],
+        disturbances=[columns[k].name for k in outside],
+        ranges=ranges,
+        name=Path(path).stem,
+    )
+    words = {signal.name: signal.description for signal in (*signals, *columns)}
+
+    def described(variables: Sequence[Any]) -> tuple[Any, ...]:
+        return tuple(replace(v, description=words[v.name]) for v in variables)
+
+    return replace(
+        plant,
+        states=described(plant.states),
+        inputs=described(plant.inputs),
+        disturbances=described(plant.disturbances),
+        source=f"OpenFAST's linearisation {Path(path).name}, deviations from its operating point"
+        + (f"; {len(settled)} of its states settle at once" if settled else ""),
+    )
+
+
+def _signals(lines: Sequence[str], title: str) -> list[Signal]:
+    """Return the rows of a list of the file, with names that differ."""
+    signals: list[Signal] = []
+    start = next((k for k, line in enumerate(lines) if line.strip() == title), len(lines))
+    for line in lines[start + 1 :]:
+        row = _ROW.match(line)
+        if row is None:
+            if signals or (line.strip().endswith(":") and line.startswith("Order")):
+                break
+            continue
+        taken = {signal.name for signal in signals}
+        name = base = _name(row[2])
+        count = 1
+        while name in taken:
+            count += 1
+            name = f"{base[:36]}_{count}"
+        signals.append(Signal(name, row[2], row[1] == "T"))
+    return signals
+
+
+def _name(description: str) -> str:
+    """Return TFA1, or d_TFA1 of its rate, or the words of a description without an index."""
+    index = re.search(r"DOF index = DOF_(\w+)(?:\((\d+),\s*(\d+)\))?", description)
+    rate = "d_" if "time derivative of" in description else ""
+    if index:
+        return rate + "_".join(part for part in index.groups() if part)
+    words = re.sub(r"^\w+ (Extended input: )?|\(.*?\)", "", description.rpartition(",")[0])
+    return re.sub(r"^(?=\d|$)", "x", re.sub(r"\W+", "_", words).strip("_"))[:40].strip("_")
+
+
+def _matrix(lines: Sequence[str], letter: str, path: str) -> Floats:
+    """Return a matrix of the file, which stands below ``A: 4 x 4``."""
+    for k, line in enumerate(lines):
+        size = _SIZE.match(line)
+        if size and size[1] == letter:
+            rows, columns = int(size[2]), int(size[3])
+            try:
+                numbers = [
+                    [float(cell) for cell in row.split()] for row in lines[k + 1 : k + 1 + rows]
+                ]
+                return np.array(numbers, dtype=np.float64).reshape(rows, columns)
+            except ValueError as error:
+                raise ModelError(
+                    f"{path}:{k + 2}: {rows} rows of {columns} numbers of {letter} are needed there "
+                    f"({error})"
+                ) from error
+    raise ModelError(
+        f"{path}: has no matrix {letter}; let OpenFAST write it (LinOutJac may be False)"
+    )
+
+
+def _places(
+    signals: Sequence[Signal],
+    wanted: Sequence[str] | None,
+    default: Sequence[int],
+    kind: str,
+    path: str | Path,
+) -> list[int]:
+    """Return the places of names among signals."""
+    if wanted is None:
+        return list(default)
+    names = [signal.name for signal in signals]
+    for name in wanted:
+        if name not in names:
+            raise ModelError(
+                f"{path}: {name} is no {kind}{did_you_mean(name, names)}; {kind}s are "
+                f"{', '.join(names[:40])}{', ...' if len(names) > 40 else ''}"
+            )
+    return [names.index(name) for name in wanted]
+
+
+def _chosen_inputs(
+    columns: Sequence[Signal],
+    inputs: Sequence[str] | None,
+    disturbances: Sequence[str] | None,
+    path: str | Path,
+) -> tuple[list[int], list[int]]:
+    """Return the places of what the law commands, and of what comes from outside."""
+
+    def described(words: Sequence[str]) -> list[int]:
+        return [
+            k for k, signal in enumerate(columns) if any(w in signal.description for w in words)
+        ]
+
+    usual = described(COMMANDED) or (list(range(len(columns))) if len(columns) <= FEW else [])
+    commanded = _places(columns, inputs, usual, "input", path)
+    if not commanded:
+        names = ", ".join(signal.name for signal in columns[:40]) or "none"
+        raise ModelError(
+            f"{path}: none of its {len(columns)} inputs is collective pitch or generator torque; "
+            f"name those that the law commands (--input): {names}"
+        )
+    outside = _places(columns, disturbances, described(FROM_OUTSIDE), "input", path)
+    return commanded, [k for k in outside if k not in commanded]
+
+
+def _residual(
+    A: Floats, B: Floats, kept: Sequence[int], settled: Sequence[int], path: str
+) -> tuple[Floats, Floats]:
+    """Return A and B of the kept states, with the others settled."""
+    A11, B1 = A[np.ix_(kept, kept)], B[kept]
+    if not settled:
+        return A11, B1
+    A12, A21 = A[np.ix_(kept, settled)], A[np.ix_(settled, kept)]
+    A22, B2 = A[np.ix_(settled, settled)], B[settled]
+    if max(np.linalg.eigvals(A22).real) >= 0:
+        raise ModelError(
+            f"{path}: the {len(settled)} states that are not kept do not settle by themselves "
+            "(A22 has an eigenvalue without negative real part); keep more of them"
+        )
+    solved = np.linalg.solve(A22, np.hstack([A21, B2]))
+    step = A12 @ solved
+    return A11 - step[:, : len(kept)], B1 - step[:, len(kept) :]

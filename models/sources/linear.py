@@ -1,0 +1,213 @@
+r"""A plant from matrices: one linear system, or all blends of the vertices of a polytope.
+
+Of r vertices the weights h_i >= 0 with sum 1 are made of r - 1 signals in [0, 1],
+
+    h_1 = w_1,   h_2 = (1 - w_1) w_2,   ...,   h_r = (1 - w_1) ... (1 - w_(r-1)),
+
+which reach every such h and no other: the plant is every blend of the vertices, A = sum h_i A_i, and
+its model at the corners of the signals has these vertices, some of them more than once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import ArrayLike
+
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+from takagi.models.files.csv_table import read_matrix
+from takagi.models.intervals.interval import rational
+from takagi.models.plant.plant import Plant
+from takagi.models.sources.symbolic import Quantity, Ranges, from_sympy
+from takagi.models.ts.mat_file import load_ts_model
+
+MAX_VERTICES = 7  # 64 rules
+
+
+def from_arrays(
+    A: ArrayLike,
+    B: ArrayLike | None = None,
+    *,
+    C: ArrayLike | None = None,
+    D: ArrayLike | None = None,
+    E: ArrayLike | None = None,
+    states: Sequence[Quantity] | None = None,
+    inputs: Sequence[Quantity] | None = None,
+    disturbances: Sequence[Quantity] | None = None,
+    outputs: Sequence[str] | None = None,
+    ranges: Ranges | None = None,
+    sample_time: float | None = None,
+    name: str = "linear plant",
+) -> Plant:
+    """Return the plant x' = A x + B u + E w, y = C x + D u; x(t + T) with a sample time.
+
+    Parameters
+    ----------
+    A, B, C, D, E : (n, n), (n, m), (p, n), (p, m), (n, q), SI; or (r, ., .) for the r vertices of a
+        polytope, all blends of which are the plant.  Numbers stand for their shortest decimals.
+    states, inputs, disturbances, outputs : names; x1, x2, ..., u1, ..., d1, ..., y1, ... if left
+        out.  The signals of the weights are w1, w2, ...
+    ranges : as ``from_sympy`` has them; a linear plant needs none.
+
+    Raises
+    ------
+    ModelError : shapes that do not fit, a number that is not finite, names of another count, more
+        than 7 vertices.
+    """
+    arrays = {
+        letter: _matrices(letter, value)
+        for letter, value in zip("ABCDE", (A, B, C, D, E), strict=True)
+        if value is not None
+    }
+    n = arrays["A"].shape[1]
+    r = max(len(value) for value in arrays.values())
+    counts = {"n": n, "m": _columns(arrays, "B"), "q": _columns(arrays, "E")}
+    counts["p"] = arrays["C"].shape[1] if "C" in arrays else 0
+    _check_shapes(arrays, counts, r)
+    if r > MAX_VERTICES:
+        raise ModelError(
+            f"{r} vertices were given; their blends are a plant of 2^{r - 1} rules, and "
+            f"{MAX_VERTICES} vertices are the most: keep them as takagi.models.TSModel(A, B), which "
+            "takagi.lmi and certify take"
+        )
+    listed = {
+        "x": _names("states", states, "x", n),
+        "u": _names("inputs", inputs, "u", counts["m"]),
+        "d": _names("disturbances", disturbances, "d", counts["q"]),
+    }
+    signals = [sp.Symbol(f"w{k}", real=True) for k in range(1, r)]
+    symbols = {key: [sp.Symbol(text, real=True) for text in texts] for key, texts in listed.items()}
+
+    def rows(x_part: str, u_part: str, d_part: str = "") -> list[sp.Expr]:
+        parts = [(x_part, "x"), (u_part, "u"), (d_part, "d")]
+        count = arrays[x_part].shape[1] if x_part in arrays else 0
+        return [
+            sp.Add(
+                *(
+                    _blend(arrays[letter][:, row, column], signals) * symbol
+                    for letter, key in parts
+                    if letter in arrays
+                    for column, symbol in enumerate(symbols[key])
+                )
+            )
+            for row in range(count)
+        ]
+
+    return from_sympy(
+        rows("A", "B", "E"),
+        listed["x"],
+        listed["u"],
+        {**(ranges or {}), **dict.fromkeys(signals, (0, 1))},
+        disturbances=listed["d"],
+        scheduling=signals,
+        rest=dict.fromkeys(signals, "0.5"),
+        outputs=dict(
+            zip(_names("outputs", outputs, "y", counts["p"]), rows("C", "D"), strict=True)
+        ),
+        premises={f"weight{k}": signal for k, signal in enumerate(signals, start=1)},
+        sample_time=sample_time,
+        name=name,
+    )
+
+
+def _matrices(letter: str, given: ArrayLike) -> Floats:
+    """Return the matrices as (r, rows, columns)."""
+    try:
+        value = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"{letter}: {error}; a matrix of real numbers is needed") from error
+    if value.ndim not in (2, 3) or not np.all(np.isfinite(value)):
+        raise ModelError(
+            f"{letter} has shape {value.shape}; finite numbers of shape (rows, columns), or "
+            "(vertices, rows, columns), are needed"
+        )
+    return value if value.ndim == 3 else value[None]
+
+
+def _columns(arrays: Mapping[str, Floats], letter: str) -> int:
+    return arrays[letter].shape[2] if letter in arrays else 0
+
+
+def _check_shapes(arrays: Mapping[str, Floats], counts: Mapping[str, int], r: int) -> None:
+    """Refuse matrices that do not fit to A, B and each other."""
+    wanted = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
+    for letter, value in arrays.items():
+        rows, columns = wanted[letter]
+        needed = (counts[rows], counts[columns])
+        if value.shape[1:] != needed or len(value) not in (1, r):
+            raise ModelError(
+                f"{letter} has shape {value.shape[1:]} at {len(value)} vertices; ({rows}, {columns}) "
+                f"= {needed} at {r} is needed, with n = {counts['n']} rows of A"
+            )
+
+
+def _names(what: str, given: Sequence[Quantity] | None, letter: str, count: int) -> list[str]:
+    """Return the names as texts; numbered letters where none are given."""
+    if given is None:
+        return [f"{letter}{k}" for k in range(1, count + 1)]
+    if len(given) != count:
+        raise ModelError(
+            f"{what}: {len(given)} names were given ({', '.join(map(str, given))}), and the "
+            f"matrices have {count}; give one each, or none"
+        )
+    return [str(name) for name in given]
+
+
+def _blend(entries: Floats, signals: Sequence[sp.Symbol]) -> sp.Expr:
+    """Return sum h_i a_i of the entries of r vertices; the number where all are the same."""
+    numbers = [rational(float(entry)) for entry in entries]
+    if len(set(numbers)) == 1:
+        return numbers[0]
+    blended = numbers[-1]
+    for number, signal in zip(numbers[-2::-1], signals[::-1], strict=True):
+        blended = signal * number + (1 - signal) * blended
+    return blended
+
+
+def from_csv(paths: Sequence[str | Path], **names: Any) -> Plant:
+    """Return the linear plant of CSV files: A, then B, C, D as far as they are given.
+
+    A file has one row of the matrix a line, its numbers between commas, semicolons or spaces.
+
+    Parameters
+    ----------
+    names : ``states``, ``inputs``, ``ranges``, ... as ``from_arrays`` has them.
+
+    Raises
+    ------
+    ModelError : a file that cannot be read, with its line; no file, or more than four; and
+        whatever ``from_arrays`` refuses.
+    """
+    if not 1 <= len(paths) <= 4:
+        raise ModelError(
+            f"{len(paths)} files were given; A.csv is needed, then B.csv, C.csv and D.csv as far as "
+            "there are such"
+        )
+    matrices = {
+        letter: read_matrix(Path(path)) for letter, path in zip("ABCD", paths, strict=False)
+    }
+    return from_arrays(**{**names, **matrices})
+
+
+def from_mat(path: str | Path, **names: Any) -> Plant:
+    """Return the plant of a MAT-file: a linear system, or all blends of its vertices.
+
+    The file is one of ``load_ts_model``: A, B, C, D, E, or A1, A2, ..., or the struct of
+    ``takagi export --to mat``.
+
+    Parameters
+    ----------
+    names : ``states``, ``inputs``, ``ranges``, ... as ``from_arrays`` has them.
+
+    Raises
+    ------
+    ModelError : as ``load_ts_model`` and ``from_arrays``.
+    """
+    model = load_ts_model(path)
+    matrices = {letter: value for letter in "BCDE" if (value := getattr(model, letter)).size}
+    return from_arrays(model.A, sample_time=model.sample_time, **{**names, **matrices})
