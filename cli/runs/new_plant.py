@@ -210,7 +210,7 @@ class Questions:
         print(f"\n{problem}\n")
         names = [*self.states, *self.inputs, *self.parameters, "units"]
         wanted = _ask(
-            f"Change which of {', '.join(names)} (units: do not compare them; Enter: write nothing)",
+            f"Change which of {', '.join(names)} (units: not compared; Enter: write nothing)",
             lambda text: _one_of(text, names),
             default="",
         )

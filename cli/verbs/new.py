@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -139,10 +139,10 @@ def new(
 
         files, assumed = turbine_files(turbine, stem=out.stem, table=table, stated=figures or ())
         told = [f"{out}: a turbine, with {', '.join(list(files)[1:])}"]
-        told += ["assumed, no file has it: " + line for line in assumed]
+        told += assumed
     else:
         if from_linear or from_mat or from_fast_lin:
-            plant = _of_matrices(options, matrices or [], from_mat, from_fast_lin)
+            plant = _of_matrices(options, out, matrices or [], from_mat, from_fast_lin)
             text = _text_of_plant(plant, out)
         elif options.given:
             text = _text(entries_of_options(options, out.stem), out)
@@ -196,7 +196,7 @@ def _require_one_way(
 
 
 def _of_matrices(
-    options: PlantOptions, matrices: list[Path], mat: Path | None, lin: Path | None
+    options: PlantOptions, out: Path, matrices: list[Path], mat: Path | None, lin: Path | None
 ) -> Plant:
     """Return the plant of files of matrices, with the names and ranges of the options."""
     from dataclasses import replace
@@ -205,7 +205,9 @@ def _of_matrices(
     from takagi.models.sources.lin_file import from_lin
     from takagi.models.sources.linear import from_csv, from_mat
 
-    names, ranges, units = {}, {}, {}
+    names: dict[str, Any] = {}
+    ranges: dict[str, Any] = {}
+    units: dict[str, str] = {}
     for what in ("states", "inputs", "disturbances"):
         names[what], ends, written = named_ranges(getattr(options, what))
         ranges |= ends
@@ -216,7 +218,7 @@ def _of_matrices(
         step = {} if options.sample_time is None else {"sample_time": options.sample_time}
         given = {**names, "ranges": ranges, **step}
         plant = from_csv(matrices, **given) if mat is None else from_mat(mat, **given)
-    changed = {
+    changed: dict[str, Any] = {
         what: tuple(
             replace(v, unit=parse_unit(units[v.name]).si, written=units[v.name])
             if v.name in units
@@ -225,7 +227,7 @@ def _of_matrices(
         )
         for what in names
     }
-    return replace(plant, name=options.name or plant.name, **changed)
+    return replace(plant, name=options.name or out.stem, **changed)
 
 
 def _heading(out: Path) -> list[str]:

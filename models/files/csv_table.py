@@ -185,8 +185,8 @@ def read_matrix(path: Path) -> Floats:
         row = [float(_number(path, line, at, cell)) for at, cell in enumerate(cells, start=1)]
         if rows and len(row) != len(rows[0]):
             raise ModelError(
-                f"{path}:{line}: {len(row)} numbers, and {len(rows[0])} in the rows above; a matrix "
-                "has as many in each"
+                f"{path}:{line}: {len(row)} numbers, and {len(rows[0])} in the rows above; as many "
+                "are needed in each row of a matrix"
             )
         rows.append(row)
     if not rows:

@@ -20,15 +20,16 @@ from takagi.models.plant.plant import Parameter, Plant, Variable
 
 PURE_UNITS = ("-", "rad")
 COMMENTS = {
-    "states": "In the order of x. `range` is where the model holds and a proof is about; every variable "
-    "in a\n# nonlinear term needs one. `rest` is where the plant is held, 0 unless given.",
+    "states": "In the order of x. `range` is where the model holds and a proof is about; every "
+    "variable in a\n# nonlinear term needs one. `rest` is where the plant is held, 0 unless given.",
     "inputs": "What the law commands; a range is also a limit, which the law keeps.",
     "disturbances": "What comes from outside.",
     "scheduling": "Signals from outside that the law knows; they stand in coefficients alone.",
-    "parameters": 'Numbers, ranges of what is not known better, such as "[0.9, 1.1] kg", or expressions.',
+    "parameters": "Numbers, expressions of them, or a range such as "
+    '"[0.9, 1.1] kg" of what is not known better.',
     "equations": "The right-hand sides of x' = ..., in SI; all functions: docs/plants.md.",
     "mass": "The rows of M in M x' = ...; a row that is not given is that of the identity.",
-    "outputs": "Further quantities; `measured = [...]` above the sections names those that the law has.",
+    "outputs": "Further quantities; `measured = [...]` above the sections names what the law has.",
     "premises": "What the rules depend on; without this section it is chosen.",
 }
 DISCRETE = "The right-hand sides of x(t + T) = ..., in SI; all functions: docs/plants.md."
@@ -37,7 +38,7 @@ DESIGN = """\
 # [design]
 # settle = "2 s"             # or decay_rate = 2.0, in 1/s
 # effort = "small"           # or "large"
-# initial = { %s = 1 }       # half-widths of a box of starts from which the limits are kept
+# initial = { %s = 1 }  # half-widths of a box of starts from which the limits are kept
 """
 
 
@@ -57,7 +58,7 @@ def plant_text(plant: Plant, heading: Sequence[str] = ()) -> str:
 
 
 def entries_text(entries: Mapping[str, Any], heading: Sequence[str] = ()) -> str:
-    """Return the entries of a plant file as TOML with comments; sections without any are left out."""
+    """Return the entries of a plant file as TOML with comments; empty sections are left out."""
     lines = [f"# {line}" for line in heading]
     sections = {key: value for key, value in entries.items() if isinstance(value, Mapping)}
     single = {key: value for key, value in entries.items() if key not in sections}
@@ -281,9 +282,11 @@ def _mass(plant: Plant) -> dict[str, dict[str, str]]:
 
 def _toml(value: Any) -> str:
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {_toml(inner)}" for key, inner in value.items()) + " }"
+        inside = ", ".join(f"{key} = {_toml(inner)}" for key, inner in value.items())
+        return f"{{ {inside} }}" if inside else "{}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_toml, value)) + "]"
     if isinstance(value, Decimal):
-        return str(value).replace("E", "e").replace("e+", "e")
+        plain = value == 0 or -7 < value.adjusted() < 15
+        return f"{value:f}" if plain else str(value).replace("E+", "e").replace("E", "e")
     return json.dumps(value, ensure_ascii=False)

@@ -1,1 +1,1 @@
-"""Plants and turbines that exist elsewhere: sympy, python-control, arrays, MATLAB, OpenFAST, ROSCO."""
+"""Models that exist elsewhere: in sympy, python-control, arrays, MATLAB, OpenFAST or ROSCO."""

@@ -1,9 +1,9 @@
 """A plant from a system of python-control: its matrices, or its function called with symbols.
 
-The function of ``control.nlsys`` is called once, with a symbol in the place of each state, input and
-parameter.  Arithmetic and numpy's functions of them give expressions; whatever needs a number (a
-comparison, ``math.sin``, an element of ``np.zeros``) ends in a refusal, so that no branch is taken
-unseen.
+The function of ``control.nlsys`` is called once, with a symbol in the place of each state, input
+and parameter.  Arithmetic and numpy's functions of them give expressions; whatever needs a number
+(a comparison, ``math.sin``, an element of ``np.zeros``) ends in a refusal, so that no branch is
+taken unseen.
 """
 
 from __future__ import annotations
@@ -144,7 +144,8 @@ def _check_values(
     ]
     rows = numeric(plant.equations, [v.symbol for v in listed], plant.rationals)
     n = len(plant.states)
-    for point in np.random.default_rng(1).uniform(*zip(*ends, strict=True), (points, len(ends))):
+    low, high = np.transpose(ends)
+    for point in np.random.default_rng(1).uniform(low, high, (points, len(ends))):
         true = np.ravel(system.updfcn(0.0, point[:n], point[n:], system.params))
         with np.errstate(all="ignore"):
             traced = rows(*point)

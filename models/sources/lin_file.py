@@ -5,8 +5,8 @@ with x1 kept and 0 = A21 x1 + A22 x2 + B2 u,
 
     A = A11 - A12 A22^-1 A21,   B = B1 - A12 A22^-1 B2,
 
-which has the file's gain at rest and is an approximation elsewhere.  The rotor's angle has no rest; it
-and its column are left out.
+which has the file's gain at rest and is an approximation elsewhere.  The rotor's angle has no rest;
+it and its column are left out.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ def from_lin(
 ) -> Plant:
     """Return the plant of a linearisation file of OpenFAST, in deviations from its operating point.
 
-    Names are the indices that OpenFAST gives its degrees of freedom, TFA1, GeAz, ..., with ``d_`` for
-    rates, else the words of the description.
+    Names are the indices that OpenFAST gives its degrees of freedom, TFA1, GeAz, ..., with ``d_``
+    for rates, else the words of the description.
 
     Parameters
     ----------
@@ -92,10 +92,11 @@ def from_lin(
         raise ModelError(
             f"{path}: {len(rotating)} states are in the rotating frame ({', '.join(rotating[:6])}"
             f"{', ...' if len(rotating) > 6 else ''}), and one file has them at one azimuth alone; "
-            "switch these degrees of freedom off in OpenFAST, or name the states to keep (--state), "
-            "and the others settle at once"
+            "switch these degrees of freedom off in OpenFAST, or name the states to keep "
+            "(--state), and the others settle at once"
         )
-    settled = [k for k in moving if k not in kept]
+    # One whose row is 0 stays where it is.
+    settled = [k for k in moving if k not in kept and (np.any(A[k]) or np.any(B[k]))]
     A, B = _residual(A, B, kept, settled, str(path))
     plant = from_arrays(
         A,
@@ -148,7 +149,8 @@ def _name(description: str) -> str:
     rate = "d_" if "time derivative of" in description else ""
     if index:
         return rate + "_".join(part for part in index.groups() if part)
-    words = re.sub(r"^\w+ (Extended input: )?|\(.*?\)", "", description.rpartition(",")[0])
+    quantity = description.rpartition(",")[0] or description
+    words = re.sub(r"^\w+ (Extended input: )?|\(.*?\)", "", quantity)
     return re.sub(r"^(?=\d|$)", "x", re.sub(r"\W+", "_", words).strip("_"))[:40].strip("_")
 
 
@@ -165,8 +167,8 @@ def _matrix(lines: Sequence[str], letter: str, path: str) -> Floats:
                 return np.array(numbers, dtype=np.float64).reshape(rows, columns)
             except ValueError as error:
                 raise ModelError(
-                    f"{path}:{k + 2}: {rows} rows of {columns} numbers of {letter} are needed there "
-                    f"({error})"
+                    f"{path}:{k + 2}: {rows} rows of {columns} numbers of {letter} are needed "
+                    f"there ({error})"
                 ) from error
     raise ModelError(
         f"{path}: has no matrix {letter}; let OpenFAST write it (LinOutJac may be False)"

@@ -4,13 +4,14 @@ Of r vertices the weights h_i >= 0 with sum 1 are made of r - 1 signals in [0, 1
 
     h_1 = w_1,   h_2 = (1 - w_1) w_2,   ...,   h_r = (1 - w_1) ... (1 - w_(r-1)),
 
-which reach every such h and no other: the plant is every blend of the vertices, A = sum h_i A_i, and
-its model at the corners of the signals has these vertices, some of them more than once.
+which reach every such h and no other: the plant is every blend of the vertices, A = sum h_i A_i,
+and its model at the corners of the signals has these vertices, some of them more than once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -72,8 +73,8 @@ def from_arrays(
     if r > MAX_VERTICES:
         raise ModelError(
             f"{r} vertices were given; their blends are a plant of 2^{r - 1} rules, and "
-            f"{MAX_VERTICES} vertices are the most: keep them as takagi.models.TSModel(A, B), which "
-            "takagi.lmi and certify take"
+            f"{MAX_VERTICES} vertices are the most: keep them as takagi.models.TSModel(A, B), "
+            "which takagi.lmi and certify take"
         )
     listed = {
         "x": _names("states", states, "x", n),
@@ -98,7 +99,7 @@ def from_arrays(
             for row in range(count)
         ]
 
-    return from_sympy(
+    plant = from_sympy(
         rows("A", "B", "E"),
         listed["x"],
         listed["u"],
@@ -113,6 +114,11 @@ def from_arrays(
         sample_time=sample_time,
         name=name,
     )
+    if not signals:
+        return plant
+    shares = "".join(f"(1 - {w}) " for w in signals)
+    source = f"blends of {r} vertices, h_1 = w1 to h_{r} = {shares.rstrip()}"
+    return replace(plant, source=source)
 
 
 def _matrices(letter: str, given: ArrayLike) -> Floats:
@@ -137,12 +143,12 @@ def _check_shapes(arrays: Mapping[str, Floats], counts: Mapping[str, int], r: in
     """Refuse matrices that do not fit to A, B and each other."""
     wanted = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
     for letter, value in arrays.items():
-        rows, columns = wanted[letter]
+        rows, columns = wanted[letter][0], wanted[letter][1]
         needed = (counts[rows], counts[columns])
         if value.shape[1:] != needed or len(value) not in (1, r):
             raise ModelError(
-                f"{letter} has shape {value.shape[1:]} at {len(value)} vertices; ({rows}, {columns}) "
-                f"= {needed} at {r} is needed, with n = {counts['n']} rows of A"
+                f"{letter} has shape {value.shape[1:]} at {len(value)} vertices; "
+                f"({rows}, {columns}) = {needed} at {r} is needed, with n = {counts['n']} rows of A"
             )
 
 
@@ -185,8 +191,8 @@ def from_csv(paths: Sequence[str | Path], **names: Any) -> Plant:
     """
     if not 1 <= len(paths) <= 4:
         raise ModelError(
-            f"{len(paths)} files were given; A.csv is needed, then B.csv, C.csv and D.csv as far as "
-            "there are such"
+            f"{len(paths)} files were given; A.csv is needed, then B.csv, C.csv and D.csv as far "
+            "as there are such"
         )
     matrices = {
         letter: read_matrix(Path(path)) for letter, path in zip("ABCD", paths, strict=False)

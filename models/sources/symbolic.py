@@ -222,13 +222,13 @@ def _variable(
         start = Fraction(0) if side is None else (side.lower + side.upper) / 2
     else:
         start = _in_si(unit, rest)
-    names: dict[str, str] = {} if unit is None else {"unit": unit.si, "written": unit.text}
-    return Variable(symbol, range=side, rest=start, **names)
+    si, written = ("-", "") if unit is None else (unit.si, unit.text)
+    return Variable(symbol, si, side, start, written=written)
 
 
 def _parameter(symbol: sp.Symbol, unit: Unit | None, value: Number) -> Parameter:
-    names: dict[str, str] = {} if unit is None else {"unit": unit.si, "written": unit.text}
-    return Parameter(symbol, _in_si(unit, value), **names)
+    si, written = ("-", "") if unit is None else (unit.si, unit.text)
+    return Parameter(symbol, _in_si(unit, value), si, written=written)
 
 
 def _checked(plant: Plant) -> Plant:

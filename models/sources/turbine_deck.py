@@ -1,15 +1,15 @@
-r"""A turbine's file from what ROSCO and OpenFAST have: tuning file, DISCON.IN, deck, ``Cp_Ct_Cq`` table.
+r"""A turbine's file from ROSCO's and OpenFAST's: tuning file, DISCON.IN, deck, ``Cp_Ct_Cq`` table.
 
-One place leads to the others: a tuning file (.yaml) names the deck and the table, the deck's .fst names
-ElastoDyn, ServoDyn and their files, ServoDyn may name a DISCON.IN, which names a table.  Every figure is
-taken from the first of its places that has it, and says which.
+One place leads to the others: a tuning file (.yaml) names the deck and the table, the deck's .fst
+names ElastoDyn, ServoDyn and their files, ServoDyn may name a DISCON.IN, which names a table.
+Every figure is taken from the first of its places that has it, and says which.
 
 The tower's first fore-aft mode phi(h), with phi = 1 at the top, is one mass on one spring there:
 
     M = M_top + int mu phi^2 dh,   K = int EI phi''^2 dh - g int (M_top + int_h^H mu) phi'^2 dh,
 
-with the second derivatives of ElastoDyn's polynomial, clamped at its foot.  The rotor's inertia about the
-shaft is that of the hub and sum int mu r^2 dr cos^2(cone) over the blades.
+with the second derivatives of ElastoDyn's polynomial, clamped at its foot.  The rotor's inertia
+about the shaft is that of the hub and sum int mu r^2 dr cos^2(cone) over the blades.
 """
 
 from __future__ import annotations
@@ -122,8 +122,8 @@ def turbine_files(
         figures["pitch.minimum"] = DeckFigure(
             round(degrees(least), 6),
             "deg",
-            f"chosen: with {fine.value:.4g} {fine.unit} ({fine.source}) the rotor does not shed torque "
-            "by pitch at rated wind",
+            f"chosen: with {fine.value:.4g} {fine.unit} ({fine.source}) the rotor does not shed "
+            "torque by pitch at rated wind",
             True,
         )
         files[name] = _toml(deck, figures, stem)
@@ -131,7 +131,7 @@ def turbine_files(
     if least is not None:
         _accepted(files, name, final=True)
     assumed = [
-        f"{path} = {figures[path].value:.6g} {figures[path].unit}"
+        f"{path} = {figures[path].value:.6g} {figures[path].unit}, {figures[path].source}"
         for path in PATHS
         if figures[path].assumed
     ]
@@ -226,8 +226,8 @@ def _only(folder: Path, ends: Sequence[str], kind: str) -> dict[str, Path]:
             )
         if files:
             return {{"fst": "fst", "IN": "discon"}.get(end, "yaml"): files[0]}
-    needed = {"rosco": "a tuning file (.yaml) or a DISCON.IN", "openfast": "a .fst file"}[kind]
-    raise ModelError(f"{folder}: has no {needed.partition(' ')[2]}; {needed} in it is needed")
+    needed = {"rosco": "tuning file (.yaml) and no DISCON.IN", "openfast": ".fst file"}[kind]
+    raise ModelError(f"{folder}: has no {needed}; give the folder of one, or the file itself")
 
 
 def _latin(path: Path) -> str:
@@ -236,7 +236,7 @@ def _latin(path: Path) -> str:
 
 
 def _entry(text: str, key: str, *, yaml: bool = False) -> str | None:
-    """Return what stands before ``key`` in OpenFAST's and DISCON's files, behind ``key:`` in yaml."""
+    """Return what stands before ``key`` in OpenFAST's files, or behind ``key:`` in a yaml file."""
     if yaml:
         found = re.search(rf"(?:^|[{{,\s]){key}:[ \t]*(\"[^\"]*\"|'[^']*'|[^,}}\n#]*)", text)
         return found[1].strip() if found else None
@@ -249,15 +249,12 @@ def _entry(text: str, key: str, *, yaml: bool = False) -> str | None:
 
 def _columns(text: str, names: Sequence[str]) -> Floats | None:
     """Return columns of the table below a line with their names, (columns, rows)."""
-    lines = text.splitlines()
-    for k, line in enumerate(lines):
-        header = line.split()
-        if all(name in header for name in names):
-            break
-    else:
+    lines = iter(text.splitlines())
+    header = next((line.split() for line in lines if set(names) <= set(line.split())), None)
+    if header is None:
         return None
-    rows = []
-    for line in lines[k + 1 :]:
+    rows: list[list[float]] = []
+    for line in lines:
         try:
             rows.append([float(cell) for cell in line.split()[: len(header)]])
         except ValueError:
@@ -519,8 +516,8 @@ def _tables(deck: Deck) -> tuple[str, str]:
             if name.startswith(word):
                 return rows
         raise ModelError(
-            f"{path}: has no '# {word}'; a table of ROSCO's form is needed, with pitch angle vector, "
-            "TSR vector, power coefficient and thrust coefficient"
+            f"{path}: has no '# {word}'; a table of ROSCO's form is needed, with pitch angle "
+            "vector, TSR vector, power coefficient and thrust coefficient"
         )
 
     # Long vectors may be broken into several lines.
