@@ -200,7 +200,7 @@ class Questions:
             self.states[name] = self._variable(name)
         for name in _ask("Inputs (none: Enter)", _names, default=""):
             self.inputs[name] = self._variable(name)
-        print("Equations; a name that is neither state nor input is a parameter.")
+        print("Equations; a name that is neither state nor input becomes a parameter")
         for name in self.states:
             self._equation(name)
         self._parameters()
@@ -219,7 +219,7 @@ class Questions:
         if wanted == "units":
             self.checked = False
         elif wanted in self.parameters:
-            self.parameters[wanted] = _ask(f"  {wanted} = value and unit", parameter_entry)
+            self.parameters[wanted] = _ask(f"  {wanted} =", parameter_entry)
         elif wanted in self.inputs:
             self.inputs[wanted] = self._variable(wanted)
         else:
@@ -238,19 +238,20 @@ class Questions:
         return entry if rest == 0 else entry | {"rest": rest}
 
     def _equation(self, name: str) -> None:
-        self.equations[name] = _ask(f"  {name}' ", _expression)
+        self.equations[name] = _ask(f"  {name}' =", _expression)
 
     def _parameters(self) -> None:
         """Ask for every name in the equations that has no meaning yet."""
         from takagi.models.expressions.parser import RESERVED, tokens_of
 
-        words = [t.text for text in self.equations.values() for t in tokens_of(text)]
+        tokens = [t for text in self.equations.values() for t in tokens_of(text)]
         known = {*self.states, *self.inputs, *RESERVED}
-        used = {w for w in words if re.fullmatch(_NAME, w, re.ASCII)} - known
+        used = {t.text for t in tokens if t.kind == "name"} - known
         self.parameters = {k: v for k, v in self.parameters.items() if k in used}
+        if used - self.parameters.keys():
+            print("Parameters, such as 2 kg, 0.9..1.1 kg or 0.1*sqrt(k*m)")
         for name in sorted(used - self.parameters.keys()):
-            question = f"  {name} = value and unit, such as 2 kg or 0.9..1.1 kg"
-            self.parameters[name] = _ask(question, parameter_entry)
+            self.parameters[name] = _ask(f"  {name} =", parameter_entry)
 
 
 def _ask(question: str, read: Callable[[str], Answer], *, default: str | None = None) -> Answer:
@@ -263,7 +264,8 @@ def _ask(question: str, read: Callable[[str], Answer], *, default: str | None = 
     shown = f" [{default}]" if default else ""
     while True:
         try:
-            text = input(f"{question}{shown}: ").strip() or default
+            mark = "" if question.endswith("=") else ":"
+            text = input(f"{question}{shown}{mark} ").strip() or default
         except EOFError as error:
             raise ModelError(
                 f"the input ended at the question {question!r}; nothing was written (options give "
@@ -303,10 +305,14 @@ def _span(text: str) -> list[Decimal]:
 
 
 def _expression(text: str) -> str:
-    from takagi.models.expressions.parser import tokens_of
+    """Return an expression whose grammar is right, whatever its names mean."""
+    import sympy as sp
+
+    from takagi.models.expressions.parser import RESERVED, Scope, parse_expression, tokens_of
 
     written = text.removeprefix("=").strip()
-    tokens_of(written)
+    names = {t.text for t in tokens_of(written) if t.kind == "name"} - RESERVED
+    parse_expression(written, Scope({name: sp.Symbol(name, real=True) for name in names}))
     return written
 
 
