@@ -124,6 +124,13 @@ def entries_of_options(options: PlantOptions, stem: str) -> Entries:
         if match is None:
             raise ModelError(f'--equation {text!r} was given; "theta = omega" is the form')
         equations[match[1]] = match[2]
+    states = dict(map(variable_entry, options.states))
+    missing = [name for name in states if name not in equations]
+    if missing:
+        raise ModelError(
+            f"no equation for {', '.join(missing)} was given; every state needs one: --equation "
+            f'"{missing[0]} = ..."'
+        )
     parameters = {}
     for text in options.parameters:
         name, equals, value = text.partition("=")
@@ -131,7 +138,7 @@ def entries_of_options(options: PlantOptions, stem: str) -> Entries:
             raise ModelError(f'--parameter {text!r} was given; "m = 2 kg" is the form')
         parameters[name.strip()] = parameter_entry(value)
     sections = {
-        "states": dict(map(variable_entry, options.states)),
+        "states": states,
         "inputs": dict(map(variable_entry, options.inputs)),
         "disturbances": dict(map(variable_entry, options.disturbances)),
         "parameters": parameters,
@@ -161,10 +168,12 @@ def plant_of_text(path: Path, text: str) -> Plant:
     from takagi.models.plant_files.loader import PlantFile
 
     document = Document(path, text, tomllib.loads(text, parse_float=decimal_of))
-    file = PlantFile(path, document)
-    plant = file.model
-    if plant.blending is None:
-        rule_count(plant, rest=file.settings.rest)
+    try:
+        plant = PlantFile(path, document).model
+        rule_count(plant)
+    except ModelError as error:
+        # The file is not there yet, so its lines say nothing.
+        raise ModelError(re.sub(rf"{re.escape(str(path))}(:\d+)?: ", "", str(error))) from error
     return plant
 
 

@@ -49,17 +49,17 @@ omega = "(m*g*l*sin(theta) + tau) / (m*l^2)"
 [outputs]
 height = { expression = "l*cos(theta)", unit = "m" }
 """
-    theta, omega, tau, l, g = sp.symbols("theta omega tau l g")
+    theta, omega, tau, length, g = sp.symbols("theta omega tau l g")
     plant = from_sympy(
-        {omega: (m * g * l * sp.sin(theta) + tau) / (m * l**2), theta: omega},
+        {omega: (m * g * length * sp.sin(theta) + tau) / (m * length**2), theta: omega},
         [theta, omega],
         [tau],
         {theta: (-60, 60), omega: (-4, 4), tau: (-20, 20)},
-        parameters={m: 2.0, l: 500, g: 9.81},
+        parameters={m: 2.0, length: 500, g: 9.81},
         units={
-            theta: "deg", omega: "rad/s", tau: "N m", m: "kg", l: "mm", g: "m/s^2",
+            theta: "deg", omega: "rad/s", tau: "N m", m: "kg", length: "mm", g: "m/s^2",
         },
-        outputs={"height": l * sp.cos(theta)},
+        outputs={"height": length * sp.cos(theta)},
         name="pendulum",
     )  # fmt: skip
 
