@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.models import Plant
 
 Answer = TypeVar("Answer")
 Entries = dict[str, Any]
+# What each option of `takagi new` that describes a plant holds: texts as they are typed.
+Options = Mapping[str, Any]
 _NUMBER = r"[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?"
 _SPAN = rf"({_NUMBER})\s*\.\.\s*({_NUMBER})"
 _NAME = r"([A-Za-z]\w*)"
@@ -24,134 +25,95 @@ _VARIABLE = re.compile(
     rf"\s*{_NAME}\s*(?:=\s*(?:{_SPAN})?\s*([^,:]*?))?\s*(?:,\s*rest\s+([^,:]+?))?\s*(?::\s*(.*))?",
     re.ASCII,
 )
-_PARAMETER = re.compile(rf"\s*(?:{_SPAN}|({_NUMBER}))\s*(.*?)\s*", re.ASCII)
+_PARAMETER = re.compile(rf"\s*{_NAME}\s*=\s*(?:{_SPAN}|({_NUMBER})|)\s*(.*?)\s*", re.ASCII)
 _EQUATION = re.compile(rf"\s*{_NAME}\s*'?\s*=\s*(.+)", re.ASCII)
-VARIABLE_FORM = '"theta = -60..60 deg", "T = 340..360 K, rest 350" or "x: what it is"'
+TEMPLATE: Options = {
+    "name": "Pendulum with a motor",
+    "state": ["theta = -60..60 deg: angle from upright", "omega = -4..4 rad/s: its rate"],
+    "input": ["tau = -20..20 N m: torque of the motor"],
+    "parameter": ["m = 2.0 kg", "l = 500 mm", "g = 9.81 m/s^2", "d = 0.1 N m s"],
+    "equation": ["theta = omega", "omega = (m*g*l*sin(theta) - d*omega + tau) / (m*l^2)"],
+}
 
 
-@dataclass(frozen=True)
-class PlantOptions:
-    """What a plant's options say, as typed."""
-
-    name: str | None = None
-    states: Sequence[str] = ()
-    inputs: Sequence[str] = ()
-    disturbances: Sequence[str] = ()
-    parameters: Sequence[str] = ()
-    equations: Sequence[str] = ()
-    measured: Sequence[str] = ()
-    sample_time: float | None = None
-    no_units: bool = False
-
-    @property
-    def given(self) -> bool:
-        return self != PlantOptions()
-
-
-TEMPLATE = PlantOptions(
-    name="Pendulum with a motor",
-    states=(
-        "theta = -60..60 deg: angle from upright",
-        "omega = -4..4 rad/s: its rate",
-    ),
-    inputs=("tau = -20..20 N m: torque of the motor",),
-    parameters=("m = 2.0 kg", "l = 500 mm", "g = 9.81 m/s^2", "d = 0.1 N m s"),
-    equations=("theta = omega", "omega = (m*g*l*sin(theta) - d*omega + tau) / (m*l^2)"),
-)
+def _match(pattern: re.Pattern[str], text: str, form: str) -> tuple[Any, ...]:
+    match = pattern.fullmatch(text)
+    if match is None:
+        raise ModelError(f"{text!r} was given; {form} is the form")
+    return match.groups()
 
 
 def variable_entry(text: str) -> tuple[str, Entries]:
-    """Return name and entry of ``theta = -60..60 deg, rest 0: angle from upright``.
-
-    Raises
-    ------
-    ModelError : a text of another form.
-    """
-    match = _VARIABLE.fullmatch(text)
-    if match is None:
-        raise ModelError(f"{text!r} was given; a variable is written {VARIABLE_FORM}")
-    name, low, high, unit, rest, description = match.groups()
+    """Return name and entry of ``theta = -60..60 deg, rest 0: angle from upright``."""
+    form = '"theta = -60..60 deg", "T = 340..360 K, rest 350" or "x: what it is"'
+    name, low, high, unit, rest, description = _match(_VARIABLE, text, form)
     entry: Entries = {"unit": unit} if unit else {}
     if low is not None:
         entry["range"] = [Decimal(low), Decimal(high)]
     if rest:
-        entry["rest"] = _rest(rest)
+        entry["rest"] = Decimal(rest) if re.fullmatch(_NUMBER, rest) else rest
     return name, entry | ({"description": description} if description else {})
 
 
-def _rest(text: str) -> Any:
-    if text.startswith("near "):
-        return {"near": _decimal(text.removeprefix("near "))}
-    return _decimal(text) if re.fullmatch(_NUMBER, text.strip()) else text.strip()
-
-
-def _decimal(text: str) -> Decimal:
-    if not re.fullmatch(_NUMBER, text.strip()):
-        raise ModelError(f"{text.strip()!r} was given; a number is needed")
-    return Decimal(text.strip())
-
-
-def parameter_entry(text: str) -> Any:
-    """Return the entry of ``2 kg``, of ``0.9..1.1 kg``, or of an expression of other parameters."""
+def parameter_entry(text: str) -> tuple[str, Any]:
+    """Return name and entry of ``m = 2 kg``, ``m = 0.9..1.1 kg`` or ``c = 0.1*sqrt(k*m)``."""
     from takagi.models.files.units import parse_unit
 
-    match = _PARAMETER.fullmatch(text)
-    if match is None:
-        return text.strip()
-    low, high, value, unit = match.groups()
-    if unit != "-" and unit[:1] in tuple("*/^+-("):
-        return text.strip()  # 2*m begins with a number too
+    name, low, high, value, unit = _match(_PARAMETER, text, '"m = 2 kg"')
+    if not (value or low) or (unit != "-" and unit[:1] in tuple("*/^+-(")):
+        return name, text.partition("=")[2].strip()  # 2*m begins with a number too
     parse_unit(unit or "-")
     number = {"value": Decimal(value)} if value else {"range": [Decimal(low), Decimal(high)]}
-    return number | ({"unit": unit} if unit else {})
+    return name, number | ({"unit": unit} if unit else {})
 
 
-def entries_of_options(options: PlantOptions, stem: str) -> Entries:
+def equation_entry(text: str) -> tuple[str, str]:
+    """Return state and right-hand side of ``theta = omega`` or ``theta' = omega``."""
+    name, expression = _match(_EQUATION, text, '"theta = omega"')
+    return name, expression
+
+
+READERS: dict[str, Callable[[str], tuple[str, Any]]] = {
+    "state": variable_entry,
+    "input": variable_entry,
+    "disturbance": variable_entry,
+    "parameter": parameter_entry,
+    "equation": equation_entry,
+}
+
+
+def plant_entries(options: Options, stem: str) -> Entries:
     """Return the entries of a plant's file.
 
     Raises
     ------
-    ModelError : a text of another form, no state, an equation of what is no state.
+    ModelError : a text of another form, no state, a state without equation.
     """
-    if not options.states:
+    sections = {
+        f"{what}s": dict(read(text) for text in options.get(what) or ())
+        for what, read in READERS.items()
+    }
+    if not sections["states"]:
         raise ModelError(
-            f"no state was given; write --state {VARIABLE_FORM.partition(',')[0]}, and --equation "
+            'no state was given; write --state "theta = -60..60 deg", and --equation '
             '"theta = omega", for each'
         )
-    equations = {}
-    for text in options.equations:
-        match = _EQUATION.fullmatch(text)
-        if match is None:
-            raise ModelError(f'--equation {text!r} was given; "theta = omega" is the form')
-        equations[match[1]] = match[2]
-    states = dict(map(variable_entry, options.states))
-    missing = [name for name in states if name not in equations]
+    missing = [name for name in sections["states"] if name not in sections["equations"]]
     if missing:
         raise ModelError(
             f"no equation for {', '.join(missing)} was given; every state needs one: --equation "
             f'"{missing[0]} = ..."'
         )
-    parameters = {}
-    for text in options.parameters:
-        name, equals, value = text.partition("=")
-        if not equals:
-            raise ModelError(f'--parameter {text!r} was given; "m = 2 kg" is the form')
-        parameters[name.strip()] = parameter_entry(value)
-    sections = {
-        "states": states,
-        "inputs": dict(map(variable_entry, options.inputs)),
-        "disturbances": dict(map(variable_entry, options.disturbances)),
-        "parameters": parameters,
-        "equations": equations,
+    step = options.get("sample_time")
+    head = {
+        "format": 1,
+        "kind": "plant",
+        "name": options.get("name") or stem,
+        "units": "unchecked" if options.get("no_units") else None,
+        "sample_time": None if step is None else Decimal(repr(step)),
+        "measured": options.get("measured") or None,
     }
-    head: Entries = {"format": 1, "kind": "plant", "name": options.name or stem}
-    if options.no_units:
-        head["units"] = "unchecked"
-    if options.sample_time is not None:
-        head["sample_time"] = Decimal(repr(options.sample_time))
-    if options.measured:
-        head["measured"] = list(options.measured)
-    return head | sections
+    return {key: value for key, value in head.items() if value is not None} | sections
 
 
 def plant_of_text(path: Path, text: str) -> Plant:
@@ -177,140 +139,100 @@ def plant_of_text(path: Path, text: str) -> Plant:
     return plant
 
 
-@dataclass
-class Questions:
-    """The questions at a terminal, and what was answered."""
+def asked_text(stem: str, text_of: Callable[[Options], str]) -> str:
+    """Return the text of the plant that is asked for, as soon as it is one.
 
-    stem: str
-    states: dict[str, Entries] = field(default_factory=dict)
-    inputs: dict[str, Entries] = field(default_factory=dict)
-    equations: dict[str, str] = field(default_factory=dict)
-    parameters: dict[str, Any] = field(default_factory=dict)
-    name: str = ""
-    checked: bool = True
-
-    @property
-    def entries(self) -> Entries:
-        """The entries of the file."""
-        head: Entries = {"format": 1, "kind": "plant", "name": self.name or self.stem}
-        units = {} if self.checked else {"units": "unchecked"}
-        sections = {
-            "states": self.states,
-            "inputs": self.inputs,
-            "parameters": self.parameters,
-            "equations": self.equations,
-        }
-        return head | units | sections
-
-    def ask_all(self) -> None:
-        """Ask for the whole plant."""
-        self.name = _ask("Name of the plant", str, default=self.stem)
-        for name in _ask("States, such as: theta omega", _names):
-            self.states[name] = self._variable(name)
-        for name in _ask("Inputs (none: Enter)", _names, default=""):
-            self.inputs[name] = self._variable(name)
-        print("Equations; a name that is neither state nor input becomes a parameter")
-        for name in self.states:
-            self._equation(name)
-        self._parameters()
-
-    def ask_again(self, problem: str) -> bool:
-        """Ask for what is to be changed; return False where nothing is."""
-        print(f"\n{problem}\n")
-        names = [*self.states, *self.inputs, *self.parameters, "units"]
-        wanted = _ask(
-            f"Change which of {', '.join(names)} (units: not compared; Enter: write nothing)",
-            lambda text: _one_of(text, names),
-            default="",
-        )
-        if not wanted:
-            return False
-        if wanted == "units":
-            self.checked = False
-        elif wanted in self.parameters:
-            self.parameters[wanted] = _ask(f"  {wanted} =", parameter_entry)
-        elif wanted in self.inputs:
-            self.inputs[wanted] = self._variable(wanted)
-        else:
-            self.states[wanted] = self._variable(wanted)
-            self._equation(wanted)
-            self._parameters()
-        return True
-
-    def _variable(self, name: str) -> Entries:
-        unit = _ask(f"  {name}: unit", _unit, default="-")
-        entry: Entries = {} if unit == "-" else {"unit": unit}
-        span = _ask(f"  {name}: range, low and high (none: Enter)", _span, default="")
-        if span:
-            entry["range"] = span
-        rest = _ask(f"  {name}: rest, a number or solve", _rest, default="0")
-        return entry if rest == 0 else entry | {"rest": rest}
-
-    def _equation(self, name: str) -> None:
-        self.equations[name] = _ask(f"  {name}' =", _expression)
-
-    def _parameters(self) -> None:
-        """Ask for every name in the equations that has no meaning yet."""
-        from takagi.models.expressions.parser import RESERVED, tokens_of
-
-        tokens = [t for text in self.equations.values() for t in tokens_of(text)]
-        known = {*self.states, *self.inputs, *RESERVED}
-        used = {t.text for t in tokens if t.kind == "name"} - known
-        self.parameters = {k: v for k, v in self.parameters.items() if k in used}
-        if used - self.parameters.keys():
-            print("Parameters, such as 2 kg, 0.9..1.1 kg or 0.1*sqrt(k*m)")
-        for name in sorted(used - self.parameters.keys()):
-            self.parameters[name] = _ask(f"  {name} =", parameter_entry)
-
-
-def _ask(question: str, read: Callable[[str], Answer], *, default: str | None = None) -> Answer:
-    """Return the answer to a question, which is asked again where it cannot be read.
-
-    Raises
-    ------
-    ModelError : the input ends.
+    Parameters
+    ----------
+    text_of : the text of options; raises ModelError where they are no plant.
     """
-    shown = f" [{default}]" if default else ""
+    answers: dict[str, Any] = {"name": _ask(f"Name of the plant [{stem}]:", str)}
+    for what in ("state", "input"):
+        names = _ask(f"Names of the {what}s, with spaces between them:", _names)
+        answers[what] = [_variable(name) for name in names]
+    print("Equations; a name that is neither state nor input becomes a parameter")
+    states = [variable_entry(text)[0] for text in answers["state"]]
+    answers["equation"] = [f"{n} = " + _ask(f"  {n}' =", _expression) for n in states]
+    answers["parameter"] = []
+    while True:
+        answers["parameter"] += _parameters(answers)
+        try:
+            return text_of(answers)
+        except ModelError as error:
+            print(f"\n{error}\n")
+            if not _changed(answers):
+                raise
+
+
+def _changed(answers: dict[str, Any]) -> bool:
+    """Ask for what is to be changed, and change it; return False where nothing is."""
+    text = _ask(
+        'What is right, such as "g = 9.81 m/s^2" or "theta\' = omega", or "no units" to leave '
+        "them uncompared (Enter: write nothing):",
+        str,
+    )
+    if text == "no units":
+        answers["no_units"] = True
+        return True
+    name = text.partition("=")[0].strip()
+    kind = "equation" if name.endswith("'") else "parameter"
+    for what in ("state", "input"):
+        if name in [READERS[what](t)[0] for t in answers[what]]:
+            kind = what
+    name = name.rstrip("'")
+    rows = {READERS[kind](t)[0]: t for t in answers[kind]}
+    answers[kind] = list((rows | {name: text}).values())
+    return bool(text)
+
+
+def _variable(name: str) -> str:
+    unit = _ask(f"  {name}: unit [-]:", _unit)
+    span = _ask(f"  {name}: range, such as -60..60 [none]:", _span)
+    rest = _ask(f"  {name}: rest, a number or solve [0]:", str)
+    return f"{name} = {span} {unit}" + (f", rest {rest}" if rest else "")
+
+
+def _parameters(answers: Options) -> list[str]:
+    """Ask for every name in the equations that has no meaning yet."""
+    from takagi.models.expressions.parser import RESERVED, tokens_of
+
+    known = {READERS[what](t)[0] for what in READERS for t in answers.get(what, ())}
+    tokens = [t for text in answers["equation"] for t in tokens_of(equation_entry(text)[1])]
+    unknown = {t.text for t in tokens if t.kind == "name"} - known - RESERVED
+
+    def asked(name: str) -> str:
+        question = f"  {name}, such as 2 kg, 0.9..1.1 kg or 0.1*sqrt(k*m) ="
+        return _ask(question, lambda text: parameter_entry(f"{name} = {text}") and text)
+
+    return [f"{name} = {asked(name)}" for name in sorted(unknown)]
+
+
+def _ask(question: str, read: Callable[[str], Answer]) -> Answer:
+    """Return the answer to a question, which is asked again where it cannot be read."""
     while True:
         try:
-            mark = "" if question.endswith("=") else ":"
-            text = input(f"{question}{shown}{mark} ").strip() or default
+            return read(input(f"{question} ").strip())
         except EOFError as error:
             raise ModelError(
-                f"the input ended at the question {question!r}; nothing was written (options give "
-                "the same without questions: takagi new --help)"
+                f"the input ended at {question!r}; nothing was written (options give the same "
+                "without questions: takagi new --help)"
             ) from error
-        if text is None:
-            print("    an answer is needed", file=sys.stderr)
-            continue
-        try:
-            return read(text)
         except ModelError as error:
             print(f"    {error}", file=sys.stderr)
 
 
 def _names(text: str) -> list[str]:
-    names = re.split(r"[\s,]+", text.strip()) if text.strip() else []
-    wrong = [name for name in names if not re.fullmatch(_NAME, name, re.ASCII)]
-    if wrong:
-        raise ModelError(f"{wrong[0]!r} is no name; a letter, then letters, digits and _")
-    return names
+    return [variable_entry(name)[0] for name in re.split(r"[\s,]+", text) if name]
 
 
 def _unit(text: str) -> str:
     from takagi.models.files.units import parse_unit
 
-    parse_unit(text)
-    return text
+    return text if not text or parse_unit(text) else text
 
 
-def _span(text: str) -> list[Decimal]:
-    if not text:
-        return []
-    match = re.fullmatch(rf"\[?\s*({_NUMBER})\s*(?:\.\.|,|\s)\s*({_NUMBER})\s*\]?", text, re.ASCII)
-    if match is None:
-        raise ModelError(f"{text!r} was given; two numbers are needed, such as -60 60")
-    return [Decimal(match[1]), Decimal(match[2])]
+def _span(text: str) -> str:
+    return text if not text or _match(re.compile(_SPAN), text, "-60..60") else text
 
 
 def _expression(text: str) -> str:
@@ -319,39 +241,6 @@ def _expression(text: str) -> str:
 
     from takagi.models.expressions.parser import RESERVED, Scope, parse_expression, tokens_of
 
-    written = text.removeprefix("=").strip()
-    names = {t.text for t in tokens_of(written) if t.kind == "name"} - RESERVED
-    parse_expression(written, Scope({name: sp.Symbol(name, real=True) for name in names}))
-    return written
-
-
-def _one_of(text: str, names: Sequence[str]) -> str:
-    if text and text not in names:
-        raise ModelError(f"{text!r} is none of them{did_you_mean(text, names)}")
+    names = {t.text for t in tokens_of(text) if t.kind == "name"} - RESERVED
+    parse_expression(text, Scope({name: sp.Symbol(name, real=True) for name in names}))
     return text
-
-
-def named_ranges(texts: Sequence[str]) -> tuple[list[str] | None, dict[str, Any], dict[str, str]]:
-    """Return names, ranges in SI and SI units of variables whose equations are matrices.
-
-    Raises
-    ------
-    ModelError : a text of another form, or a rest: matrices are about theirs.
-    """
-    from fractions import Fraction
-
-    from takagi.models.files.units import parse_unit
-
-    entries: Mapping[str, Entries] = dict(map(variable_entry, texts))
-    ranges, units = {}, {}
-    for name, entry in entries.items():
-        if "rest" in entry:
-            raise ModelError(
-                f"{name}: a rest was given, and matrices are about theirs; leave it out"
-            )
-        unit = parse_unit(entry.get("unit", "-"))
-        if "range" in entry:
-            ranges[name] = tuple(unit.to_si(Fraction(end)) for end in entry["range"])
-        if "unit" in entry:
-            units[name] = unit.text
-    return list(entries) or None, ranges, units

@@ -8,6 +8,7 @@ taken unseen.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -42,7 +43,7 @@ def from_control(
     ranges: Ranges | None = None,
     *,
     disturbances: Sequence[str] = (),
-    rest: Mapping[Any, Number] | None = None,
+    rest: Mapping[Any, Number | None] | None = None,
     units: Mapping[Any, str] | None = None,
     measured: Sequence[str] | None = None,
 ) -> Plant:
@@ -208,7 +209,8 @@ def _called(
         values = np.asarray(function(Traced(time), x, u, parameters), dtype=object).ravel()
         rows = [_sympy(value) for value in values]
     except Exception as error:
-        reasons = [e for e in (error, error.__cause__, error.__context__) if _is_refusal(e)]
+        chain = (error, error.__cause__, error.__context__)
+        reasons = [str(e) for e in chain if isinstance(e, ModelError)]
         reason = reasons[0] if reasons else f"{type(error).__name__}: {error}"
         raise ModelError(
             f"the {what} function was called with symbols: {reason}. Write it with arithmetic and "
@@ -220,10 +222,6 @@ def _called(
             "name it among the disturbances"
         )
     return rows
-
-
-def _is_refusal(error: BaseException | None) -> bool:
-    return isinstance(error, ModelError)
 
 
 def _sympy(value: Any) -> sp.Expr:
@@ -239,36 +237,6 @@ class Traced:
 
     def __init__(self, expression: sp.Expr) -> None:
         self.expression = expression
-
-    def __add__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: a + b, self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: b + a, self, other)
-
-    def __sub__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: a - b, self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: b - a, self, other)
-
-    def __mul__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: a * b, self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: b * a, self, other)
-
-    def __truediv__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: a / b, self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: b / a, self, other)
-
-    def __pow__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: a**b, self, other)
-
-    def __rpow__(self, other: Any) -> Any:
-        return _elementwise(lambda a, b: b**a, self, other)
 
     def __neg__(self) -> Traced:
         return Traced(-self.expression)
@@ -286,8 +254,7 @@ class Traced:
         )
 
     __bool__ = __float__ = __int__ = __index__ = _no_number
-    __lt__ = __le__ = __gt__ = __ge__ = _no_number
-    __eq__ = __ne__ = _no_number
+    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _no_number
     __hash__ = None  # type: ignore[assignment]
 
     def __getattr__(self, name: str) -> Callable[[], Traced]:
@@ -299,8 +266,18 @@ class Traced:
         return lambda: Traced(_FUNCTIONS[name](self.expression))
 
 
-def _elementwise(operation: Callable[[Any, Any], Any], first: Traced, second: Any) -> Any:
-    """Return the operation of an expression and a number, or NotImplemented for an array."""
-    if isinstance(second, np.ndarray) and second.ndim:
-        return NotImplemented
-    return Traced(operation(first.expression, _sympy(second)))
+def _method(operation: Callable[[Any, Any], Any], *, reflected: bool) -> Callable[..., Any]:
+    """Return ``__add__`` or ``__radd__`` of an operation; numpy spreads it over arrays."""
+
+    def method(first: Traced, second: Any) -> Any:
+        if isinstance(second, np.ndarray) and second.ndim:
+            return NotImplemented
+        pair = first.expression, _sympy(second)
+        return Traced(operation(*(reversed(pair) if reflected else pair)))
+
+    return method
+
+
+for _name in ("add", "sub", "mul", "truediv", "pow"):
+    setattr(Traced, f"__{_name}__", _method(getattr(operator, _name), reflected=False))
+    setattr(Traced, f"__r{_name}__", _method(getattr(operator, _name), reflected=True))

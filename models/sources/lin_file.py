@@ -50,6 +50,7 @@ def from_lin(
     inputs: Sequence[str] | None = None,
     disturbances: Sequence[str] | None = None,
     ranges: Mapping[Any, Any] | None = None,
+    units: Mapping[Any, str] | None = None,
 ) -> Plant:
     """Return the plant of a linearisation file of OpenFAST, in deviations from its operating point.
 
@@ -61,7 +62,7 @@ def from_lin(
     states : those to keep, the others settle at once; all but the rotor's angle if left out.
     inputs, disturbances : those to keep; if left out, collective pitch, generator torque and
         horizontal wind where the file has them, else all of up to four inputs.
-    ranges : name -> (low, high) of deviations, in OpenFAST's units.
+    ranges, units : name -> (low, high) of deviations, and their units, as ``from_sympy`` has them.
 
     Raises
     ------
@@ -106,6 +107,7 @@ def from_lin(
         inputs=[columns[k].name for k in commanded],
         disturbances=[columns[k].name for k in outside],
         ranges=ranges,
+        units=units,
         name=Path(path).stem,
     )
     words = {signal.name: signal.description for signal in (*signals, *columns)}

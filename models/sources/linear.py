@@ -42,6 +42,7 @@ def from_arrays(
     disturbances: Sequence[Quantity] | None = None,
     outputs: Sequence[str] | None = None,
     ranges: Ranges | None = None,
+    units: Mapping[Any, str] | None = None,
     sample_time: float | None = None,
     name: str = "linear plant",
 ) -> Plant:
@@ -53,7 +54,8 @@ def from_arrays(
         polytope, all blends of which are the plant.  Numbers stand for their shortest decimals.
     states, inputs, disturbances, outputs : names; x1, x2, ..., u1, ..., d1, ..., y1, ... if left
         out.  The signals of the weights are w1, w2, ...
-    ranges : as ``from_sympy`` has them; a linear plant needs none.
+    ranges, units : as ``from_sympy`` has them; a linear plant needs none, and its units are not
+        compared.
 
     Raises
     ------
@@ -111,6 +113,8 @@ def from_arrays(
             zip(_names("outputs", outputs, "y", counts["p"]), rows("C", "D"), strict=True)
         ),
         premises={f"weight{k}": signal for k, signal in enumerate(signals, start=1)},
+        units=units,
+        compare_units=False,
         sample_time=sample_time,
         name=name,
     )

@@ -36,8 +36,9 @@ def from_sympy(
     disturbances: Sequence[Quantity] = (),
     scheduling: Sequence[Quantity] = (),
     parameters: Mapping[Any, Number] | None = None,
-    rest: Mapping[Any, Number] | None = None,
+    rest: Mapping[Any, Number | None] | None = None,
     units: Mapping[Any, str] | None = None,
+    compare_units: bool = True,
     mass: sp.MatrixBase | None = None,
     outputs: Mapping[str, Row] | None = None,
     measured: Sequence[Quantity] | None = None,
@@ -60,7 +61,7 @@ def from_sympy(
         equations, for states and inputs.
     units : quantity or parameter -> unit, such as ``"rad/s"`` or ``"deg"``.  Ranges, rests and
         values are in these units, the equations in SI.  With ``units`` they are compared ("-"
-        where none is given), without it they are not.
+        where none is given) unless ``compare_units`` is False.
     mass : M, n x n.
     scheduling : signals from outside that stand in coefficients alone, as w in w*x; each needs a
         range.
@@ -114,7 +115,7 @@ def from_sympy(
         sample_time=sample_time,
         name=name,
     )
-    if units is not None:
+    if units is not None and compare_units:
         plant = _checked(plant)
     wanted = {symbol_of[key]: None for key, value in rest_of.items() if value is None}
     return solve_rest(plant, wanted) if wanted else plant

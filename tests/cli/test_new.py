@@ -79,14 +79,12 @@ def test_what_is_written_is_designed_and_proved(options: list[str], capsys: Capt
     """From nothing to exported code by the commands that each one names."""
     assert main(["new", "pendulum.toml", *options]) == 0
     following = re.findall(r"^  takagi (.*)$", capsys.readouterr().out, flags=re.MULTILINE)
-    assert following == ["design ./pendulum.toml --out build/pendulum".replace("./", "")]
+    assert following == ["design pendulum.toml --out build/pendulum"]
     assert main([*following[0].split(), "--no-report"]) == 0
     export = next(line for line in capsys.readouterr().out.splitlines() if "takagi export" in line)
     assert main(export.split()[1:]) == 0
 
-    assert Path("build/pendulum/c/pendulum.c").exists() or list(
-        Path("build/pendulum/c").glob("*.c")
-    )
+    assert list(Path("build/pendulum/c").glob("*.c"))
     checked = check(Path("build/pendulum/certificate.json"), model=Path("pendulum.toml"))
     assert checked.verdict is Verdict.PROVED
 
@@ -103,7 +101,7 @@ def test_the_template_is_commented_and_says_so(capsys: Capture) -> None:
 def test_options_say_ranges_units_and_rests() -> None:
     assert main(
         ["new", "a.toml", "--state", "T = 340..360 K, rest 350: tank", "--state", "x = m",
-         "--input", "q = 0..10 K/s, rest solve", "--disturbance", "d = -1..1 K/s",
+         "--input", "q = 0..300 K/s, rest solve", "--disturbance", "d = -1..1 K/s",
          "--parameter", "k = 0.9..1.1 1/s", "--parameter", "c = 2*k", "--parameter", "r = 0.5 1/s",
          "--equation", "T = q - r*T + d", "--equation", "x = -c*x", "--measured", "T",
          "--name", "Tank"]
@@ -113,7 +111,7 @@ def test_options_say_ranges_units_and_rests() -> None:
 
     assert (plant.name, plant.units, plant.measured) == ("Tank", "checked", ("T",))
     assert (float(T.rest), T.description, T.written) == (350.0, "tank", "K")
-    assert float(q.rest) == 175.0 if q.range is None else q.range.contains_value
+    assert float(q.rest) == 175.0
     assert plant.uncertain[0].name == "k"
 
 
@@ -130,9 +128,9 @@ def test_a_plant_in_discrete_time_without_units() -> None:
 def test_questions_at_a_terminal_give_the_same_file(answers: Callable[[str], list[str]]) -> None:
     """An answer that cannot be read is asked again, and so is what does not fit in the end."""
     asked = answers(
-        "\ntheta omega\ndeg\n-60 60\n\nrad/s\n-4, 4\n\ntau\nNm\nN m\n-20 20\n0\nomega\n"
+        "\ntheta omega\ndeg\n-60 60\n-60..60\n\nrad/s\n-4..4\n\ntau\nNm\nN m\n-20..20\n0\nomega\n"
         "(m*g*l*sin(theta) + tau)/(m*l^2\n(m*g*l*sin(theta) + tau)/(m*l^2)\n"
-        "9.81\n500 mm\n2 kg\ng\n9.81 m/s^2\n"
+        "9.81\n500 mm\n2 kg\ng = 9.81 m/s^2\n"
     )
     assert main(["new", "pendulum.toml"]) == 0
     by_answers = plant_of("pendulum.toml")
@@ -141,7 +139,7 @@ def test_questions_at_a_terminal_give_the_same_file(answers: Callable[[str], lis
 
     assert by_answers.equations == by_options.equations
     assert by_answers.box == by_options.box and by_answers.values == by_options.values
-    assert any("Change which of" in question for question in asked)
+    assert any("What is right" in question for question in asked)
 
 
 def test_an_end_of_the_input_writes_nothing(
@@ -150,7 +148,7 @@ def test_an_end_of_the_input_writes_nothing(
     answers("\ntheta omega\ndeg\n")
 
     assert main(["new", "a.toml"]) == 2
-    assert "the input ended at the question" in capsys.readouterr().err
+    assert "the input ended at" in capsys.readouterr().err
     assert not Path("a.toml").exists()
 
 
@@ -164,7 +162,7 @@ def test_nothing_is_written_where_nothing_is_changed(
 
 
 def test_units_may_be_left_out_in_the_end(answers: Callable[[str], list[str]]) -> None:
-    answers("\nx\n-\n\n\n\n-k*x\n2 kg\nunits\n")
+    answers("\nx\n-\n\n\n\n-k*x\n2 kg\nno units\n")
 
     assert main(["new", "a.toml"]) == 0
     assert plant_of("a.toml").units == "unchecked"
@@ -221,16 +219,19 @@ def test_a_plant_of_matrices_is_proved() -> None:
         (["a.toml", "--from-rosco", "x"], "x: no such file or folder"),
         (
             ["a.toml", "--from-mat", "x.mat", "--from-rosco", "x"],
-            "--from-mat and --from-rosco or --from-openfast were given; a file has one source",
+            "--from-mat and --from-rosco were given; a file has one source",
         ),
         (["a.toml", "--from-mat", "x.mat", "--equation", "x=1"], "--equation was given beside"),
         (["a.toml", "--from-rosco", "x", "--state", "x"], "--figure changes a turbine"),
-        (["a.toml", "--table", "x"], "--table and --figure are of a turbine"),
+        (["a.toml", "--table", "x"], "--table was given beside no turbine's files"),
         (["a.toml", "--equation", "x = 1"], "no state was given"),
         (["a.toml", "--state", "x"], "no equation for x was given"),
-        (["a.toml", "--state", "x!"], "'x!' was given; a variable is written"),
+        (["a.toml", "--state", "x!"], "'x!' was given; \"theta = -60..60 deg\""),
         (["a.toml", "--state", "x", "--equation", "-x"], '"theta = omega" is the form'),
-        (["a.toml", "--state", "x", "--parameter", "k"], '"m = 2 kg" is the form'),
+        (
+            ["a.toml", "--state", "x", "--equation", "x = x", "--parameter", "k"],
+            '"m = 2 kg" is the form',
+        ),
         (
             ["a.toml", "--state", "x", "--equation", "x = k*x"],
             "Error: field 'equations.x': column 1: 'k' is not known",
