@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import cos, degrees, pi, radians, sin, sqrt
+from math import degrees, pi
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -31,27 +31,64 @@ from takagi.models.files.csv_table import FIRST_LINE, ROWS
 from takagi.models.files.units import typed_figure
 from takagi.models.turbine.loader import load_turbine
 
+# Path in the turbine's file, unit, and where a figure is read: a file's kind, its key, which of
+# several numbers, and a factor.  What follows from others, or has no place at all, has none here.
+PLACES = """
+rotor.radius                m        elastodyn:TipRad  discon:WE_BladeRadius
+rotor.hub_height            m
+rotor.inertia               kg*m^2   yaml:rotor_inertia
+rotor.rated_speed           rad/s    yaml:rated_rotor_speed
+rotor.air_density           kg/m^3   fst:AirDens  discon:WE_RhoAir
+drivetrain.gear_ratio       -        elastodyn:GBRatio  discon:WE_GearboxRatio
+drivetrain.shaft_stiffness  N*m/rad  elastodyn:DTTorSpr
+drivetrain.shaft_damping    N*m*s/rad  elastodyn:DTTorDmp
+generator.inertia           kg*m^2   elastodyn:GenIner
+generator.efficiency        -        discon:VS_GenEff:0:0.01  servodyn:GenEff:0:0.01
+generator.minimum_speed     rad/s    discon:VS_MinOMSpd
+generator.rated_torque      N*m      discon:VS_RtTq  servodyn:VS_RtTq
+generator.maximum_torque    N*m      discon:VS_MaxTq
+generator.torque_rate_limit  N*m/s   discon:VS_MaxRat  yaml:max_torque_rate
+generator.speed_filter      rad/s    discon:F_LPFCornerFreq
+pitch.minimum               rad      discon:PC_FinePit  yaml:min_pitch
+pitch.maximum               rad      discon:PC_MaxPit  yaml:max_pitch
+pitch.rate_limit            rad/s    discon:PC_MaxRat  yaml:max_pitch_rate
+pitch.time_constant         s
+pitch.drive_frequency       rad/s
+pitch.drive_damping         -
+tower.mass                  kg
+tower.damping               N*s/m
+tower.stiffness             N/m
+operation.cut_in            m/s      yaml:v_min  discon:WE_FOPoles_v:0
+operation.cut_out           m/s      yaml:v_max  discon:WE_FOPoles_v:-1
+"""
+_ROWS = [line.split() for line in PLACES.split("\n") if line]
+UNITS = {path: unit.replace("*", " ") for path, unit, *_ in _ROWS}
+MAY_BE_ZERO = ("pitch.minimum", "generator.inertia", "drivetrain.shaft_damping")
 UNUSED = 9999.9  # ServoDyn's figure of a model that is switched off
 GRAVITY = 9.80665
-SECTIONS = {
-    "rotor": "radius hub_height inertia rated_speed air_density",
-    "drivetrain": "gear_ratio shaft_stiffness shaft_damping",
-    "generator": "inertia efficiency minimum_speed rated_torque maximum_torque torque_rate_limit "
-    "speed_filter",
-    "pitch": "minimum maximum rate_limit time_constant drive_frequency drive_damping",
-    "tower": "mass damping stiffness",
-    "operation": "cut_in cut_out",
+# Kind of file -> the files that it names: what they are, the key, and the key of their folder.
+REFERENCES: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "yaml": (
+        ("fst", "FAST_InputFile", "FAST_directory"),
+        ("table", "rotor_performance_filename", ""),
+    ),
+    "fst": (("elastodyn", "EDFile", ""), ("servodyn", "ServoFile", "")),
+    "elastodyn": (("blade", "BldFile(1)", ""), ("tower", "TwrFile", "")),
+    "servodyn": (("discon", "DLL_InFile", ""),),
+    "discon": (("table", "PerfFileName", ""),),
 }
-PATHS = [f"{section}.{key}" for section, keys in SECTIONS.items() for key in keys.split()]
 
 
 class DeckFigure(NamedTuple):
-    """A figure, its unit, where it was read, and whether no file has it."""
+    """A figure, where it was read, whether it is ours, and its unit if not the usual one."""
 
     value: float
-    unit: str
     source: str
     assumed: bool = False
+    unit: str = ""
+
+
+Figures = dict[str, DeckFigure]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,16 +98,23 @@ class Deck:
     paths: Mapping[str, Path]
     texts: Mapping[str, str]
 
-    def number(
-        self, kind: str, key: str, factor: float = 1.0, number: int = 0
-    ) -> DeckFigure | None:
-        """Return one of the numbers that a file has for a key, without unit; None without any."""
+    def number(self, kind: str, key: str, place: int | str = 0) -> float | None:
+        """Return one of the numbers that a file has for a key; None without any."""
         text = _entry(self.texts.get(kind, ""), key, yaml=kind == "yaml") or ""
         try:
-            value = float(text.split()[number].lower().replace("d", "e")) * factor
+            return float(text.split()[int(place)].lower().replace("d", "e"))
         except (ValueError, IndexError):
             return None
-        return DeckFigure(value, "", f"{key} of {self.paths[kind].name}")
+
+    def numbers(self, kind: str, keys: str) -> list[float] | None:
+        """Return the numbers of a file for keys with spaces between them; None where one lacks."""
+        values = [self.number(kind, key) for key in keys.split()]
+        there = [value for value in values if value is not None]
+        return there if len(there) == len(values) else None
+
+    def name(self, kind: str) -> str:
+        """Return the name of a file."""
+        return self.paths[kind].name
 
 
 def turbine_files(
@@ -80,7 +124,7 @@ def turbine_files(
     table: Path | None = None,
     stated: Sequence[str] = (),
 ) -> tuple[dict[str, str], list[str]]:
-    """Return name -> text of the turbine's file and its tables, and the figures that were assumed.
+    """Return name -> text of the turbine's file and its tables, and the figures that are ours.
 
     Parameters
     ----------
@@ -95,50 +139,39 @@ def turbine_files(
         no file has; figures that are no turbine.
     """
     deck = _deck(places, table)
-    figures = _figures(deck)
-    for text in stated:
-        path, given = _stated(text)
-        figures[path] = given
-    missing = [path for path in PATHS if path not in figures]
+    figures = _figures(deck) | dict(map(_stated, stated))
+    read = ", ".join(str(path) for path in deck.paths.values())
+    missing = [path for path in UNITS if path not in figures]
     if missing:
-        read = ", ".join(str(path) for path in deck.paths.values())
         raise ModelError(
             f"no file has {', '.join(missing)} (read were {read}); give the place of the deck too "
-            '(--from-openfast), or each as --figure "' + missing[0] + ' = NUMBER UNIT"'
+            f'(--from-openfast), or each as --figure "{missing[0]} = NUMBER UNIT"'
         )
     if "table" not in deck.paths:
         raise ModelError(
-            f"no Cp_Ct_Cq table is named by {', '.join(str(p) for p in deck.paths.values())}, and "
-            "none lies beside them; give it by --table (ROSCO's toolbox writes one, by "
-            "write_rotor_performance)"
+            f"no Cp_Ct_Cq table is named by {read}, and none lies beside them; give it by --table "
+            "(ROSCO's toolbox writes one, by write_rotor_performance)"
         )
-    tables = _tables(deck)
-    files = {f"{stem}_c{letter}.csv": text for letter, text in zip("pt", tables, strict=True)}
-    name = f"{stem}.toml"
-    files = {name: _toml(deck, figures, stem), **files}
-    fine = figures["pitch.minimum"]
-    least = _accepted(files, name)
-    if least is not None and not any("pitch.minimum" in text for text in stated):
-        figures["pitch.minimum"] = DeckFigure(
-            round(degrees(least), 6),
-            "deg",
-            f"chosen: with {fine.value:.4g} {fine.unit} ({fine.source}) the rotor does not shed "
-            "torque by pitch at rated wind",
-            True,
-        )
-        files[name] = _toml(deck, figures, stem)
-        least = _accepted(files, name)
+    files = {f"{stem}.toml": _toml(deck, figures, stem), **_tables(deck, stem)}
+    least = _least_pitch(files)
+    if least is not None and not figures["pitch.minimum"].source.startswith("given"):
+        fine = figures["pitch.minimum"]
+        why = f"chosen: with {fine.value:.4g} rad ({fine.source}) the rotor does not shed torque"
+        why += " by pitch at rated wind"
+        figures["pitch.minimum"] = DeckFigure(round(degrees(least), 6), why, True, "deg")
+        files[f"{stem}.toml"] = _toml(deck, figures, stem)
+        least = _least_pitch(files)
     if least is not None:
-        _accepted(files, name, final=True)
+        _least_pitch(files, final=True)
     assumed = [
-        f"{path} = {figures[path].value:.6g} {figures[path].unit}, {figures[path].source}"
-        for path in PATHS
+        f"{path} = {figures[path].value:.6g} {figures[path].unit or unit}, {figures[path].source}"
+        for path, unit in UNITS.items()
         if figures[path].assumed
     ]
     return files, assumed
 
 
-def _accepted(files: Mapping[str, str], name: str, *, final: bool = False) -> float | None:
+def _least_pitch(files: Mapping[str, str], *, final: bool = False) -> float | None:
     """Return None where the files are a turbine, else a smallest pitch [rad] with which they are.
 
     Raises
@@ -146,10 +179,10 @@ def _accepted(files: Mapping[str, str], name: str, *, final: bool = False) -> fl
     ModelError : they are none, or ``final`` and another smallest pitch is needed.
     """
     with TemporaryDirectory() as folder:
-        for file, text in files.items():
-            (Path(folder) / file).write_text(text, encoding="utf-8")
+        for name, text in files.items():
+            (Path(folder) / name).write_text(text, encoding="utf-8")
         try:
-            load_turbine(Path(folder) / name)
+            load_turbine(Path(folder) / next(iter(files)))
         except ModelError as error:
             pitch = getattr(error.__cause__, "least_pitch", None)
             if pitch is not None and not final:
@@ -164,60 +197,33 @@ def _deck(places: Mapping[str, Path], table: Path | None) -> Deck:
     for kind, place in places.items():
         if not place.exists():
             raise ModelError(f"{place}: no such file or folder; check the path")
-        folder = place if place.is_dir() else place.parent
-        if place.is_dir():
-            ends = {"rosco": ("yaml", "yml", "IN"), "openfast": ("fst",)}[kind]
-            paths |= _only(place, ends, kind)
-        else:
-            role = {".yaml": "yaml", ".yml": "yaml", ".fst": "fst"}.get(place.suffix, "discon")
-            paths[role] = place
-        tables = sorted(folder.glob("*Cp_Ct_Cq*"))
+        file = _only(place, kind) if place.is_dir() else place
+        paths[{".yaml": "yaml", ".fst": "fst"}.get(file.suffix, "discon")] = file
+        tables = list(file.parent.glob("*Cp_Ct_Cq*"))
         if len(tables) == 1:
             paths.setdefault("table", tables[0])
-    texts: dict[str, str] = {}
     # What names other files comes first.
-    for kind, followed in _REFERENCES.items():
-        if kind not in paths:
-            continue
-        texts[kind] = _latin(paths[kind])
+    for kind, followed in REFERENCES.items():
+        text = _text(paths[kind]) if kind in paths else ""
         for role, key, folder_key in followed:
-            name = (_entry(texts[kind], key, yaml=kind == "yaml") or "").strip("\"' ")
-            inside = _entry(texts[kind], folder_key, yaml=True) if folder_key else ""
-            path = paths[kind].parent / (inside or "").strip("\"' ") / name.replace("\\", "/")
-            if name and path.is_file():
-                paths.setdefault(role, path)
+            yaml = kind == "yaml"
+            names = [_entry(text, k, yaml=yaml) for k in (folder_key, key) if k]
+            inner = Path(*(name.strip("\"' ").replace("\\", "/") for name in names if name))
+            if text and all(names) and (paths[kind].parent / inner).is_file():
+                paths.setdefault(role, paths[kind].parent / inner)
     if table is not None:
         if not table.is_file():
             raise ModelError(f"{table}: no such file; --table is a Cp_Ct_Cq table of ROSCO's form")
         paths["table"] = table
-    for kind, path in paths.items():
-        texts.setdefault(kind, _latin(path))
-    return Deck(paths, texts)
+    return Deck(paths, {kind: _text(path) for kind, path in paths.items()})
 
 
-# Kind of file -> the files that it names: what they are, the key, and the key of their folder.
-_REFERENCES: dict[str, tuple[tuple[str, str, str], ...]] = {
-    "yaml": (
-        ("fst", "FAST_InputFile", "FAST_directory"),
-        ("table", "rotor_performance_filename", ""),
-    ),
-    "fst": (("elastodyn", "EDFile", ""), ("servodyn", "ServoFile", "")),
-    "elastodyn": (
-        ("blade", "BldFile(1)", ""),
-        ("blade", "BldFile1", ""),
-        ("tower", "TwrFile", ""),
-    ),
-    "servodyn": (("discon", "DLL_InFile", ""),),
-    "discon": (("table", "PerfFileName", ""),),
-}
-
-
-def _only(folder: Path, ends: Sequence[str], kind: str) -> dict[str, Path]:
+def _only(folder: Path, kind: str) -> Path:
     """Return the file of a folder that leads to the others."""
-    for end in ends:
+    for end in {"rosco": ("yaml", "IN"), "openfast": ("fst",)}[kind]:
         files = sorted(folder.glob(f"*.{end}"))
         if end == "IN":
-            files = [path for path in files if "VS_RtTq" in _latin(path)]
+            files = [path for path in files if "VS_RtTq" in _text(path)]
         if len(files) > 1:
             names = ", ".join(path.name for path in files)
             raise ModelError(
@@ -225,12 +231,12 @@ def _only(folder: Path, ends: Sequence[str], kind: str) -> dict[str, Path]:
                 f"{files[0]}"
             )
         if files:
-            return {{"fst": "fst", "IN": "discon"}.get(end, "yaml"): files[0]}
+            return files[0]
     needed = {"rosco": "tuning file (.yaml) and no DISCON.IN", "openfast": ".fst file"}[kind]
     raise ModelError(f"{folder}: has no {needed}; give the folder of one, or the file itself")
 
 
-def _latin(path: Path) -> str:
+def _text(path: Path) -> str:
     """Return the text of a file whose comments may be in any encoding."""
     return path.read_text(encoding="latin-1")
 
@@ -247,10 +253,10 @@ def _entry(text: str, key: str, *, yaml: bool = False) -> str | None:
     return found[1] if found else None
 
 
-def _columns(text: str, names: Sequence[str]) -> Floats | None:
+def _columns(text: str, names: str) -> Floats | None:
     """Return columns of the table below a line with their names, (columns, rows)."""
-    lines = iter(text.splitlines())
-    header = next((line.split() for line in lines if set(names) <= set(line.split())), None)
+    wanted, lines = names.split(), iter(text.splitlines())
+    header = next((line.split() for line in lines if set(wanted) <= set(line.split())), None)
     if header is None:
         return None
     rows: list[list[float]] = []
@@ -260,249 +266,154 @@ def _columns(text: str, names: Sequence[str]) -> Floats | None:
         except ValueError:
             if rows:
                 break
-    places = [header.index(name) for name in names]
-    return np.array([[row[place] for row in rows if len(row) == len(header)] for place in places])
+    return np.array([[row[header.index(name)] for row in rows if row] for name in wanted])
 
 
-class _Place(NamedTuple):
-    """Where a figure may stand: the file, the key, which of several numbers, and its factor."""
-
-    kind: str
-    key: str
-    factor: float = 1.0
-    number: int = 0
-
-
-_RPM = pi / 30
-# Path -> unit and places, the first of which that has the figure is taken.
-_DIRECT: dict[str, tuple[str, tuple[_Place, ...]]] = {
-    "drivetrain.gear_ratio": (
-        "-",
-        (_Place("elastodyn", "GBRatio"), _Place("discon", "WE_GearboxRatio")),
-    ),
-    "drivetrain.shaft_stiffness": ("N m/rad", (_Place("elastodyn", "DTTorSpr"),)),
-    "drivetrain.shaft_damping": ("N m s/rad", (_Place("elastodyn", "DTTorDmp"),)),
-    "rotor.radius": ("m", (_Place("elastodyn", "TipRad"), _Place("discon", "WE_BladeRadius"))),
-    "rotor.inertia": ("kg m^2", (_Place("yaml", "rotor_inertia"),)),
-    "rotor.rated_speed": ("rad/s", (_Place("yaml", "rated_rotor_speed"),)),
-    "rotor.air_density": ("kg/m^3", (_Place("fst", "AirDens"), _Place("discon", "WE_RhoAir"))),
-    "generator.inertia": ("kg m^2", (_Place("elastodyn", "GenIner"),)),
-    "generator.efficiency": (
-        "-",
-        (_Place("discon", "VS_GenEff", 0.01), _Place("servodyn", "GenEff", 0.01)),
-    ),
-    "generator.minimum_speed": ("rad/s", (_Place("discon", "VS_MinOMSpd"),)),
-    "generator.rated_torque": ("N m", (_Place("discon", "VS_RtTq"), _Place("servodyn", "VS_RtTq"))),
-    "generator.maximum_torque": ("N m", (_Place("discon", "VS_MaxTq"),)),
-    "generator.torque_rate_limit": (
-        "N m/s",
-        (_Place("discon", "VS_MaxRat"), _Place("yaml", "max_torque_rate")),
-    ),
-    "generator.speed_filter": ("rad/s", (_Place("discon", "F_LPFCornerFreq"),)),
-    "pitch.minimum": ("rad", (_Place("discon", "PC_FinePit"), _Place("yaml", "min_pitch"))),
-    "pitch.maximum": ("rad", (_Place("discon", "PC_MaxPit"), _Place("yaml", "max_pitch"))),
-    "pitch.rate_limit": (
-        "rad/s",
-        (_Place("discon", "PC_MaxRat"), _Place("yaml", "max_pitch_rate")),
-    ),
-    "operation.cut_in": ("m/s", (_Place("yaml", "v_min"), _Place("discon", "WE_FOPoles_v"))),
-    "operation.cut_out": (
-        "m/s",
-        (_Place("yaml", "v_max"), _Place("discon", "WE_FOPoles_v", number=-1)),
-    ),
-}
-# Path -> figure, for those that may be left to the reader of the file; asked for in this order.
-_ASSUMED: dict[str, tuple[float, str, str]] = {
-    "rotor.air_density": (1.225, "kg/m^3", "standard air"),
-    "generator.torque_rate_limit": (0.25, "N m/s", "a quarter of rated torque a second"),
-    "generator.maximum_torque": (1.1, "N m", "110 % of rated"),
-    "generator.minimum_speed": (0.5, "rad/s", "half of rated speed"),
-    "generator.speed_filter": (1.570796, "rad/s", "0.25 Hz, that of the NREL 5-MW turbine"),
-    "pitch.minimum": (0.0, "rad", "0 deg"),
-    "pitch.maximum": (1.57, "rad", "90 deg"),
-    "pitch.rate_limit": (0.0873, "rad/s", "5 deg/s"),
-    "pitch.time_constant": (0.2, "s", "no pitch drive in the files; that of the NREL 5-MW turbine"),
-    "pitch.drive_frequency": (2 * pi, "rad/s", "no pitch drive in the files; 1 Hz"),
-    "pitch.drive_damping": (0.7, "-", "no pitch drive in the files"),
-    "operation.cut_in": (3.0, "m/s", "3 m/s"),
-    "operation.cut_out": (25.0, "m/s", "25 m/s"),
-}
-
-
-def _figures(deck: Deck) -> dict[str, DeckFigure]:
+def _figures(deck: Deck) -> Figures:
     """Return the figures that the files have, and those that are assumed, by their paths."""
-    figures: dict[str, DeckFigure] = {}
-    for path, (unit, places) in _DIRECT.items():
-        read = [deck.number(*place) for place in places]
-        # 0 and 9999.9 stand for what is not used.
-        there = [f for f in read if f and f.value != UNUSED and (f.value or path in _MAY_BE_ZERO)]
-        if there:
-            figures[path] = there[0]._replace(unit=unit)
-    _from_speeds(deck, figures)
-    _from_structure(deck, figures)
-    _pitch_drive(deck, figures)
-    scales = {
-        "generator.torque_rate_limit": figures.get("generator.rated_torque"),
-        "generator.maximum_torque": figures.get("generator.rated_torque"),
-        "generator.minimum_speed": _rated_generator_speed(figures),
-    }
-    for path, (value, unit, why) in _ASSUMED.items():
-        scale = scales.get(path, DeckFigure(1.0, "", ""))
-        if path not in figures and scale is not None:
-            figures[path] = DeckFigure(value * scale.value, unit, f"assumed: {why}", True)
+    figures: Figures = {}
+    for path, _, *places in _ROWS:
+        for place in places:
+            kind, key, *rest = place.split(":")
+            value = deck.number(kind, key, *rest[:1])
+            # 0 and 9999.9 stand for what is not used.
+            if value is not None and value != UNUSED and (value or path in MAY_BE_ZERO):
+                scaled = value * float(rest[1] if len(rest) > 1 else 1)
+                figures.setdefault(path, DeckFigure(scaled, f"{key} of {deck.name(kind)}"))
+    _add_structure(deck, figures)
+    for path, source, formula, *needed in _derived(deck):
+        values = [figures[n].value if n in figures else None for n in needed]
+        if path not in figures and None not in values:
+            value = formula(*values)
+            if value is not None:
+                figures[path] = DeckFigure(value, source, source.startswith("assumed"))
     return figures
 
 
-_MAY_BE_ZERO = ("pitch.minimum", "generator.inertia", "drivetrain.shaft_damping")
+RATED, GEAR = "rotor.rated_speed", "drivetrain.gear_ratio"
+TORQUE, EFFICIENCY = "generator.rated_torque", "generator.efficiency"
+_Derived = tuple[str, str, Callable[..., float | None], *tuple[str, ...]]
 
 
-def _rated_generator_speed(figures: Mapping[str, DeckFigure]) -> DeckFigure | None:
-    rotor, gear = figures.get("rotor.rated_speed"), figures.get("drivetrain.gear_ratio")
-    return rotor._replace(value=rotor.value * gear.value) if rotor and gear else None
+def _derived(deck: Deck) -> list[_Derived]:
+    """Return path, source, formula and the figures that it needs; the first that can be used is."""
 
+    def times(number: float | None, factor: float) -> float | None:
+        return number * factor if number and number != UNUSED else None
 
-def _from_speeds(deck: Deck, figures: dict[str, DeckFigure]) -> None:
-    """Add rated speed, minimum speed and rated torque, as far as they follow from others."""
-    gear = figures.get("drivetrain.gear_ratio")
-    if gear is None:
-        return
-    servodyn = deck.number("servodyn", "VS_RtGnSp")
-    if servodyn and servodyn.value != UNUSED:
-        servodyn = servodyn._replace(value=servodyn.value * _RPM)
-    else:
-        servodyn = None
-    high_speed = deck.number("discon", "PC_RefSpd") or servodyn
-    if "rotor.rated_speed" not in figures and high_speed:
-        figures["rotor.rated_speed"] = DeckFigure(
-            high_speed.value / gear.value, "rad/s", f"{high_speed.source}, over the gear ratio"
-        )
-    least = deck.number("yaml", "vs_minspd", gear.value)
-    if "generator.minimum_speed" not in figures and least and least.value:
-        figures["generator.minimum_speed"] = least._replace(
-            unit="rad/s", source=f"{least.source}, times the gear ratio"
-        )
-    speed, power = _rated_generator_speed(figures), deck.number("yaml", "rated_power")
-    efficiency = figures.get("generator.efficiency")
-    if "generator.rated_torque" not in figures and speed and power and efficiency:
-        figures["generator.rated_torque"] = DeckFigure(
-            power.value / (efficiency.value * speed.value),
-            "N m",
-            f"{power.source}, over efficiency and rated speed",
-        )
-
-
-def _pitch_drive(deck: Deck, figures: dict[str, DeckFigure]) -> None:
-    """Add the pitch actuator of the DISCON.IN, where it is switched on (PA_Mode 1 or 2)."""
-    mode, corner = deck.number("discon", "PA_Mode"), deck.number("discon", "PA_CornerFreq")
-    damping = deck.number("discon", "PA_Damping")
-    if not (mode and corner and damping and mode.value):
-        return
-    zeta = damping.value if mode.value == 2 else 1.0
-    lag = 2 * zeta / corner.value if mode.value == 2 else 1 / corner.value
-    source = f"PA_Mode {mode.value:g}, {corner.source}"
-    figures["pitch.time_constant"] = DeckFigure(lag, "s", source)
-    figures["pitch.drive_frequency"] = DeckFigure(corner.value, "rad/s", source)
-    figures["pitch.drive_damping"] = DeckFigure(zeta, "-", source)
-
-
-_ELASTODYN = (
-    "TowerHt TowerBsHt Twr2Shft OverHang ShftTilt TipRad HubRad PreCone(1) NumBl HubIner HubMass "
-    "NacMass YawBrMass"
-).split()
-
-
-def _from_structure(deck: Deck, figures: dict[str, DeckFigure]) -> None:
-    """Add hub height, the rotor's inertia and the tower's first mode from ElastoDyn's files."""
-    numbers = {key: deck.number("elastodyn", key) for key in _ELASTODYN}
+    fast, rpm = deck.number("discon", "PC_RefSpd"), deck.number("servodyn", "VS_RtGnSp")
+    power, least = deck.number("yaml", "rated_power"), deck.number("yaml", "vs_minspd")
     total = deck.number("discon", "WE_Jtot")
-    gear, generator = figures.get("drivetrain.gear_ratio"), figures.get("generator.inertia")
-    if all(figure is not None for figure in numbers.values()):
-        elastic = {key: figure.value for key, figure in numbers.items() if figure is not None}
-        overhang = elastic["OverHang"] * sin(radians(elastic["ShftTilt"]))
-        figures["rotor.hub_height"] = DeckFigure(
-            elastic["TowerHt"] + elastic["Twr2Shft"] + overhang,
-            "m",
-            f"TowerHt + Twr2Shft + OverHang sin(ShftTilt) of {deck.paths['elastodyn'].name}",
-        )
-        blades = _blades(deck, elastic)
-        if blades is not None:
-            mass, inertia = blades
-            source = f"blades and hub, by {deck.paths['blade'].name}"
-            figures.setdefault("rotor.inertia", DeckFigure(inertia, "kg m^2", source))
-            figures |= _tower(deck, elastic, mass)
-    if "rotor.inertia" not in figures and total and gear and generator:
-        figures["rotor.inertia"] = DeckFigure(
-            total.value - generator.value * gear.value**2,
-            "kg m^2",
-            f"{total.source}, less the generator's",
-        )
+    drive = deck.numbers("discon", "PA_Mode PA_CornerFreq PA_Damping")
+    mode, corner, zeta = drive or (0, 1, 1)
+    ratio = zeta if mode == 2 else 0.5
+    actuator = f"PA_CornerFreq of the DISCON.IN, PA_Mode {mode:g}"
+    none = "assumed: no pitch drive in the files"
+    return [
+        (RATED, "PC_RefSpd, over the gear ratio", lambda n: times(fast, 1 / n), GEAR),
+        (RATED, "VS_RtGnSp, over the gear ratio", lambda n: times(rpm, pi / 30 / n), GEAR),
+        (
+            TORQUE,
+            "rated_power of the tuning file, over efficiency and rated speed",
+            lambda n, speed, efficiency: times(power, 1 / (n * speed * efficiency)),
+            *(GEAR, RATED, EFFICIENCY),
+        ),
+        (
+            "rotor.inertia",
+            "WE_Jtot of the DISCON.IN, less the generator's",
+            lambda n, J: None if total is None else total - J * n**2,
+            *(GEAR, "generator.inertia"),
+        ),
+        ("generator.minimum_speed", "vs_minspd of the tuning file, times the gear ratio",
+         lambda n: times(least, n), GEAR),
+        ("pitch.time_constant", actuator, lambda: 2 * ratio / corner if mode else None),
+        ("pitch.drive_frequency", actuator, lambda: corner if mode else None),
+        ("pitch.drive_damping", actuator, lambda: zeta if mode == 2 else 1 if mode else None),
+        ("rotor.air_density", "assumed: standard air", lambda: 1.225),
+        ("generator.minimum_speed", "assumed: half of rated", lambda n, w: n * w / 2, GEAR, RATED),
+        ("generator.maximum_torque", "assumed: 110 % of rated", lambda T: 1.1 * T, TORQUE),
+        ("generator.torque_rate_limit", "assumed: a quarter of rated a second", lambda T: T / 4,
+         TORQUE),
+        ("generator.speed_filter", "assumed: that of the NREL 5-MW turbine", lambda: 1.570796),
+        ("pitch.minimum", "assumed", lambda: 0.0),
+        ("pitch.maximum", "assumed: 90 deg", lambda: 1.57),
+        ("pitch.rate_limit", "assumed: 5 deg/s", lambda: 0.0873),
+        ("pitch.time_constant", f"{none}; that of the NREL 5-MW turbine", lambda: 0.2),
+        ("pitch.drive_frequency", f"{none}; 1 Hz", lambda: 2 * pi),
+        ("pitch.drive_damping", none, lambda: 0.7),
+        ("operation.cut_in", "assumed", lambda: 3.0),
+        ("operation.cut_out", "assumed", lambda: 25.0),
+    ]  # fmt: skip
 
 
-def _blades(deck: Deck, elastic: Mapping[str, float]) -> tuple[float, float] | None:
-    """Return mass [kg] and inertia about the shaft [kg m^2] of blades and hub."""
-    columns = _columns(deck.texts.get("blade", ""), ("BlFract", "BMassDen"))
-    factor = deck.number("blade", "AdjBlMs")
-    if columns is None or factor is None:
-        return None
-    length = elastic["TipRad"] - elastic["HubRad"]
-    radius, density = elastic["HubRad"] + columns[0] * length, columns[1] * factor.value
-    cone = cos(radians(elastic["PreCone(1)"]))
-    mass = elastic["NumBl"] * np.trapezoid(density, radius)
-    inertia = elastic["NumBl"] * np.trapezoid(density * radius**2, radius) * cone**2
-    return float(mass + elastic["HubMass"]), float(inertia + elastic["HubIner"])
+def _add_structure(deck: Deck, figures: Figures) -> None:
+    """Add hub height, the rotor's inertia and the tower's first mode from ElastoDyn's files."""
+    rotor = deck.numbers("elastodyn", "TipRad HubRad PreCone(1) NumBl HubIner HubMass")
+    nacelle = deck.numbers(
+        "elastodyn", "TowerHt TowerBsHt Twr2Shft OverHang ShftTilt NacMass YawBrMass"
+    )
+    if rotor is None or nacelle is None:
+        return
+    height, foot, shaft, overhang, tilt, *masses = nacelle
+    hub_height = height + shaft + overhang * np.sin(np.radians(tilt))
+    figures["rotor.hub_height"] = DeckFigure(
+        float(hub_height),
+        f"TowerHt + Twr2Shft + OverHang sin(ShftTilt) of {deck.name('elastodyn')}",
+    )
+    blade, adjusted = (
+        _columns(deck.texts.get("blade", ""), "BlFract BMassDen"),
+        deck.number("blade", "AdjBlMs"),
+    )
+    if blade is None or adjusted is None:
+        return
+    tip, root, cone, count, hub_inertia, hub_mass = rotor
+    r, mu = root + blade[0] * (tip - root), blade[1] * adjusted * count
+    inertia = np.trapezoid(mu * r**2, r) * np.cos(np.radians(cone)) ** 2 + hub_inertia
+    figures.setdefault(
+        "rotor.inertia", DeckFigure(float(inertia), f"blades and hub, by {deck.name('blade')}")
+    )
+    top = float(np.trapezoid(mu, r)) + hub_mass + sum(masses)
+    figures |= _tower(deck, height - foot, top)
 
 
-def _tower(deck: Deck, elastic: Mapping[str, float], rotor_mass: float) -> dict[str, DeckFigure]:
-    """Return mass, damping and stiffness of the first fore-aft mode; nothing without its files."""
-    columns = _columns(deck.texts.get("tower", ""), ("HtFract", "TMassDen", "TwFAStif"))
-    shape = [deck.number("tower", f"TwFAM1Sh({power})") for power in range(2, 7)]
-    factors = [deck.number("tower", key) for key in ("AdjTwMa", "AdjFASt", "FAStTunr(1)")]
-    damping = deck.number("tower", "TwrFADmp(1)")
-    if columns is None or damping is None or None in shape or None in factors:
+def _tower(deck: Deck, height: float, top: float) -> Figures:
+    """Return mass, damping and stiffness of the first fore-aft mode; nothing without its file."""
+    columns = _columns(deck.texts.get("tower", ""), "HtFract TMassDen TwFAStif")
+    shape = deck.numbers("tower", " ".join(f"TwFAM1Sh({power})" for power in range(2, 7)))
+    factors = deck.numbers("tower", "AdjTwMa AdjFASt FAStTunr(1) TwrFADmp(1)")
+    if columns is None or shape is None or factors is None:
         return {}
-    adjusted = [figure.value for figure in factors if figure is not None]
-    polynomial = np.polynomial.Polynomial([0, 0, *(f.value for f in shape if f is not None)])
-    height = elastic["TowerHt"] - elastic["TowerBsHt"]
-    share = np.linspace(0, 1, 1001)
-    h = share * height
-    density = np.interp(share, columns[0], columns[1]) * adjusted[0]
-    bending = np.interp(share, columns[0], columns[2]) * adjusted[1] * adjusted[2]
-    mode = polynomial(share) / polynomial(1)
-    slope = polynomial.deriv()(share) / polynomial(1) / height
-    curvature = polynomial.deriv(2)(share) / polynomial(1) / height**2
-    top = rotor_mass + elastic["NacMass"] + elastic["YawBrMass"]
-    steps = np.diff(h) * (density[1:] + density[:-1]) / 2
-    above = top + np.concatenate([np.cumsum(steps[::-1])[::-1], [0]])
-    mass = top + float(np.trapezoid(density * mode**2, h))
-    stiffness = float(np.trapezoid(bending * curvature**2 - GRAVITY * above * slope**2, h))
-    ratio = damping.value / 100
-    source = f"first fore-aft mode by {deck.paths['tower'].name}, clamped at its foot"
-    made = {
-        "mass": (mass, "kg"),
-        "damping": (2 * ratio * sqrt(max(stiffness, 0) * mass), "N s/m"),
-        "stiffness": (stiffness, "N/m"),
-    }
-    return {f"tower.{key}": DeckFigure(*value, source) for key, value in made.items()}
+    phi = np.polynomial.Polynomial([0, 0, *shape]) / sum(shape)
+    x = np.linspace(0, 1, 1001)
+    mu = np.interp(x, columns[0], columns[1]) * factors[0]
+    bending = np.interp(x, columns[0], columns[2]) * factors[1] * factors[2]
+    pieces = np.diff(x) * height * (mu[1:] + mu[:-1]) / 2
+    above = top + np.append(np.cumsum(pieces[::-1])[::-1], 0)
+    mass = top + np.trapezoid(mu * phi(x) ** 2, x) * height
+    spring = bending * phi.deriv(2)(x) ** 2 / height**3
+    stiffness = np.trapezoid(spring - GRAVITY * above * phi.deriv()(x) ** 2 / height, x)
+    damping = 2 * factors[3] / 100 * np.sqrt(max(stiffness, 0) * mass)
+    source = f"first fore-aft mode by {deck.name('tower')}, clamped at its foot"
+    values = {"mass": mass, "damping": damping, "stiffness": stiffness}
+    return {f"tower.{key}": DeckFigure(float(value), source) for key, value in values.items()}
 
 
 def _stated(text: str) -> tuple[str, DeckFigure]:
     """Return path and figure of ``pitch.minimum = 2 deg``."""
     path, equals, figure = (part.strip() for part in text.partition("="))
-    if not equals or path not in PATHS:
+    if not equals or path not in UNITS:
         raise ModelError(
-            f"--figure {text!r} was given; PATH = NUMBER UNIT is needed"
-            f"{did_you_mean(path, PATHS)}, with a path of {', '.join(PATHS)}"
+            f"--figure {text!r} was given; PATH = NUMBER UNIT is needed{did_you_mean(path, UNITS)}"
+            f", with a path of {', '.join(UNITS)}"
         )
     value, unit = typed_figure(figure)
-    return path, DeckFigure(value, unit or "-", "given by --figure")
+    return path, DeckFigure(value, "given by --figure", unit=unit or "-")
 
 
-def _tables(deck: Deck) -> tuple[str, str]:
-    """Return the texts of the tables of c_P and c_T."""
-    path, lines = deck.paths["table"], deck.texts["table"].splitlines()
-    blocks: dict[str, list[list[float]]] = {}
-    title = ""
-    for number, line in enumerate(lines, start=1):
+def _tables(deck: Deck, stem: str) -> dict[str, str]:
+    """Return name -> text of the tables of c_P and c_T."""
+    path, blocks, title = deck.paths["table"], {"": [[0.0]]}, ""
+    for number, line in enumerate(deck.texts["table"].splitlines(), start=1):
         if line.lstrip().startswith("#"):
             title = line.strip("# \t").lower()
         elif line.strip():
@@ -522,7 +433,7 @@ def _tables(deck: Deck) -> tuple[str, str]:
 
     # Long vectors may be broken into several lines.
     pitch, ratios = (np.concatenate(block(word)) for word in ("pitch angle", "tsr"))
-    texts = []
+    texts = {}
     for word, letter in (("power", "P"), ("thrust", "T")):
         rows = block(word)
         if len(rows) != len(ratios) or {len(row) for row in rows} != {len(pitch)}:
@@ -531,31 +442,24 @@ def _tables(deck: Deck) -> tuple[str, str]:
                 f"{sorted({len(row) for row in rows})} numbers; {len(ratios)} tip-speed ratios and "
                 f"{len(pitch)} pitch angles are given above it"
             )
-        heading = {
-            "quantity": f"{word} coefficient c_{letter} [-]",
-            "rows": ROWS,
-            "columns": "collective pitch [deg]",
-            "source": f"{path.name}, converted by takagi new",
-            "licence": f"that of {path.name}",
-        }
-        texts.append(
-            "\n".join(
-                [
-                    f"# {FIRST_LINE}",
-                    *(f"# {key}: {value}" for key, value in heading.items()),
-                    ",".join(["tip_speed_ratio", *(f"{angle:.12g}" for angle in pitch)]),
-                    *(
-                        ",".join(f"{number:.12g}" for number in (ratio, *row))
-                        for ratio, row in zip(ratios, rows, strict=True)
-                    ),
-                ]
-            )
-            + "\n"
-        )
-    return texts[0], texts[1]
+        lines = [
+            f"# {FIRST_LINE}",
+            f"# quantity: {word} coefficient c_{letter} [-]",
+            f"# rows: {ROWS}",
+            "# columns: collective pitch [deg]",
+            f"# source: {path.name}, converted by takagi new",
+            f"# licence: that of {path.name}",
+            ",".join(["tip_speed_ratio", *(f"{angle:.12g}" for angle in pitch)]),
+        ]
+        lines += [
+            ",".join(f"{number:.12g}" for number in (ratio, *row))
+            for ratio, row in zip(ratios, rows, strict=True)
+        ]
+        texts[f"{stem}_c{letter.lower()}.csv"] = "\n".join(lines) + "\n"
+    return texts
 
 
-def _toml(deck: Deck, figures: Mapping[str, DeckFigure], stem: str) -> str:
+def _toml(deck: Deck, figures: Figures, stem: str) -> str:
     """Return the turbine's file."""
     lines = [
         f"# Written by takagi new from {', '.join(path.name for path in deck.paths.values())}.",
@@ -565,13 +469,14 @@ def _toml(deck: Deck, figures: Mapping[str, DeckFigure], stem: str) -> str:
         'kind = "turbine"',
         f"name = {json.dumps(stem)}",
     ]
-    for section, keys in SECTIONS.items():
-        lines += ["", f"[{section}]"]
-        for key in keys.split():
-            figure = figures[f"{section}.{key}"]
-            lines.append(
-                f"{key} = {{ value = {figure.value:.12g}, unit = {json.dumps(figure.unit)}, "
-                f"source = {json.dumps(figure.source, ensure_ascii=False)} }}"
-            )
+    last = ""
+    for path, unit in UNITS.items():
+        section, _, key = path.partition(".")
+        lines += [] if section == last else ["", f"[{section}]"]
+        last, figure = section, figures[path]
+        lines.append(
+            f"{key} = {{ value = {figure.value:.12g}, unit = {json.dumps(figure.unit or unit)}, "
+            f"source = {json.dumps(figure.source, ensure_ascii=False)} }}"
+        )
     lines += ["", "[coefficients]", f'power = "{stem}_cp.csv"', f'thrust = "{stem}_ct.csv"']
     return "\n".join(lines) + "\n"
