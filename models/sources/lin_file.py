@@ -12,10 +12,12 @@ it and its column are left out.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import dropwhile, islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,11 +33,9 @@ FROM_OUTSIDE = ("horizontal wind speed",)
 AZIMUTH = "GeAz"
 FEW = 4  # inputs, which are all taken where none has a description of these
 _ROW = re.compile(r"\s*\d+\s+\S+(?:\s+\S+)*?\s+([TF])\s+(?:\d+\s+)?(\S.*?)\s*$")
-_SIZE = re.compile(r"\s*([ABCD]):\s*(\d+)\s*x\s*(\d+)")
 
 
-@dataclass(frozen=True, slots=True)
-class Signal:
+class Signal(NamedTuple):
     """A state or input of the file: its name here, OpenFAST's description, and its frame."""
 
     name: str
@@ -70,21 +70,16 @@ def from_lin(
         kept, states that cannot settle.
     """
     lines = read_text(Path(path)).splitlines()
-    tables = {
-        what: _signals(lines, f"Order of {what}:") for what in ("continuous states", "inputs")
-    }
-    signals, columns = tables["continuous states"], tables["inputs"]
+    signals, columns = (
+        _signals(lines, f"Order of {what}:") for what in ("continuous states", "inputs")
+    )
     if not signals:
         raise ModelError(
             f"{path}: has no 'Order of continuous states'; a .lin file of OpenFAST's linearisation "
             "of the whole turbine is needed"
         )
-    A, B = (_matrix(lines, letter, str(path)) for letter in "AB")
-    if A.shape != (len(signals),) * 2 or B.shape != (len(signals), len(columns)):
-        raise ModelError(
-            f"{path}: A {A.shape} and B {B.shape} do not fit {len(signals)} states and "
-            f"{len(columns)} inputs in the lists above them"
-        )
+    A = _matrix(lines, "A", (len(signals), len(signals)), path)
+    B = _matrix(lines, "B", (len(signals), len(columns)), path)
     moving = [k for k, signal in enumerate(signals) if signal.name != AZIMUTH]
     kept = _places(signals, states, moving, "state", path)
     commanded, outside = _chosen_inputs(columns, inputs, disturbances, path)
@@ -98,7 +93,7 @@ def from_lin(
         )
     # One whose row is 0 stays where it is.
     settled = [k for k in moving if k not in kept and (np.any(A[k]) or np.any(B[k]))]
-    A, B = _residual(A, B, kept, settled, str(path))
+    A, B = _residual(A, B, kept, settled, path)
     plant = from_arrays(
         A,
         B[:, commanded] if commanded else None,
@@ -111,37 +106,30 @@ def from_lin(
         name=Path(path).stem,
     )
     words = {signal.name: signal.description for signal in (*signals, *columns)}
-
-    def described(variables: Sequence[Any]) -> tuple[Any, ...]:
-        return tuple(replace(v, description=words[v.name]) for v in variables)
-
-    return replace(
-        plant,
-        states=described(plant.states),
-        inputs=described(plant.inputs),
-        disturbances=described(plant.disturbances),
-        source=f"OpenFAST's linearisation {Path(path).name}, deviations from its operating point"
-        + (f"; {len(settled)} of its states settle at once" if settled else ""),
-    )
+    described: dict[str, Any] = {
+        what: tuple(replace(v, description=words[v.name]) for v in getattr(plant, what))
+        for what in ("states", "inputs", "disturbances")
+    }
+    source = f"OpenFAST's linearisation {Path(path).name}, deviations from its operating point"
+    if settled:
+        source += f"; {len(settled)} of its states settle at once"
+    return replace(plant, source=source, **described)
 
 
 def _signals(lines: Sequence[str], title: str) -> list[Signal]:
     """Return the rows of a list of the file, with names that differ."""
+    names: Counter[str] = Counter()
     signals: list[Signal] = []
-    start = next((k for k, line in enumerate(lines) if line.strip() == title), len(lines))
-    for line in lines[start + 1 :]:
+    below = dropwhile(lambda line: line.strip() != title, lines)
+    for line in islice(below, 1, None):
         row = _ROW.match(line)
-        if row is None:
-            if signals or (line.strip().endswith(":") and line.startswith("Order")):
-                break
-            continue
-        taken = {signal.name for signal in signals}
-        name = base = _name(row[2])
-        count = 1
-        while name in taken:
-            count += 1
-            name = f"{base[:36]}_{count}"
-        signals.append(Signal(name, row[2], row[1] == "T"))
+        if row is None and signals:
+            break
+        if row is not None:
+            name = _name(row[2])
+            names[name] += 1
+            suffix = f"_{names[name]}" if names[name] > 1 else ""
+            signals.append(Signal(f"{name[: 40 - len(suffix)]}{suffix}", row[2], row[1] == "T"))
     return signals
 
 
@@ -156,25 +144,18 @@ def _name(description: str) -> str:
     return re.sub(r"^(?=\d|$)", "x", re.sub(r"\W+", "_", words).strip("_"))[:40].strip("_")
 
 
-def _matrix(lines: Sequence[str], letter: str, path: str) -> Floats:
+def _matrix(lines: Sequence[str], letter: str, shape: tuple[int, int], path: str | Path) -> Floats:
     """Return a matrix of the file, which stands below ``A: 4 x 4``."""
-    for k, line in enumerate(lines):
-        size = _SIZE.match(line)
-        if size and size[1] == letter:
-            rows, columns = int(size[2]), int(size[3])
-            try:
-                numbers = [
-                    [float(cell) for cell in row.split()] for row in lines[k + 1 : k + 1 + rows]
-                ]
-                return np.array(numbers, dtype=np.float64).reshape(rows, columns)
-            except ValueError as error:
-                raise ModelError(
-                    f"{path}:{k + 2}: {rows} rows of {columns} numbers of {letter} are needed "
-                    f"there ({error})"
-                ) from error
-    raise ModelError(
-        f"{path}: has no matrix {letter}; let OpenFAST write it (LinOutJac may be False)"
-    )
+    title = re.compile(rf"\s*{letter}:\s*{shape[0]}\s*x\s*{shape[1]}\s*")
+    below = dropwhile(lambda line: not title.fullmatch(line), lines)
+    try:
+        rows = [[float(cell) for cell in line.split()] for line in islice(below, 1, shape[0] + 1)]
+        return np.array(rows, dtype=np.float64).reshape(shape)
+    except ValueError as error:
+        raise ModelError(
+            f"{path}: '{letter}: {shape[0]} x {shape[1]}' and its numbers are needed, as many as "
+            f"the lists above have ({error})"
+        ) from error
 
 
 def _places(
@@ -206,24 +187,22 @@ def _chosen_inputs(
     """Return the places of what the law commands, and of what comes from outside."""
 
     def described(words: Sequence[str]) -> list[int]:
-        return [
-            k for k, signal in enumerate(columns) if any(w in signal.description for w in words)
-        ]
+        return [k for k, signal in enumerate(columns) if any(w in signal[1] for w in words)]
 
     usual = described(COMMANDED) or (list(range(len(columns))) if len(columns) <= FEW else [])
     commanded = _places(columns, inputs, usual, "input", path)
     if not commanded:
-        names = ", ".join(signal.name for signal in columns[:40]) or "none"
         raise ModelError(
             f"{path}: none of its {len(columns)} inputs is collective pitch or generator torque; "
-            f"name those that the law commands (--input): {names}"
+            "name those that the law commands (--input): "
+            + (", ".join(signal.name for signal in columns[:40]) or "none")
         )
     outside = _places(columns, disturbances, described(FROM_OUTSIDE), "input", path)
     return commanded, [k for k in outside if k not in commanded]
 
 
 def _residual(
-    A: Floats, B: Floats, kept: Sequence[int], settled: Sequence[int], path: str
+    A: Floats, B: Floats, kept: Sequence[int], settled: Sequence[int], path: str | Path
 ) -> tuple[Floats, Floats]:
     """Return A and B of the kept states, with the others settled."""
     A11, B1 = A[np.ix_(kept, kept)], B[kept]

@@ -28,7 +28,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.csv_table import FIRST_LINE, ROWS
-from takagi.models.files.units import typed_figure
+from takagi.models.files.units import to_si, typed_figure
 from takagi.models.turbine.loader import load_turbine
 
 # Path in the turbine's file, unit, and where a figure is read: a file's kind, its key, which of
@@ -80,12 +80,11 @@ REFERENCES: dict[str, tuple[tuple[str, str, str], ...]] = {
 
 
 class DeckFigure(NamedTuple):
-    """A figure, where it was read, whether it is ours, and its unit if not the usual one."""
+    """A figure in the unit of its path, where it was read, and whether it is ours."""
 
     value: float
     source: str
     assumed: bool = False
-    unit: str = ""
 
 
 Figures = dict[str, DeckFigure]
@@ -139,7 +138,7 @@ def turbine_files(
         no file has; figures that are no turbine.
     """
     deck = _deck(places, table)
-    figures = _figures(deck) | dict(map(_stated, stated))
+    figures = _figures(deck, dict(map(_stated, stated)))
     read = ", ".join(str(path) for path in deck.paths.values())
     missing = [path for path in UNITS if path not in figures]
     if missing:
@@ -156,15 +155,18 @@ def turbine_files(
     least = _least_pitch(files)
     if least is not None and not figures["pitch.minimum"].source.startswith("given"):
         fine = figures["pitch.minimum"]
-        why = f"chosen: with {fine.value:.4g} rad ({fine.source}) the rotor does not shed torque"
-        why += " by pitch at rated wind"
-        figures["pitch.minimum"] = DeckFigure(round(degrees(least), 6), why, True, "deg")
+        why = (
+            f"chosen: {degrees(least):.4g} deg; with {fine.value:.4g} rad ({fine.source}) the rotor"
+        )
+        figures["pitch.minimum"] = DeckFigure(
+            least, f"{why} does not shed torque by pitch at rated wind", True
+        )
         files[f"{stem}.toml"] = _toml(deck, figures, stem)
         least = _least_pitch(files)
     if least is not None:
         _least_pitch(files, final=True)
     assumed = [
-        f"{path} = {figures[path].value:.6g} {figures[path].unit or unit}, {figures[path].source}"
+        f"{path} = {figures[path].value:.6g} {unit}, {figures[path].source}"
         for path, unit in UNITS.items()
         if figures[path].assumed
     ]
@@ -269,9 +271,9 @@ def _columns(text: str, names: str) -> Floats | None:
     return np.array([[row[header.index(name)] for row in rows if row] for name in wanted])
 
 
-def _figures(deck: Deck) -> Figures:
-    """Return the figures that the files have, and those that are assumed, by their paths."""
-    figures: Figures = {}
+def _figures(deck: Deck, stated: Figures) -> Figures:
+    """Return the figures that are stated, those of the files, and those that are assumed."""
+    figures = dict(stated)
     for path, _, *places in _ROWS:
         for place in places:
             kind, key, *rest = place.split(":")
@@ -356,10 +358,8 @@ def _add_structure(deck: Deck, figures: Figures) -> None:
         return
     height, foot, shaft, overhang, tilt, *masses = nacelle
     hub_height = height + shaft + overhang * np.sin(np.radians(tilt))
-    figures["rotor.hub_height"] = DeckFigure(
-        float(hub_height),
-        f"TowerHt + Twr2Shft + OverHang sin(ShftTilt) of {deck.name('elastodyn')}",
-    )
+    source = f"TowerHt + Twr2Shft + OverHang sin(ShftTilt) of {deck.name('elastodyn')}"
+    figures.setdefault("rotor.hub_height", DeckFigure(float(hub_height), source))
     blade, adjusted = (
         _columns(deck.texts.get("blade", ""), "BlFract BMassDen"),
         deck.number("blade", "AdjBlMs"),
@@ -373,7 +373,8 @@ def _add_structure(deck: Deck, figures: Figures) -> None:
         "rotor.inertia", DeckFigure(float(inertia), f"blades and hub, by {deck.name('blade')}")
     )
     top = float(np.trapezoid(mu, r)) + hub_mass + sum(masses)
-    figures |= _tower(deck, height - foot, top)
+    for path, figure in _tower(deck, height - foot, top).items():
+        figures.setdefault(path, figure)
 
 
 def _tower(deck: Deck, height: float, top: float) -> Figures:
@@ -407,7 +408,10 @@ def _stated(text: str) -> tuple[str, DeckFigure]:
             f", with a path of {', '.join(UNITS)}"
         )
     value, unit = typed_figure(figure)
-    return path, DeckFigure(value, "given by --figure", unit=unit or "-")
+    try:
+        return path, DeckFigure(to_si(value, unit or "-", UNITS[path]), f"given, {figure}")
+    except ModelError as error:
+        raise ModelError(f"--figure {text!r} was given: {error}") from error
 
 
 def _tables(deck: Deck, stem: str) -> dict[str, str]:
@@ -475,7 +479,7 @@ def _toml(deck: Deck, figures: Figures, stem: str) -> str:
         lines += [] if section == last else ["", f"[{section}]"]
         last, figure = section, figures[path]
         lines.append(
-            f"{key} = {{ value = {figure.value:.12g}, unit = {json.dumps(figure.unit or unit)}, "
+            f"{key} = {{ value = {figure.value:.12g}, unit = {json.dumps(unit)}, "
             f"source = {json.dumps(figure.source, ensure_ascii=False)} }}"
         )
     lines += ["", "[coefficients]", f'power = "{stem}_cp.csv"', f'thrust = "{stem}_ct.csv"']

@@ -147,9 +147,9 @@ def test_a_name_that_is_not_there_is_told(names: Any, told: str, tmp_path: Path)
     ("text", "told"),
     [
         ("nothing", "has no 'Order of continuous states'"),
-        (lin_text().replace("A: 6 x 6", "A: 7 x 6"), "7 rows of 6 numbers of A are needed there"),
-        (lin_text().replace("B: 6 x 4", "Q: 6 x 4"), "has no matrix B"),
-        (lin_text(STATES[:5]), r"A \(6, 6\) and B \(6, 4\) do not fit 5 states and 4 inputs"),
+        (lin_text().replace("A: 6 x 6", "A: 7 x 6"), "'A: 6 x 6' and its numbers are needed"),
+        (lin_text().replace("B: 6 x 4", "Q: 6 x 4"), "'B: 6 x 4' and its numbers are needed"),
+        (lin_text(STATES[:5]), "'A: 5 x 5' and its numbers are needed"),
     ],
 )
 def test_a_file_of_another_form_is_told(text: str, told: str, tmp_path: Path) -> None:

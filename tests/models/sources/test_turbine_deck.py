@@ -112,7 +112,7 @@ def test_a_fine_pitch_that_sheds_no_torque_is_raised(tmp_path: Path, capsys: Cap
     turbine = turbine_of(tmp_path, "--from-openfast", str(written_deck(tmp_path, discon=early)))
 
     assert turbine.pitch_min > 0
-    assert "pitch.minimum" in (out := capsys.readouterr().out) and "chosen: with 0 rad" in out
+    assert "deg; with 0 rad (PC_FinePit of DISCON.IN) the rotor does not" in capsys.readouterr().out
 
 
 def test_a_figure_may_be_given(tmp_path: Path) -> None:
