@@ -79,7 +79,7 @@ def new(
     given = {name: value for name, value in options.items() if value}
     sources = _checked_sources(given, matrices=bool(matrices))
     if any(source in sources for source in ("from_rosco", "from_openfast")):
-        files, told = _turbine(out, given)
+        files, remarks = _turbine(out, given)
     else:
         heading = [
             f"Written by `takagi new`. Next: takagi design {out.name} --out build/{out.stem}"
@@ -91,11 +91,11 @@ def new(
             text = asked_text(out.stem, lambda answers: _text(out, answers, heading))
         else:
             text = _text(out, given or TEMPLATE, heading)
-        files, told = {out.name: text}, []
+        files, remarks = {out.name: text}, []
         if not given and not asked:
-            told = ["a template, since nothing was given: change it"]
+            remarks = ["a template, since nothing was given: change it"]
     write_folder(out.parent, files)
-    print("\n  ".join([f"{out}: written", *told]))
+    print("\n  ".join([f"{out}: written", *remarks]))
     print(f"\nNext\n  takagi design {out} --out build/{out.stem}")
     return PROVED
 

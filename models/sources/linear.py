@@ -10,6 +10,7 @@ and its model at the corners of the signals has these vertices, some of them mor
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +27,7 @@ from takagi.models.intervals.interval import rational
 from takagi.models.plant.plant import Plant
 from takagi.models.sources.symbolic import Quantity, Ranges, from_sympy
 from takagi.models.ts.mat_file import load_ts_model
+from takagi.models.ts.model import TSModel
 
 MAX_VERTICES = 7  # 64 rules
 
@@ -62,56 +64,41 @@ def from_arrays(
     ModelError : shapes that do not fit, a number that is not finite, names of another count, more
         than 7 vertices.
     """
-    arrays = {
-        letter: _matrices(letter, value)
-        for letter, value in zip("ABCDE", (A, B, C, D, E), strict=True)
-        if value is not None
-    }
-    n = arrays["A"].shape[1]
-    r = max(len(value) for value in arrays.values())
-    counts = {"n": n, "m": _columns(arrays, "B"), "q": _columns(arrays, "E")}
-    counts["p"] = arrays["C"].shape[1] if "C" in arrays else 0
-    _check_shapes(arrays, counts, r)
+    vertices: Any = A
+    with contextlib.suppress(ValueError):  # of a ragged list, which TSModel refuses with its reason
+        vertices = [A] if np.ndim(A) == 2 else A
+    model = TSModel(vertices, B, C=C, D=D, E=E, sample_time=sample_time)
+    r = len(model.A)
     if r > MAX_VERTICES:
         raise ModelError(
             f"{r} vertices were given; their blends are a plant of 2^{r - 1} rules, and "
             f"{MAX_VERTICES} vertices are the most: keep them as takagi.models.TSModel(A, B), "
             "which takagi.lmi and certify take"
         )
-    listed = {
-        "x": _names("states", states, "x", n),
-        "u": _names("inputs", inputs, "u", counts["m"]),
-        "d": _names("disturbances", disturbances, "d", counts["q"]),
-    }
+    x = _symbols("states", states, "x", model.A.shape[2])
+    u = _symbols("inputs", inputs, "u", model.B.shape[2])
+    d = _symbols("disturbances", disturbances, "d", model.E.shape[2])
+    y = _symbols("outputs", outputs, "y", model.C.shape[1])
     signals = [sp.Symbol(f"w{k}", real=True) for k in range(1, r)]
-    symbols = {key: [sp.Symbol(text, real=True) for text in texts] for key, texts in listed.items()}
 
-    def rows(x_part: str, u_part: str, d_part: str = "") -> list[sp.Expr]:
-        parts = [(x_part, "x"), (u_part, "u"), (d_part, "d")]
-        count = arrays[x_part].shape[1] if x_part in arrays else 0
+    def rows(*terms: tuple[Floats, list[sp.Symbol]]) -> list[sp.Expr]:
+        """Return the sums of matrices times vectors, as blends of their vertices."""
+        matrix = np.concatenate([matrices for matrices, _ in terms], axis=2)
+        vector = [symbol for _, symbols in terms for symbol in symbols]
         return [
-            sp.Add(
-                *(
-                    _blend(arrays[letter][:, row, column], signals) * symbol
-                    for letter, key in parts
-                    if letter in arrays
-                    for column, symbol in enumerate(symbols[key])
-                )
-            )
-            for row in range(count)
+            sp.Add(*(_blend(matrix[:, k, j], signals) * v for j, v in enumerate(vector)))
+            for k in range(matrix.shape[1])
         ]
 
     plant = from_sympy(
-        rows("A", "B", "E"),
-        listed["x"],
-        listed["u"],
+        rows((model.A, x), (model.B, u), (model.E, d)),
+        x,
+        u,
         {**(ranges or {}), **dict.fromkeys(signals, (0, 1))},
-        disturbances=listed["d"],
+        disturbances=d,
         scheduling=signals,
         rest=dict.fromkeys(signals, "0.5"),
-        outputs=dict(
-            zip(_names("outputs", outputs, "y", counts["p"]), rows("C", "D"), strict=True)
-        ),
+        outputs=dict(zip(map(str, y), rows((model.C, x), (model.D, u)), strict=True)),
         premises={f"weight{k}": signal for k, signal in enumerate(signals, start=1)},
         units=units,
         compare_units=False,
@@ -120,52 +107,20 @@ def from_arrays(
     )
     if not signals:
         return plant
-    shares = "".join(f"(1 - {w}) " for w in signals)
-    source = f"blends of {r} vertices, h_1 = w1 to h_{r} = {shares.rstrip()}"
-    return replace(plant, source=source)
+    shares = " ".join(f"(1 - {w})" for w in signals)
+    return replace(plant, source=f"blends of {r} vertices, h_1 = w1 to h_{r} = {shares}")
 
 
-def _matrices(letter: str, given: ArrayLike) -> Floats:
-    """Return the matrices as (r, rows, columns)."""
-    try:
-        value = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ModelError(f"{letter}: {error}; a matrix of real numbers is needed") from error
-    if value.ndim not in (2, 3) or not np.all(np.isfinite(value)):
-        raise ModelError(
-            f"{letter} has shape {value.shape}; finite numbers of shape (rows, columns), or "
-            "(vertices, rows, columns), are needed"
-        )
-    return value if value.ndim == 3 else value[None]
-
-
-def _columns(arrays: Mapping[str, Floats], letter: str) -> int:
-    return arrays[letter].shape[2] if letter in arrays else 0
-
-
-def _check_shapes(arrays: Mapping[str, Floats], counts: Mapping[str, int], r: int) -> None:
-    """Refuse matrices that do not fit to A, B and each other."""
-    wanted = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
-    for letter, value in arrays.items():
-        rows, columns = wanted[letter][0], wanted[letter][1]
-        needed = (counts[rows], counts[columns])
-        if value.shape[1:] != needed or len(value) not in (1, r):
-            raise ModelError(
-                f"{letter} has shape {value.shape[1:]} at {len(value)} vertices; "
-                f"({rows}, {columns}) = {needed} at {r} is needed, with n = {counts['n']} rows of A"
-            )
-
-
-def _names(what: str, given: Sequence[Quantity] | None, letter: str, count: int) -> list[str]:
-    """Return the names as texts; numbered letters where none are given."""
+def _symbols(what: str, given: Sequence[Quantity] | None, letter: str, count: int) -> list[Any]:
+    """Return the names as symbols; numbered letters where none are given."""
     if given is None:
-        return [f"{letter}{k}" for k in range(1, count + 1)]
+        given = [f"{letter}{k}" for k in range(1, count + 1)]
     if len(given) != count:
         raise ModelError(
             f"{what}: {len(given)} names were given ({', '.join(map(str, given))}), and the "
-            f"matrices have {count}; give one each, or none"
+            f"matrices have {count}; give each a name, or none"
         )
-    return [str(name) for name in given]
+    return [sp.Symbol(str(name), real=True) for name in given]
 
 
 def _blend(entries: Floats, signals: Sequence[sp.Symbol]) -> sp.Expr:
@@ -219,5 +174,5 @@ def from_mat(path: str | Path, **names: Any) -> Plant:
     ModelError : as ``load_ts_model`` and ``from_arrays``.
     """
     model = load_ts_model(path)
-    matrices = {letter: value for letter in "BCDE" if (value := getattr(model, letter)).size}
-    return from_arrays(model.A, sample_time=model.sample_time, **{**names, **matrices})
+    matrices = {letter: getattr(model, letter) for letter in "ABCDE"}
+    return from_arrays(**{"sample_time": model.sample_time, **names, **matrices})

@@ -246,13 +246,13 @@ def _text(path: Path) -> str:
 def _entry(text: str, key: str, *, yaml: bool = False) -> str | None:
     """Return what stands before ``key`` in OpenFAST's files, or behind ``key:`` in a yaml file."""
     if yaml:
-        found = re.search(rf"(?:^|[{{,\s]){key}:[ \t]*(\"[^\"]*\"|'[^']*'|[^,}}\n#]*)", text)
-        return found[1].strip() if found else None
+        match = re.search(rf"(?:^|[{{,\s]){key}:[ \t]*(\"[^\"]*\"|'[^']*'|[^,}}\n#]*)", text)
+        return match[1].strip() if match else None
     written = re.escape(key).replace(r"\(1\)", r"\(?1\)?")
     number = r"[-+\d.eEdD]+"
     value = rf"\"[^\"]*\"|'[^']*'|{number}(?:[ \t]+{number})*|\S+"
-    found = re.search(rf"^[ \t]*({value})[ \t]+!?[ \t]*{written}(?=\s|$)", text, flags=re.M)
-    return found[1] if found else None
+    match = re.search(rf"^[ \t]*({value})[ \t]+!?[ \t]*{written}(?=\s|$)", text, flags=re.M)
+    return match[1] if match else None
 
 
 def _columns(text: str, names: str) -> Floats | None:

@@ -69,7 +69,7 @@ def test_csv_files_in_any_of_the_usual_forms(tmp_path: Path) -> None:
         ("1, x\n", r"A.csv:1: column 2 is 'x'; a finite number is needed"),
         ("1, nan\n", "a finite number is needed"),
         ("\n", "has no numbers"),
-        ("1, 2\n", r"A has shape \(1, 2\) at 1 vertices"),
+        ("1, 2\n", r"A has shape \(1, 2\)"),
     ],
 )
 def test_a_matrix_that_is_none_is_told_with_its_line(text: str, told: str, tmp_path: Path) -> None:
@@ -117,12 +117,13 @@ def test_a_mat_file_gives_its_vertices(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arrays", "told"),
     [
-        ({"A": A, "B": B[:2]}, r"B has shape \(2, 2\) at 1 vertices; \(n, m\) = \(3, 2\) at 1"),
+        ({"A": A, "B": B[:2]}, r"B must be \(1, 3, 2\) or \(3, 2\)"),
         ({"A": A, "states": ["a"]}, r"states: 1 names were given \(a\), and the matrices have 3"),
-        ({"A": [[1j]]}, "a matrix of real numbers is needed"),
-        ({"A": [[np.inf]]}, "finite numbers"),
+        ({"A": [[1j]]}, "complex entries"),
+        ({"A": [[1, 2], [3]]}, "nested lists of equal length"),
+        ({"A": [[np.inf]]}, "every entry must be finite"),
         ({"A": np.ones((8, 1, 1)) * np.arange(8)[:, None, None]}, "7 vertices are the most"),
-        ({"A": VERTICES, "B": PUSHES[:2]}, "at 3 is needed"),
+        ({"A": VERTICES, "B": PUSHES[:2]}, r"B must be \(3, 2, 1\)"),
     ],
 )
 def test_what_does_not_fit_is_told(arrays: dict[str, Any], told: str) -> None:
