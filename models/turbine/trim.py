@@ -59,7 +59,7 @@ class SmallestPitchError(ModelError):
     least_pitch : a smallest pitch [rad] with which it does; None where none was seen.
     """
 
-    def __init__(self, message: str, least_pitch: float | None) -> None:
+    def __init__(self, message: str, least_pitch: float | None = None) -> None:
         super().__init__(message)
         self.least_pitch = least_pitch
 
