@@ -17,14 +17,15 @@ import sympy as sp
 
 from takagi.models.control_systems import signal_names
 from takagi.models.errors import ModelError
+from takagi.models.expressions.parser import RESERVED
 from takagi.models.intervals.interval import Number, rational
 from takagi.models.plant.plant import Plant, numeric
-from takagi.models.sources.linear import from_arrays
-from takagi.models.sources.symbolic import Ranges, from_sympy
+from takagi.models.sources.symbolic import NAME, Ranges, from_sympy
 
 if TYPE_CHECKING:
     import control
 
+Function = Callable[..., Any]
 # The methods that numpy calls on objects, where sympy's function has another name.
 _INVERSE = ("sin", "cos", "tan", "sinh", "cosh", "tanh")
 _FUNCTIONS: dict[str, Callable[[Any], Any]] = {
@@ -55,8 +56,7 @@ def from_control(
         symbols.  Names are the system's labels, ``x[0]`` becomes ``x_0``; parameters in floats keep
         their names.  A sample time is kept.
     disturbances : those of its inputs that no law commands.
-    ranges, rest, units, measured : as ``from_sympy`` has them, by name; of ``control.ss`` the
-        rest is 0, no units are compared, and all states are measured.
+    ranges, rest, units, measured : as ``from_sympy`` has them, by name.
 
     Raises
     ------
@@ -66,7 +66,6 @@ def from_control(
     """
     import control
 
-    # Subclasses that are sums of other systems have arrays of numbers inside.
     if not isinstance(system, control.NonlinearIOSystem) or not system.nstates:
         raise ModelError(
             f"a {type(system).__name__} with {getattr(system, 'nstates', None) or 'no'} states was "
@@ -87,28 +86,6 @@ def from_control(
                 f"disturbances: {name} was given; inputs are {', '.join(names['input']) or 'none'}"
             )
     commanded = [name for name in names["input"] if name not in disturbances]
-    title = signal_names([str(system.name)])[0] or "plant"
-    sample_time = float(system.dt) if system.dt else None
-    if isinstance(system, control.StateSpace):
-        if rest or units or measured:
-            raise ModelError(
-                "rest, units or measured was given, and a linear system is about its rest in plain "
-                "numbers; leave them out, or write its rows with from_sympy"
-            )
-        from_u = [names["input"].index(name) for name in commanded]
-        from_w = [names["input"].index(name) for name in disturbances]
-        return from_arrays(
-            system.A,
-            system.B[:, from_u],
-            E=system.B[:, from_w] if from_w else None,
-            **_outputs(system, from_u, names),
-            states=names["state"],
-            inputs=commanded,
-            disturbances=list(disturbances),
-            ranges=ranges,
-            sample_time=sample_time,
-            name=title,
-        )
     rows, outputs, parameters = _traced(system, names)
     plant = from_sympy(
         rows,
@@ -121,8 +98,8 @@ def from_control(
         units=units,
         outputs=outputs,
         measured=measured,
-        sample_time=sample_time,
-        name=title,
+        sample_time=float(system.dt) if system.dt else None,
+        name=signal_names([str(system.name)])[0] or "plant",
     )
     _check_values(system, plant, [*names["state"], *names["input"]])
     return plant
@@ -144,10 +121,10 @@ def _check_values(
         for v in listed
     ]
     rows = numeric(plant.equations, [v.symbol for v in listed], plant.rationals)
-    n = len(plant.states)
+    n, (update, _) = len(plant.states), _functions(system)
     low, high = np.transpose(ends)
     for point in np.random.default_rng(1).uniform(low, high, (points, len(ends))):
-        true = np.ravel(system.updfcn(0.0, point[:n], point[n:], system.params))
+        true = np.ravel(update(0.0, point[:n], point[n:], system.params))
         with np.errstate(all="ignore"):
             traced = rows(*point)
         if not np.allclose(traced, true, rtol=1e-6, atol=1e-9, equal_nan=True):
@@ -158,23 +135,26 @@ def _check_values(
             )
 
 
-def _outputs(
-    system: control.StateSpace, from_u: Sequence[int], names: Mapping[str, list[str]]
-) -> dict[str, Any]:
-    """Return C, D and names of the outputs; nothing where the outputs are the states."""
-    if np.array_equal(system.C, np.eye(system.nstates)) and not np.any(system.D):
-        return {}
-    return {"C": system.C, "D": system.D[:, from_u], "outputs": names["output"]}
+def _functions(system: control.NonlinearIOSystem) -> tuple[Function, Function | None]:
+    """Return what gives x' and y of time, state, input and parameters."""
+    import control
+
+    if not isinstance(system, control.StateSpace):
+        return system.updfcn, system.outfcn
+    A, B, C, D = system.A, system.B, system.C, system.D
+    return (lambda t, x, u, p: A @ x + B @ u), (lambda t, x, u, p: C @ x + D @ u)
 
 
 def _traced(
     system: control.NonlinearIOSystem, names: Mapping[str, list[str]]
 ) -> tuple[list[sp.Expr], dict[str, sp.Expr], dict[str, float]]:
     """Return the rows, outputs that are no state, and parameters that occur as symbols."""
+    update, output = _functions(system)
+    taken = {*RESERVED, *names["state"], *names["input"]}
     parameters = {
         key: float(value)
         for key, value in system.params.items()
-        if isinstance(value, int | float) and not isinstance(value, bool) and key.isidentifier()
+        if isinstance(value, int | float) and NAME.fullmatch(key) and key not in taken
     }
     x, u = (
         np.array([Traced(sp.Symbol(name, real=True)) for name in names[what]], dtype=object)
@@ -183,20 +163,19 @@ def _traced(
     symbols = {key: Traced(sp.Symbol(key, real=True)) for key in parameters}
     try:
         given = {**system.params, **symbols}
-        rows = _called(system.updfcn, "update", x, u, given)
+        rows = _called(update, "update", x, u, given)
     except ModelError:
         # A parameter may be what the function needs as a number, such as a count.
         given, parameters = dict(system.params), {}
-        rows = _called(system.updfcn, "update", x, u, given)
-    if system.outfcn is None:
-        return rows, {}, parameters
-    outputs = dict(zip(names["output"], _called(system.outfcn, "output", x, u, given), strict=True))
-    named = {name: row for name, row in outputs.items() if name not in names["state"]}
-    return rows, named, parameters
+        rows = _called(update, "update", x, u, given)
+    values = [] if output is None else _called(output, "output", x, u, given)
+    states = {entry.expression for entry in x}
+    outputs = zip(names["output"] if values else [], values, strict=True)
+    return rows, {name: row for name, row in outputs if row not in states}, parameters
 
 
 def _called(
-    function: Callable[..., Any], what: str, x: Any, u: Any, parameters: Mapping[str, Any]
+    function: Function, what: str, x: Any, u: Any, parameters: Mapping[str, Any]
 ) -> list[sp.Expr]:
     """Return what the function gives for symbols.
 

@@ -56,6 +56,15 @@ def test_parameters_keep_their_names() -> None:
     assert plant.name == "given" and len(sector_model(plant).rules) == 2
 
 
+def test_a_parameter_that_is_called_as_a_state_is_its_number() -> None:
+    def update(t: Any, x: Any, u: Any, params: Any) -> Any:
+        return [x[1], params["q"] * x[0] + params["_b"] * u[0]]
+
+    plant = from_control(system_of(update, params={"q": 3.0, "_b": 0.5}))
+
+    assert str(plant.equations[1]) == "3*q + u/2" and plant.parameters == ()
+
+
 def test_outputs_and_the_sample_time_are_kept() -> None:
     def height(t: Any, x: Any, u: Any, params: Any) -> Any:
         return [np.cos(x[0])]
@@ -128,9 +137,12 @@ def test_a_system_of_another_kind_is_refused(system: Any, told: str) -> None:
         from_control(system)
 
 
-def test_rests_of_matrices_are_refused() -> None:
-    with pytest.raises(ModelError, match="a linear system is about its rest"):
-        from_control(control.ss([[1.0]], [[1.0]], [[1.0]], [[0.0]]), rest={"x_0": 1})
+def test_a_linear_system_may_have_units_and_be_measured() -> None:
+    system = control.ss([[0, 1], [2, 0]], [[0], [3]], [[1, 0]], [[0]], states=["q", "w"])
+    plant = from_control(system, {"q": (-60, 60)}, units={"q": "deg", "w": "rad/s"}, measured=["q"])
+
+    assert plant.measured == ("q",) and plant.units == "checked"
+    assert plant.states[0].range is not None and float(plant.states[0].range.upper) < 1.05
 
 
 def test_a_plant_from_a_function_is_one_from_sympy() -> None:
