@@ -89,10 +89,13 @@ def plant_entries(options: Options, stem: str) -> Entries:
     ------
     ModelError : a text of another form, no state, a state without equation.
     """
-    sections = {
-        f"{what}s": dict(read(text) for text in options.get(what) or ())
-        for what, read in READERS.items()
-    }
+    sections: dict[str, Entries] = {}
+    for what, read in READERS.items():
+        rows = sections[f"{what}s"] = {}
+        for name, entry in map(read, options.get(what) or ()):
+            if name in rows:
+                raise ModelError(f"--{what} of {name} was given twice; give it once")
+            rows[name] = entry
     if not sections["states"]:
         raise ModelError(
             'no state was given; write --state "theta = -60..60 deg", and --equation '

@@ -92,10 +92,14 @@ Figures = dict[str, DeckFigure]
 
 @dataclass(frozen=True, slots=True)
 class Deck:
-    """The files of a turbine by what they are: yaml, discon, fst, elastodyn, blade, table, ..."""
+    """The files of a turbine by what they are: yaml, discon, fst, elastodyn, blade, table, ...
+
+    ``absent`` : files that others name and that are not there.
+    """
 
     paths: Mapping[str, Path]
     texts: Mapping[str, str]
+    absent: Sequence[str]
 
     def number(self, kind: str, key: str, place: int | str = 0) -> float | None:
         """Return one of the numbers that a file has for a key; None without any."""
@@ -143,8 +147,10 @@ def turbine_files(
     missing = [path for path in UNITS if path not in figures]
     if missing:
         raise ModelError(
-            f"no file has {', '.join(missing)} (read were {read}); give the place of the deck too "
-            f'(--from-openfast), or each as --figure "{missing[0]} = NUMBER UNIT"'
+            f"no file has {', '.join(missing)} (read were {read}"
+            + f"; named and not there: {', '.join(deck.absent)}" * bool(deck.absent)
+            + "); give the place of the deck too (--from-openfast), or each as --figure "
+            f'"{missing[0]} = NUMBER UNIT"'
         )
     if "table" not in deck.paths:
         raise ModelError(
@@ -204,6 +210,7 @@ def _deck(places: Mapping[str, Path], table: Path | None) -> Deck:
         tables = list(file.parent.glob("*Cp_Ct_Cq*"))
         if len(tables) == 1:
             paths.setdefault("table", tables[0])
+    absent: list[str] = []
     # What names other files comes first.
     for kind, followed in REFERENCES.items():
         text = _text(paths[kind]) if kind in paths else ""
@@ -213,11 +220,13 @@ def _deck(places: Mapping[str, Path], table: Path | None) -> Deck:
             inner = Path(*(name.strip("\"' ").replace("\\", "/") for name in names if name))
             if text and all(names) and (paths[kind].parent / inner).is_file():
                 paths.setdefault(role, paths[kind].parent / inner)
+            elif text and all(names) and inner.name.lower() != "unused":
+                absent.append(str(inner))
     if table is not None:
         if not table.is_file():
             raise ModelError(f"{table}: no such file; --table is a Cp_Ct_Cq table of ROSCO's form")
         paths["table"] = table
-    return Deck(paths, {kind: _text(path) for kind, path in paths.items()})
+    return Deck(paths, {kind: _text(path) for kind, path in paths.items()}, absent)
 
 
 def _only(folder: Path, kind: str) -> Path:

@@ -134,7 +134,7 @@ def test_a_table_may_be_given(tmp_path: Path) -> None:
     ("texts", "options", "told"),
     [
         ({"table": ""}, [], "no Cp_Ct_Cq table is named by"),
-        ({"elastodyn": ""}, [], "no file has"),
+        ({"elastodyn": ""}, [], "named and not there: elasto.dat)"),
         ({"fst": ""}, [], "has no .fst file; give the folder of one, or the file itself"),
         ({"tower": ""}, [], "tower.mass"),
         ({"table": "# Power coefficient\n1 2\n"}, [], "has no '# pitch angle'"),
