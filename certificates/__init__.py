@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.certification import certify as certify
     from takagi.certificates.claims.certification import load_certificate as load_certificate
     from takagi.certificates.design.given.turbine_law import law_from_gains as law_from_gains
+    from takagi.certificates.design.plant.design import design_plant as design_plant
     from takagi.certificates.design.turbine.design import design_turbine as design_turbine
     from takagi.certificates.design.turbine.result import TurbineDesign as TurbineDesign
     from takagi.certificates.design.turbine.settings import DesignSettings as DesignSettings
@@ -44,6 +45,7 @@ _HOME = {
     "Verdict": "checker.kernel.result",
     "certify": "claims.certification",
     "check": "checker.replay.certificate",
+    "design_plant": "design.plant.design",
     "design_turbine": "design.turbine.design",
     "law_from_gains": "design.given.turbine_law",
     "load_certificate": "claims.certification",

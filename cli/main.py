@@ -20,6 +20,7 @@ class Verb(NamedTuple):
 
 
 VERBS = (
+    Verb("new", "Write the file of a plant or turbine of your own", "new pendulum.toml"),
     Verb("models", "List the built-in models", "models"),
     Verb(
         "design",

@@ -22,12 +22,19 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Parameter as Parameter
     from takagi.models.plant.plant import Plant as Plant
     from takagi.models.plant.plant import Variable as Variable
+    from takagi.models.plant_files.writer import plant_text as plant_text
     from takagi.models.ranges.cell_search import Cell as Cell
     from takagi.models.ranges.domain import Domain as Domain
     from takagi.models.ranges.domain import sampled_bounds as sampled_bounds
     from takagi.models.sector.model import rule_count as rule_count
     from takagi.models.sector.model import sector_model as sector_model
     from takagi.models.sector.premise_bounds import RuleCount as RuleCount
+    from takagi.models.sources.control_plant import from_control as from_control
+    from takagi.models.sources.lin_file import from_lin as from_lin
+    from takagi.models.sources.linear import from_arrays as from_arrays
+    from takagi.models.sources.linear import from_csv as from_csv
+    from takagi.models.sources.linear import from_mat as from_mat
+    from takagi.models.sources.symbolic import from_sympy as from_sympy
     from takagi.models.splines.spline import Curve as Curve
     from takagi.models.splines.spline import Surface as Surface
     from takagi.models.splines.spline import interpolate_curve as interpolate_curve

@@ -31,8 +31,8 @@ def read_model(name_or_path: str | Path) -> ModelFile:
 
     if Path(name_or_path).suffix.lower() == ".mat":
         raise ModelError(
-            f"{name_or_path} is a MAT-file; takagi.models.load_ts_model reads its vertices, and a "
-            "TOML file (takagi new) is needed here"
+            f"{name_or_path} is a MAT-file, and a TOML file is needed here: `takagi new plant.toml "
+            f"--from-mat {name_or_path}` writes it (in Python load_ts_model reads its vertices)"
         )
     document = read_document(resolve_model(name_or_path), parse_float=decimal_of)
     if kind_of(document) == "plant":

@@ -28,6 +28,7 @@ CODE = [
     ("plant-theorems.md", "", 2),
     ("output-feedback.md", "", 1),
     ("models.md", "How premises are bounded", 3),
+    ("new.md", "In Python", 3),
 ]
 
 

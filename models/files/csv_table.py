@@ -1,4 +1,4 @@
-"""Tables of one or two arguments from CSV, and a turbine's tables of coefficients.
+"""Tables of one or two arguments from CSV, a turbine's tables of coefficients, and matrices.
 
 One argument: lines ``x, value``.  Two arguments: the first line has an empty corner and then the
 values of the second argument; each further line the value of the first argument and then one
@@ -8,6 +8,7 @@ table say what it is.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
@@ -165,6 +166,32 @@ def _rows(path: Path, *, skip_corner: bool) -> list[Row]:
             f"{path}: {len(rows)} lines of numbers; a cubic spline needs at least {needed}"
         )
     return rows
+
+
+def read_matrix(path: Path) -> Floats:
+    """Return a matrix: a row a line, its numbers between commas, semicolons or spaces.
+
+    Raises
+    ------
+    ModelError : with file and line: no row, a cell that is not a number, rows of different length.
+    """
+    rows: list[list[float]] = []
+    for line, text in enumerate(read_text(path).splitlines(), start=1):
+        if not text.strip() or text.lstrip().startswith("#"):
+            continue
+        cells = re.split(r"\s*[,;]\s*" if re.search("[,;]", text) else r"\s+", text.strip())
+        if cells[-1] == "":
+            cells.pop()  # a separator behind the last number
+        row = [float(_number(path, line, at, cell)) for at, cell in enumerate(cells, start=1)]
+        if rows and len(row) != len(rows[0]):
+            raise ModelError(
+                f"{path}:{line}: {len(row)} numbers, and {len(rows[0])} in the rows above; as many "
+                "are needed in each row of a matrix"
+            )
+        rows.append(row)
+    if not rows:
+        raise ModelError(f"{path}: has no numbers; a matrix, one row a line, is needed")
+    return np.array(rows)
 
 
 def _number(path: Path, line: int, column: int, cell: str) -> Fraction:

@@ -54,6 +54,8 @@ def mat_content(path: Path | str) -> Mapping[str, Any]:
     ------
     ModelError : no MAT-file of version 4 to 7.2.
     """
+    if not Path(path).is_file():
+        raise ModelError(f"{path}: cannot be read (no such file); check the path")
     # Imported here: most models are files of takagi.
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError

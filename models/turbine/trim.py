@@ -51,6 +51,19 @@ PITCH_STEP, LARGEST_LEAST = radians(0.25), radians(8)
 EXTEND = "extend the coefficient tables, or leave this wind out by cut_in and cut_out"
 
 
+class SmallestPitchError(ModelError):
+    """At rated wind the rotor does not shed torque by pitching up from the smallest pitch.
+
+    Attributes
+    ----------
+    least_pitch : a smallest pitch [rad] with which it does; None where none was seen.
+    """
+
+    def __init__(self, message: str, least_pitch: float | None = None) -> None:
+        super().__init__(message)
+        self.least_pitch = least_pitch
+
+
 @dataclass(frozen=True, slots=True)
 class TrimPoint:
     """A steady state: wind [m/s], rotor speed [rad/s], pitch [rad], torque [N m], region.
@@ -237,12 +250,13 @@ def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
         remedies.insert(0, f"give {degrees(least_pitch):.4g} deg or more as pitch.minimum")
     if speed < setpoint:
         speed_name = "the set-point" if setpoint < turbine.rated_rotor_speed else "rated speed"
-        raise ModelError(
+        raise SmallestPitchError(
             f"{turbine.name}: rated torque {turbine.rated_torque:.6g} N m is reached at {v:.4g} "
             f"m/s, where the rotor turns at {speed:.4g} rad/s, before {speed_name}, {setpoint:.4g} "
-            f"rad/s; {', or '.join(remedies)}"
+            f"rad/s; {', or '.join(remedies)}",
+            least_pitch,
         )
-    raise _infeasible(
+    refusal = _infeasible(
         turbine,
         setpoint,
         v,
@@ -255,6 +269,7 @@ def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
         )
         + _or_setpoint(turbine, setpoint),
     )
+    raise SmallestPitchError(str(refusal), least_pitch)
 
 
 def _at_rated(turbine: Turbine, setpoint: float, v: float) -> tuple[float, float]:
