@@ -162,6 +162,7 @@ class Contest:
     data: dict[str, Any] | None
     motions: ManyMotions
     at_rest: tuple[Floats, Floats]
+    relaxation: str
     regulator: Floats
     largest_commands: Floats
     regulator_size: tuple[float, float] = (0.0, 0.0)
@@ -220,9 +221,13 @@ class Contest:
 
 
 def laws_beside_regulator(
-    plant: Plant, model: TSModel, settings: PlantSettings
+    plant: Plant, model: TSModel, settings: PlantSettings, first: FoundGains | None = None
 ) -> tuple[FoundGains, ...]:
     """Return the law to be proved, and behind it the one to fall back to.
+
+    Parameters
+    ----------
+    first : the law that was found already, with one gain for all rules; None finds it.
 
     The first that was found alone, where something is asked, or where there is no regulator to
     compare with: a blend, a plant with tables, one that it cannot stabilise.
@@ -231,16 +236,19 @@ def laws_beside_regulator(
     ------
     ModelError : as ``find_gains``.
     """
-    first = find_gains(plant, model, settings)
+    common = first is not None
+    first = first or find_gains(plant, model, settings)
     contest = _contest(plant, model, settings, first) if first.design.found else None
     if contest is None:
         return (first,)
+    if common:
+        contest = replace(contest, relaxation=ONE_GAIN)
     judged = contest.judged(first)
     sizes = (contest.sizes, contest.inputs)
     if judged.P is None or judged.good:
         return (replace(first, sizes=sizes),)
     candidates = [judged]
-    if _search_time(model, settings) <= LONGEST:
+    if _search_time(contest) <= LONGEST:
         candidates += _at_other_rates(contest, judged)
     if not candidates[-1].good:
         candidates += _regulators(contest, first)
@@ -250,11 +258,11 @@ def laws_beside_regulator(
     return (chosen,) if best is judged else (chosen, replace(first, sizes=sizes))
 
 
-def _search_time(model: TSModel, settings: PlantSettings) -> float:
+def _search_time(contest: Contest) -> float:
     """Return about how long gains at one rate and their proof take [s]."""
-    at_rate, _ = one_gain(model, replace(settings, decay_rate=1.0))
+    model, single = contest.model, contest.relaxation == ONE_GAIN
     sizes = (len(model.states), len(model.inputs))
-    single = at_rate.relaxation == ONE_GAIN
+    at_rate = replace(contest.settings, decay_rate=1.0)
     return work_of(len(model.A), sizes, at_rate, one_gain=single).seconds
 
 
@@ -301,6 +309,7 @@ def _contest(
         data,
         motions,
         at_rest,
+        one_gain(model, settings)[0].relaxation or ALL_PAIRS,
         regulator=gain,
         largest_commands=MORE * inputs,
     )
@@ -362,7 +371,7 @@ def _law_at(contest: Contest, first: FoundGains, rate: float) -> Judged | None:
         input_limit=contest.inputs,
         state_box=contest.box,
         saturation=None,
-        relaxation=one_gain(contest.model, contest.settings)[0].relaxation or ALL_PAIRS,
+        relaxation=contest.relaxation,
     )
     if not design.found:
         return None
@@ -379,7 +388,7 @@ def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
         regulator_gain(np.asarray(A), np.asarray(B), contest.sizes, contest.inputs, step)
         for A, B in zip(model.A, model.B, strict=True)
     ]
-    scheduled = one_gain(model, contest.settings)[0].relaxation is None
+    scheduled = contest.relaxation != ONE_GAIN
     kinds = [("at rest, one for all rules", np.broadcast_to(contest.regulator, (rules, m, n)))]
     if scheduled and rules > 1 and all(gain is not None for gain in at_rules):
         kinds.insert(0, ("of each rule", np.array(at_rules)))

@@ -25,6 +25,7 @@ from takagi.certificates.design.plant.gains import (
 )
 from takagi.certificates.design.plant.many_rules import (
     BUDGET,
+    GainChoice,
     gain_choice,
     gains_of_few_premises,
     gains_of_known_premises,
@@ -100,11 +101,9 @@ def design_plant(
     if choice.announcement and announce is not None:
         announce(choice.announcement)
     further: list[tuple[Any, ...]] = [("gains by known premises", gains_of_known_premises)]
+    gains, design = _best_of_candidates(work, choice)
     if choice.shortened:
-        gains, design = work.searched("gains", shortened_gains, choice)
         further.insert(0, ("gains over few premises", gains_of_few_premises, budget))
-    else:
-        gains, design = _best_of_candidates(work)
     for step, search, *options in further if design is None or not design.proved else ():
         _, alternative = work.searched(step, search, *options)
         if alternative is not None and alternative.proved:
@@ -112,15 +111,18 @@ def design_plant(
     if design is not None:
         return design
     with clock("what would help"):
-        assert gains is not None  # the search for the whole model returns its last attempt
         reason = _reason(gains, work)
         return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
 
 
-def _best_of_candidates(work: PlantWork) -> tuple[FoundGains, PlantDesign | None]:
+def _best_of_candidates(
+    work: PlantWork, choice: GainChoice
+) -> tuple[FoundGains, PlantDesign | None]:
     """Return the first law found and the design: of the preferred law, if that is proved."""
+    problem = (work.plant, work.model, work.settings)
     with work.clock("gains"), in_plant_words(work.plant):
-        laws = laws_beside_regulator(work.plant, work.model, work.settings)
+        first = shortened_gains(*problem, choice) if choice.shortened else None
+        laws = laws_beside_regulator(*problem, first)
     design = None
     for gains in laws:
         design = work.rounded(gains) if gains.design.found else None
