@@ -355,6 +355,10 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
     partial = any(number.share is not None and number.share < 1 for number in numbers)
     shortfall = f"less than stated{' where it varies' if followed else ''}: state less, or narrow"
     shortfall += " the ranges that premises depend on"
+    if design.plant.measured is not None:
+        shortfall = (
+            "less than stated: of a law with an observer nothing is claimed under disturbance"
+        )
     return SummaryRow(
         "disturbance", tuple(phrases), tuple(numbers), partial=partial, shortfall=shortfall
     )

@@ -24,10 +24,10 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def design(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A certificate, its gain file, and the law in C: the folder where they are."""
+    """A certificate, its gain file, and a scheduled law in C: the folder where they are."""
     out = tmp_path_factory.mktemp("design") / "out"
     with undrawn():
-        assert main(["design", "truck_trailer", "--out", str(out)]) == 0
+        assert main(["design", "truck_trailer", "--out", str(out), "--effort", "small"]) == 0
     gains = str(out / "gains.json")
     assert main(["export", gains, "--to", "c", "--out", str(out / "c")]) == 0
     return out

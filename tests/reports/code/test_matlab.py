@@ -106,7 +106,7 @@ def test_every_function_of_the_language(tmp_path: Path) -> None:
 
 
 def test_bad_inputs_leave_finite_commands(tmp_path: Path) -> None:
-    """Bit 1 for what is not a number, 2 for what is out of range, 4 for a time that is none."""
+    """Bit 1 for what is not a number, 2 for what is out of range, 16 for a time that is none."""
     program = read_controller(plant_file("cart_pole", tmp_path))
     rest = {one.name: float(one.rest or 0) for one in program.inputs}
     first = program.inputs[0].name
@@ -114,7 +114,7 @@ def test_bad_inputs_leave_finite_commands(tmp_path: Path) -> None:
     sent = octave(program, rows, 0.01, tmp_path)
     assert sent[:, -1].tolist() == [0, 1, 1, 2, 0]
     assert sent[1, 0] == sent[2, 0] == sent[0, 0]
-    assert octave(program, [rest], math.nan, tmp_path)[:, -1].tolist() == [4]
+    assert octave(program, [rest], math.nan, tmp_path)[:, -1].tolist() == [16]
 
 
 def test_the_struct_has_what_the_file_and_the_certificate_have(
