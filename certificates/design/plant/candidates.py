@@ -23,8 +23,8 @@ the regulator's gains, and it settles within 1.2 times the regulator's time.  Th
     3. the regulator of each rule, and the regulator itself, where they have a set
 
 The first that is good enough is taken.  Where none is, it is the one with the most of the three,
-the disturbance first, and a note says what is missing and what to ask for.  Where
-inputs have no limits, commands are at most 1.5 times those of the first law, or the regulator's.
+the disturbance first, and a note says what is missing and what to ask for.  Where inputs have no
+limits, commands are at most 1.5 times those of the first law, or the regulator's.
 
 Source: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weights.
 """
@@ -46,6 +46,7 @@ from takagi.certificates.design.plant.gains import (
     one_gain,
     rounded_gains,
     state_box,
+    weights_at_rest,
 )
 from takagi.certificates.design.plant.many_rules import work_of
 from takagi.certificates.design.plant.plain_words import in_file_rates
@@ -111,7 +112,7 @@ class Judged:
     ----------
     gains : with the notes about them.
     K : (r, m, n), rounded as they are emitted.
-    P : (n, n), of the set {x' P x <= 1}; None where none is found.
+    P : (n, n), of the set {x' P x <= 1}.
     size : volume of the set, and the largest multiple of the ranges in it, as lengths.
     share : of the ranges that is in the set: the first of these, or where a state has no range the
         second, for its reach was not asked for.
@@ -123,13 +124,13 @@ class Judged:
 
     gains: FoundGains
     K: Floats
-    P: Floats | None
-    size: tuple[float, float] = (0.0, 0.0)
-    share: float = 0.0
-    larger: bool = False
-    times: tuple[float, float] = (np.inf, np.inf)
-    withstood: float = 1.0
-    affordable: bool = True
+    P: Floats
+    size: tuple[float, float]
+    share: float
+    larger: bool
+    times: tuple[float, float]
+    withstood: float
+    affordable: bool
 
     @property
     def fast(self) -> bool:
@@ -150,13 +151,29 @@ class Judged:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contest:
-    """What candidates are judged by: the plant's loop, and the regulator beside them."""
+    """What candidates are judged by: the plant's loop, and the regulator beside them.
+
+    Attributes
+    ----------
+    limits : (m,) of the inputs, SI; None for none.
+    box : (n,) half-widths of the states' ranges, inf for none.
+    first_set : P of the first law's set {x' P x <= 1}.
+    sizes, inputs : (n,), (m,), which make the regulator's weights: half-widths and limits, or the
+        reach of the first law's set and the commands on it.
+    data : the model as certificates state it; None for a model without symbols.
+    at_rest : A (n, n), B (n, m) of the linear plant at rest.
+    relaxation : of the laws at other rates.
+    regulator : its K (m, n).
+    largest_commands : (m,) that a law may give.
+    regulator_size : as ``Judged.size``; 0 without a set.
+    """
 
     plant: Plant
     model: TSModel
     settings: PlantSettings
     limits: Floats | None
     box: Floats
+    first_set: Floats
     sizes: Floats
     inputs: Floats
     data: dict[str, Any] | None
@@ -185,20 +202,21 @@ class Contest:
         multiple = np.einsum("ki,ij,kj->k", corners, P, corners).max() ** -0.5
         return float(volume), float(multiple)
 
-    def judged(self, gains: FoundGains, K: Floats | None = None) -> Judged:
-        """Return the law with its measures; K in place of the gains that an LMI gave."""
+    def judged(self, gains: FoundGains, K: Floats | None = None) -> Judged | None:
+        """Return the law with its measures, None without a set; K in place of an LMI's gains."""
         if K is None:
             K = rounded_gains(np.asarray(gains.design.require()[0]), DIGITS)
-        loop = self.loop(K)
-        P = set_in_floats(loop, self.limits)
-        if P is None:
-            return Judged(gains, K, None)
+        P = set_in_floats(self.loop(K), self.limits)
+        return None if P is None else self.with_set(gains, K, P)
+
+    def with_set(self, gains: FoundGains, K: Floats, P: Floats) -> Judged:
+        """Return the law with its measures, of its set {x' P x <= 1}."""
         size = self.size(P)
         larger = any(
             own >= (1 - EQUAL) * other for own, other in zip(size, self.regulator_size, strict=True)
         )
         share = size[0] if np.isfinite(self.box).all() else size[1]
-        withstood = min(withstood_share(loop), 1.0)
+        withstood = min(withstood_share(self.loop(K)), 1.0)
         affordable = bool(np.all(_commands(K, P) <= self.largest_commands))
         return Judged(gains, K, P, size, share, larger, self.times(K, P), withstood, affordable)
 
@@ -243,9 +261,10 @@ def laws_beside_regulator(
         return (first,)
     if common:
         contest = replace(contest, relaxation=ONE_GAIN)
-    judged = contest.judged(first)
+    K = rounded_gains(np.asarray(first.design.require()[0]), DIGITS)
+    judged = contest.with_set(first, K, contest.first_set)
     sizes = (contest.sizes, contest.inputs)
-    if judged.P is None or judged.good:
+    if judged.good:
         return (replace(first, sizes=sizes),)
     candidates = [judged]
     if _search_time(contest) <= LONGEST:
@@ -290,7 +309,7 @@ def _contest(
         return None
     sizes = np.where(np.isfinite(box), box, np.sqrt(np.diag(np.linalg.inv(P))))
     inputs = _commands(K, P) if limits is None else limits
-    weights = _weights_at_rest(model)
+    weights = weights_at_rest(model)
     at_rest = np.tensordot(weights, model.A, axes=1), np.tensordot(weights, model.B, axes=1)
     if not np.all(inputs > 0):
         return None
@@ -304,6 +323,7 @@ def _contest(
         settings,
         limits,
         box,
+        P,
         sizes,
         inputs,
         data,
@@ -395,7 +415,7 @@ def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
     for words, gains in kinds:
         K = rounded_gains(np.asarray(gains, dtype=np.float64), DIGITS)
         law = contest.judged(first, K)
-        if law.P is None:
+        if law is None:
             continue
         answer = Answer(status="candidate", P=law.P, margin=np.nan)
         design = Design(
@@ -434,12 +454,3 @@ def _slowest(A: Floats, step: float | None) -> float:
     if step is None:
         return float(-values.real.max())
     return float(-np.log(np.maximum(np.abs(values).max(), 1e-300)) / step)
-
-
-def _weights_at_rest(model: TSModel) -> Floats:
-    """Return h (r,) where every state and signal is at rest."""
-    if not model.premises:
-        return np.full(len(model.rules), 1.0 / len(model.rules))
-    labels = (*model.states, *model.inputs, *model.disturbances)
-    point = {label.partition(" [")[0]: 0.0 for label in labels}
-    return model.memberships(model.premise_values(**point), clip=True)

@@ -280,6 +280,15 @@ def state_box(model: TSModel) -> Floats:
     )
 
 
+def weights_at_rest(model: TSModel) -> Floats:
+    """Return h (r,) where every state and signal is at rest."""
+    if not model.premises:
+        return np.full(len(model.A), 1.0 / len(model.A))
+    labels = (*model.states, *model.inputs, *model.disturbances)
+    point = {label.split(" [")[0]: 0.0 for label in labels}
+    return model.memberships(model.premise_values(**point), clip=True)
+
+
 def _from_assumed_starts(
     plant: Plant, model: TSModel, settings: PlantSettings, box: Floats, input_limit: Floats
 ) -> FoundGains:

@@ -14,7 +14,7 @@ from takagi.certificates.claims.certification import Certificate
 from takagi.certificates.controller.content import bound
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import NoDesign
-from takagi.certificates.design.plant.gains import find_gains, rounded_gains
+from takagi.certificates.design.plant.gains import find_gains, rounded_gains, weights_at_rest
 from takagi.certificates.design.plant.plain_words import obstacle
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
@@ -364,7 +364,7 @@ def check_detectable(
     """
     from takagi.lmi.argument_checks import fixed_mode
 
-    h, estimated = _weights_at_rest(model), list(states)
+    h, estimated = weights_at_rest(model), list(states)
     A = np.tensordot(h, model.A, axes=1)[np.ix_(estimated, estimated)]
     C = np.tensordot(h, model.C[:, list(rows)], axes=1)[:, estimated]
     # States scaled to order one, so that one tolerance fits all.
@@ -391,11 +391,3 @@ def check_detectable(
         f"nothing that is measured ({', '.join(plant.measured or ())}); no observer can follow "
         f"it: measure one of {moving_states} too"
     )
-
-
-def _weights_at_rest(model: TSModel) -> Floats:
-    if not model.premises:
-        return np.full(len(model.A), 1.0 / len(model.A))
-    labels = (*model.states, *model.inputs, *model.disturbances)
-    point = {label.split(" [")[0]: 0.0 for label in labels}
-    return model.memberships(model.premise_values(**point), clip=True)
