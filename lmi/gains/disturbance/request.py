@@ -314,16 +314,17 @@ class DisturbanceRequest:
     def plain(self) -> Design:
         """Return gains without regard to the disturbance, by ``pdc``."""
         reaching, limits = self.plant.reaching, self.given
+        # Merged inputs are not those that limits on inputs and gains are about.
+        same_inputs = reaching is self.plant
         return pdc(
             reaching,
             decay_rate=self.decay_rate,
             relaxation=self.relaxation,
-            # Merged inputs are not those that the limit is about.
-            input_limit=limits.input_limit if reaching is self.plant else None,
+            input_limit=limits.input_limit if same_inputs else None,
             initial_box=limits.initial_box,
             initial_ball=limits.initial_ball,
             state_box=limits.state_box,
-            gain_bound=limits.gain_bound,
+            gain_bound=limits.gain_bound if same_inputs else None,
         )
 
     def mean_of(self, plain: Design) -> Floats | None:
