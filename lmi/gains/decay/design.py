@@ -128,7 +128,8 @@ ANY = "any relaxation"
 
 def design_at(task: DecayRequest, decay_rate: float, relaxation: str) -> Design:
     """Return the gains of least effort at half the largest margin, or why there are none."""
-    fixed = task.fixed_mode(decay_rate)
+    # A mode that does not decay at all was refused when the request was made.
+    fixed = task.fixed_mode(decay_rate) if decay_rate > 0 else None
     if fixed is not None:
         return _no_by_fixed_mode(task, fixed, decay_rate, relaxation)
     limited = decided(task, decay_rate, relaxation)

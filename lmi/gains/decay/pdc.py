@@ -22,6 +22,7 @@ from takagi.lmi.gains.decay.relaxation_search import (
 from takagi.lmi.gains.requirements.limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.arrays import ShortRepr
 from takagi.models.errors import ModelError
 
 
@@ -164,8 +165,8 @@ HEADS = (
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ladder:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Ladder(ShortRepr):
     """Relaxations of one design, in the order in which they were tried.
 
     Attributes

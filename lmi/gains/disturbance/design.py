@@ -93,9 +93,9 @@ def tamed(task: DisturbanceRequest, design: Design, redesign: Callable[[float], 
     ----------
     redesign : the gains with a norm of at most a value.
     """
-    natural = guessed_regulator(task.plant, 1.0)
+    natural = None if design.gain is None else guessed_regulator(task.plant, 1.0)
     size = 0.0 if natural is None else _size_of(task, natural, design)
-    if natural is None or design.gain is None or not size > ABSURD_GAINS:
+    if natural is None or not size > ABSURD_GAINS:
         return design
     value = None if out_of_time() else _zero(task)
     alternative = design if value is None else redesign(value)
