@@ -127,6 +127,7 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.structured.slack_matrix import (
         structured_pdc_condition as structured_pdc_condition,
     )
+    from takagi.lmi.gains.zero_gains import ZeroGainsWarning as ZeroGainsWarning
     from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
     from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep

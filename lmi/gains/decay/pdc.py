@@ -20,12 +20,14 @@ from takagi.lmi.gains.decay.relaxation_search import (
     search_relaxations,
 )
 from takagi.lmi.gains.requirements.limits import GivenLimits
+from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import ShortRepr
 from takagi.models.errors import ModelError
 
 
+@warns_of_zero_gains
 @limited
 def pdc(
     model: Controlled,

@@ -55,6 +55,7 @@ from takagi.lmi.gains.disturbance.sums import (
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
+from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models.errors import ModelError
@@ -155,6 +156,7 @@ def _total(W: Unknown, nu: Unknown) -> LMI:
     return lmi_of((nu >> total).named("variance", rf"i = 1, \dots, {r}", weight=WEIGHT))
 
 
+@warns_of_zero_gains
 @limited
 def h2_pdc(
     model: Disturbed,
