@@ -35,6 +35,7 @@ from problems import (  # noqa: E402
 
 Floats = NDArray[np.float64]
 Timed = tuple[float, float]
+Works = list[tuple[Callable[[], Any], ...]]
 LIMIT = 120.0
 EFFORT = 1e4
 
@@ -398,7 +399,7 @@ SEEDS = (1, 2, 3)
 # States, inputs, rules; how far rules are scattered about the first.
 GAINS = ((2, 1, 2), (4, 2, 4), (8, 3, 4))
 NORMS = ((2, 1, 4), (4, 2, 4), (8, 2, 4), (12, 2, 2))
-SCATTER = 0.1
+SCATTER = 0.05
 
 
 def ratios() -> str:
@@ -422,6 +423,7 @@ def ratios() -> str:
     from takagi.models import TSModel
 
     rows = []
+    works: Works
     for count in (4, 1024):
         sets = [stable_vertices(count, 4, seed) for seed in SEEDS]
         works = [
@@ -440,20 +442,20 @@ def ratios() -> str:
             condition = pdc_condition(TSModel(A, B))
             size = condition.lmis[2].weight
             raw = partial(_raw_margin, condition, {"nu": EFFORT})
-            peer = partial(cvxpy_compensation, A, B, 0.0, size, EFFORT)
-            works.append((partial(pdc, TSModel(A, B)), raw, peer))
+            other = partial(cvxpy_compensation, A, B, 0.0, size, EFFORT)
+            works.append((partial(pdc, TSModel(A, B)), raw, other))
         rows.append(_ratio_row(f"PDC, n = {n}, m = {m}, {rules} rules", works))
     for n, m, rules in NORMS:
         plants = [
             disturbed_rules(rules, n, m, 2, m + min(n, 3), seed, spread=SCATTER) for seed in SEEDS
         ]
         models = [TSModel(p.A, p.B, C=p.C, D=p.D, E=p.E) for p in plants]
-        for name, design, pose, peer in (
+        for name, design, pose, textbook in (
             ("H-infinity", hinf_pdc, hinf_pdc_condition, cvxpy_energy_gain),
             ("H2", h2_pdc, h2_pdc_condition, cvxpy_variance),
         ):
             works = [
-                (partial(design, model), partial(_raw_least, pose(model)), partial(peer, plant))
+                (partial(design, model), partial(_raw_least, pose(model)), partial(textbook, plant))
                 for model, plant in zip(models, plants, strict=True)
             ]
             rows.append(_ratio_row(f"{name}, n = {n}, m = {m}, {rules} rules", works))
@@ -467,7 +469,7 @@ def ratios() -> str:
     return table(heads, rows)
 
 
-def _ratio_row(name: str, works: list[tuple[Callable[[], Any], ...]]) -> tuple[str, ...]:
+def _ratio_row(name: str, works: Works) -> tuple[str, ...]:
     spent = np.array([[_processor(work) for work in three] for three in works])
     over = np.nanmedian(spent[:, :1] / spent[:, 1:], axis=0)
     print(f"  {name}: {over[0]:.2f} of raw, {over[1]:.2f} of cvxpy", flush=True)

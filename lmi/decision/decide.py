@@ -62,7 +62,7 @@ LOOSENESS = (1.0, 30.0, 1e3)
 # What it may take of what is promised; the rest is for the accuracy of the first stage's bound.
 SHARE = 0.9
 # The smallest margin that is asked for at once: what is found is good to the solver's tolerances.
-LEAST_INSIDE = 1e-8
+LEAST_INSIDE = 1e-7
 # How often a program is posed anew where the solution that was found is of order one.
 RESCALED = 2
 

@@ -89,7 +89,8 @@ def pdc(
     is a rate that there are no gains for, to solver accuracy: next to the design's, further off
     where the rates between were not settled, inf where no rate was ruled out (in discrete time a
     loop may reach zero in one step: rates end where V falls by 1e-8 in a sample).  With "auto"
-    ``ladder`` says what was tried.  Nothing is proved here.
+    ``ladder`` says what was tried.  Gains that do nothing beside the plant itself bring a
+    ``ZeroGainsWarning``.  Nothing is proved here.
 
     Raises
     ------
