@@ -1,6 +1,6 @@
 """Measures the LMI layer against its peers, and writes the tables of docs/benchmarks.md.
 
-    python benchmarks/lmi_layer.py [--only PART ...]      parts: posing rate vertices wide designs
+    python benchmarks/lmi_layer.py [--only PART ...]      parts: posing rate vertices wide ratios
 
 Every row is measured in this run, one after another, on one thread; compare the ratios, not the
 times.  Peers get the same question, and their answers are compared with ours in the table.
@@ -20,6 +20,7 @@ from functools import partial
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("RAYON_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402  the threads are counted when numpy is loaded
 from measure import PAGE, placed, seconds, table  # noqa: E402
@@ -34,6 +35,7 @@ from problems import (  # noqa: E402
 
 Floats = NDArray[np.float64]
 Timed = tuple[float, float]
+Works = list[tuple[Callable[[], Any], ...]]
 LIMIT = 120.0
 EFFORT = 1e4
 
@@ -391,52 +393,125 @@ def wide() -> str:
     return table(heads, rows)
 
 
-# ------------------------------------------------------------------ gains against disturbances
+# ------------------------------------------------------------------ processor time of whole calls
 
-# States, inputs, rules.
-DESIGNS = ((2, 1, 1), (2, 1, 4), (4, 2, 1), (4, 2, 4), (8, 2, 1), (8, 2, 4), (12, 2, 1), (12, 2, 2))
+SEEDS = (1, 2, 3)
+# States, inputs, rules; how far rules are scattered about the first.
+GAINS = ((2, 1, 2), (4, 2, 4), (8, 3, 4))
+NORMS = ((2, 1, 4), (4, 2, 4), (8, 2, 4), (12, 2, 2))
+SCATTER = 0.05
 
 
-def designs() -> str:
-    """Return the table of whole calls of ``hinf_pdc`` and ``h2_pdc`` beside cvxpy and clarabel.
+def ratios() -> str:
+    """Return the table of whole calls over bare clarabel and over cvxpy, in processor time.
 
-    The runs of a row are interleaved, and their medians compared: other work on the machine then
-    slows both.
+    Every number is the median of three random problems, each of three runs; "a no" is of rules
+    without gains, over the no of ``pdc``.
     """
-    import cvxpy as cp
-    from peers import cvxpy_energy_gain, cvxpy_variance
+    from peers import cvxpy_compensation, cvxpy_energy_gain, cvxpy_lyapunov, cvxpy_variance
 
-    from takagi.lmi import h2_pdc, hinf_pdc
+    from takagi.lmi import (
+        common_lyapunov,
+        common_lyapunov_condition,
+        h2_pdc,
+        h2_pdc_condition,
+        hinf_pdc,
+        hinf_pdc_condition,
+        pdc,
+        pdc_condition,
+    )
     from takagi.models import TSModel
 
     rows = []
-    for n, m, rules in DESIGNS:
-        plant = disturbed_rules(rules, n, m, 2, m + min(n, 3))
-        model = TSModel(plant.A, plant.B, C=plant.C, D=plant.D, E=plant.E)
-        questions = (("H-infinity", hinf_pdc, cvxpy_energy_gain), ("H2", h2_pdc, cvxpy_variance))
-        for name, design, other in questions:
-            found, spent = [], []
-            for _ in range(3 if n > 4 else 7):
-                began = time.perf_counter()
-                gain = design(model).gain
-                mine = time.perf_counter() - began
-                began = time.perf_counter()
-                try:
-                    value = other(plant)[1]
-                except cp.SolverError:
-                    value = float("nan")
-                spent.append((mine, time.perf_counter() - began))
-                found.append((float("nan") if gain is None else gain, value))
-            ours, peers = np.median(np.array(spent), axis=0)
-            ratio = float(np.median([b / a for a, b in spent]))
-            apart = max(abs(a / b - 1) for a, b in found)
-            what = f"{name}, n = {n}, m = {m}, {rules} rule{'s' if rules > 1 else ''}"
-            print(f"  {what}: {ratio:.2f}", flush=True)
-            same = f"{apart:.0e}" if np.isfinite(apart) else "cvxpy's solver failed"
-            times = seconds(float(ours)), seconds(float(peers))
-            rows.append((what, *times, f"{ratio:.1f}", same))
-    heads = ("gains, whole call", "takagi", "cvxpy + clarabel", "slower by", "least norms apart")
+    works: Works
+    for count in (4, 1024):
+        sets = [stable_vertices(count, 4, seed) for seed in SEEDS]
+        works = [
+            (
+                partial(common_lyapunov, A),
+                partial(_raw_margin, common_lyapunov_condition(A), {}),
+                partial(cvxpy_lyapunov, A, 2.0 * float(np.linalg.norm(A, 2, axis=(1, 2)).max())),
+            )
+            for A in sets
+        ]
+        rows.append(_ratio_row(f"common P, n = 4, {count} vertices", works))
+    for n, m, rules in GAINS:
+        works = []
+        for seed in SEEDS:
+            A, B = scattered_rules(rules, n, m, seed, SCATTER)
+            condition = pdc_condition(TSModel(A, B))
+            size = condition.lmis[2].weight
+            raw = partial(_raw_margin, condition, {"nu": EFFORT})
+            other = partial(cvxpy_compensation, A, B, 0.0, size, EFFORT)
+            works.append((partial(pdc, TSModel(A, B)), raw, other))
+        rows.append(_ratio_row(f"PDC, n = {n}, m = {m}, {rules} rules", works))
+    for n, m, rules in NORMS:
+        plants = [
+            disturbed_rules(rules, n, m, 2, m + min(n, 3), seed, spread=SCATTER) for seed in SEEDS
+        ]
+        models = [TSModel(p.A, p.B, C=p.C, D=p.D, E=p.E) for p in plants]
+        for name, design, pose, textbook in (
+            ("H-infinity", hinf_pdc, hinf_pdc_condition, cvxpy_energy_gain),
+            ("H2", h2_pdc, h2_pdc_condition, cvxpy_variance),
+        ):
+            works = [
+                (partial(design, model), partial(_raw_least, pose(model)), partial(textbook, plant))
+                for model, plant in zip(models, plants, strict=True)
+            ]
+            rows.append(_ratio_row(f"{name}, n = {n}, m = {m}, {rules} rules", works))
+    without = [_without_gains(seed) for seed in SEEDS]
+    for name, design in (("H-infinity", hinf_pdc), ("H2", h2_pdc)):
+        spent = [(_processor(partial(design, m)), _processor(partial(pdc, m))) for m in without]
+        ratio = float(np.median([a / b for a, b in spent]))
+        mine = float(np.median([a for a, _ in spent]))
+        rows.append((f"{name}, a no", seconds(mine), "-", "-", f"{ratio:.1f}"))
+    heads = ("whole call", "takagi", "over raw clarabel", "over cvxpy", "over the no of pdc")
     return table(heads, rows)
+
+
+def _ratio_row(name: str, works: Works) -> tuple[str, ...]:
+    spent = np.array([[_processor(work) for work in three] for three in works])
+    over = np.nanmedian(spent[:, :1] / spent[:, 1:], axis=0)
+    print(f"  {name}: {over[0]:.2f} of raw, {over[1]:.2f} of cvxpy", flush=True)
+    mine = float(np.median(spent[:, 0]))
+    return (name, seconds(mine), f"{over[0]:.2f}", f"{over[1]:.2f}", "-")
+
+
+def _processor(work: Callable[[], Any], repeats: int = 3) -> float:
+    """Return the median processor time of some runs [s], after a first; nan if one fails."""
+    import cvxpy as cp
+
+    spent = []
+    for _ in range(repeats + 1):
+        began = time.process_time()
+        try:
+            work()
+        except cp.SolverError:
+            return float("nan")
+        spent.append(time.process_time() - began)
+    return float(np.median(spent[1:]))
+
+
+def _raw_least(condition: Any) -> Timed:
+    """Solve the least objective by a bare clarabel call, in the plant's own coordinates."""
+    from takagi.lmi.cone.cone_program import assemble, cone_program
+
+    data = assemble(condition)
+    spent, y = _raw(cone_program(data, data.objective, (), margin=0.0))
+    return spent, float(data.objective @ y)
+
+
+def _without_gains(seed: int) -> Any:
+    """Return random rules, n = 2, m = 1, r = 4, that all pairs show no gains for."""
+    from takagi.lmi import pdc
+    from takagi.models import TSModel
+
+    random = np.random.default_rng(seed)
+    while True:
+        A, B = random.normal(size=(4, 2, 2)), random.normal(size=(4, 2, 1))
+        model = TSModel(A, B, E=np.ones((2, 1)), C=np.eye(3)[:, :2], D=np.eye(3)[:, 2:])
+        if pdc(model).status == "infeasible":
+            return model
 
 
 PARTS: dict[str, Callable[[], str]] = {
@@ -444,7 +519,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "rate": rate,
     "vertices": vertices,
     "wide": wide,
-    "designs": designs,
+    "ratios": ratios,
 }
 CHILDREN: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     "rounds": rounds,

@@ -59,11 +59,18 @@ def stable_vertices(count: int, states: int, seed: int = 1, spread: float = 0.4)
 
 
 def disturbed_rules(
-    rules: int, states: int, inputs: int, disturbances: int, outputs: int, seed: int = 1
+    rules: int,
+    states: int,
+    inputs: int,
+    disturbances: int,
+    outputs: int,
+    seed: int = 1,
+    *,
+    spread: float = 0.02,
 ) -> Channelled:
     """Return rules with a disturbance and an output that holds every input."""
     random = np.random.default_rng(seed)
-    A, B = scattered_rules(rules, states, inputs, seed)
+    A, B = scattered_rules(rules, states, inputs, seed, spread)
     C = np.zeros((outputs, states))
     kept = min(states, outputs - inputs)
     C[range(kept), range(kept)] = 1.0

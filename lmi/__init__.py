@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from takagi.lmi.answer import Try as Try
     from takagi.lmi.condition.evaluate import exact_matrices as exact_matrices
     from takagi.lmi.condition.express import expressed as expressed
+    from takagi.lmi.condition.log_det import log_det as log_det
     from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
     from takagi.lmi.condition.region import NormBounded as NormBounded
     from takagi.lmi.condition.statements import lmi_of as lmi_of
@@ -126,6 +127,7 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.structured.slack_matrix import (
         structured_pdc_condition as structured_pdc_condition,
     )
+    from takagi.lmi.gains.zero_gains import ZeroGainsWarning as ZeroGainsWarning
     from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
     from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep

@@ -211,6 +211,11 @@ class GainsWithAnswer(WithAnswer):
         @property
         def P(self) -> Floats | None: ...
 
+    @property
+    def K(self) -> Floats | None:
+        """Return the gains, as ``gains``."""
+        return self.gains
+
     def require(self) -> tuple[Floats, Floats]:
         """Return (gains, P).
 

@@ -264,6 +264,8 @@ def _check_independent(B: Array, letter: str) -> None:
             f"{signal} {k + 1} of {B.shape[2]}: its {column} of {letter} is zero in every vertex, "
             f"so it does nothing; leave it out"
         )
+    if B.shape[2] == 1:
+        return
     # Columns of equal size are compared, so the answer does not depend on the units of the inputs.
     singular = np.linalg.svd(_equal_sizes(B), compute_uv=False)
     if len(singular) < B.shape[2] or singular[-1] <= 1e-12 * singular[0]:

@@ -34,7 +34,7 @@ from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.refutation.exact_algebra import adjoint, is_definite, is_semidefinite
-from takagi.models.arrays import Floats, Indices
+from takagi.models.arrays import Floats, Indices, ShortRepr
 from takagi.models.errors import ModelError
 
 # The dependent entries are chosen by the pivots of a QR decomposition.  A pivot below this share of
@@ -42,8 +42,8 @@ from takagi.models.errors import ModelError
 PIVOT = 1e-10
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Parametrised:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class Parametrised(ShortRepr):
     """All unknowns that satisfy the equalities of a condition.
 
     Attributes
@@ -328,8 +328,8 @@ class _Entries:
         return total
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class ExactSolution:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class ExactSolution(ShortRepr):
     """Unknowns in rational numbers, with the test that they satisfy a condition.
 
     The test is about the numbers that the condition stores: a float counts as its binary value.

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.term import Array
-from takagi.models.arrays import Floats, Indices
+from takagi.models.arrays import Floats, Indices, ShortRepr
 from takagi.models.errors import ModelError
 
 Degrees: TypeAlias = tuple[int, ...]
@@ -334,8 +334,8 @@ def substituted(degree: int, points: Floats) -> Floats:
     return T
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PolynomialLyapunov:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class PolynomialLyapunov(ShortRepr):
     """P(h) = sum_a B_a(w(h)) P_a for V = x' P(h) x.
 
     Attributes

@@ -52,14 +52,14 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.expressions.expression import added, block, matrix, trace
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
 ROUNDS = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StartSet:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class StartSet(ShortRepr):
     """A candidate {z'Pz <= 1}.
 
     Attributes

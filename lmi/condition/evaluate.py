@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.condition.term import LMI, Array, Condition, Equality
+from takagi.lmi.condition.term import LMI, Array, Condition, Equality, Term
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -41,22 +41,30 @@ def lmi_value(
         if row != column:
             total[:, column, row] += value.transpose(0, 2, 1)
     for term in lmi.terms:
-        item, member, left, right = term.spread(lmi.count)
+        left, right = term.left, term.right
         if dtype is np.float64:
             # Products of Fractions with floats are floats too, a hundred times as slow.
             left = left.astype(np.float64, copy=False)
             right = None if right is None else right.astype(np.float64, copy=False)
-        X = values[term.unknown.name][member]
+        X = term.picked(values)
         block = X * left if right is None else left @ X @ right
         if term.parameter is not None:
             block = block * parameters[term.parameter]
         if term.plus_transpose:
             block = block + block.transpose(0, 2, 1)
         row, column = lmi.spans(term.at)
-        np.add.at(total[:, row, column], item, block)
+        _added(total[:, row, column], term, block)
         if row != column:
-            np.add.at(total[:, column, row], item, block.transpose(0, 2, 1))
+            _added(total[:, column, row], term, block.transpose(0, 2, 1))
     return total
+
+
+def _added(total: Array, term: Term, blocks: Array) -> None:
+    """Add to every item what the term contributes to it."""
+    if term.items is None:
+        total += blocks
+    else:
+        np.add.at(total, np.broadcast_to(term.items, max(len(term.items), len(blocks))), blocks)
 
 
 def smallest_eigenvalues(condition: Condition, lmi: LMI, values: Mapping[str, Array]) -> Array:
@@ -148,13 +156,12 @@ def _sizes(lmi: LMI, values: Mapping[str, Array], parameters: Mapping[str, Any])
         row, column = lmi.spans(term.at)
         if row != column:
             continue
-        item, member, left, right = term.spread(lmi.count)
-        X = values[term.unknown.name][member]
+        X, left, right = term.picked(values), term.left, term.right
         block = X * left if right is None else left @ X @ right
         factor = 1.0 if term.parameter is None else abs(float(parameters[term.parameter]))
         factor *= 2.0 if term.plus_transpose else 1.0
         diagonals = np.abs(np.diagonal(block, axis1=1, axis2=2)).astype(np.float64)
-        np.add.at(sizes[:, row], item, factor * diagonals)
+        _added(sizes[:, row], term, factor * diagonals)
     return np.asarray(np.maximum(sizes, np.where(largest > 0, largest, 1.0)[:, None]))
 
 

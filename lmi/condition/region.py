@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.term import Array
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
 Number: TypeAlias = float | Fraction
@@ -92,8 +92,8 @@ class RegionPart:
         return np.asarray(eigenvalues[..., -1], dtype=np.float64)
 
 
-@dataclass(frozen=True, slots=True)
-class EigenvalueRegion:
+@dataclass(frozen=True, slots=True, repr=False)
+class EigenvalueRegion(ShortRepr):
     """Intersection of LMI regions; ``a & b`` is the intersection of two.
 
     Units are those of eigenvalues: 1/s for x' = A x, none for x+ = A x.  Every region is open,
@@ -279,8 +279,8 @@ def _typeset(name: str) -> str:
     return name
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NormBounded:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class NormBounded(ShortRepr):
     """One block D Delta [E, F] with |Delta| <= 1 (spectral norm).
 
     Attributes

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from takagi.lmi.condition.log_det import LogDet, root_of_determinant
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Equality, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import (
@@ -40,6 +41,7 @@ ROUNDED = 1e-11
 def pose(
     *statements: Statement | LMI,
     minimise: object = None,
+    maximise: object = None,
     unknowns: Sequence[Unknown] = (),
     parameters: Sequence[Parameter] = (),
     name: str = "a condition of one's own",
@@ -53,6 +55,8 @@ def pose(
         ``X <= Y`` and ``X >= Y`` (semidefinite), ``X == Y``; ``.named("...")`` names one. An
         ``LMI``, as from ``lmi_of``, is taken as it is.
     minimise : a 1 x 1 expression that is linear in the unknowns, e.g. ``trace(P)`` or ``gamma``.
+    maximise : the same as minimising its negative, which is what ``objective`` then is of; or
+        ``log_det(P)``, for which -det(P)^(1/n) is minimised.
     unknowns : those that come first among the solver's variables; the others follow as written.
     parameters : values of those that stand in an ``LMI``; statements bring their own.
     name, source : of the condition.
@@ -65,12 +69,14 @@ def pose(
     Raises
     ------
     ModelError : no statement, another value than a statement, an inequality of a matrix that is not
-        symmetric, unknowns of one name that differ, an objective with a constant.
+        symmetric, unknowns of one name that differ, an objective with a constant, two objectives.
     """
     if not statements:
         raise ModelError("pose: no statement was given; give at least one, e.g. P >> 0")
+    goal, roots = _goal(minimise, maximise)
     lmis: list[LMI] = []
     equalities: list[Equality] = []
+    statements = (*statements, *roots)
     for number, statement in enumerate(statements, start=1):
         if isinstance(statement, LMI):
             lmis.append(statement)
@@ -83,7 +89,6 @@ def pose(
                 f"pose: statement {number} is {statement!r}; a comparison of expressions is "
                 "needed, e.g. He(P @ A) << 0 or P @ B == C.T"
             )
-    goal = None if minimise is None else expression_of(minimise, "the objective")
     values = {parameter.name: float(parameter.value) for parameter in parameters}
     named = {unknown.name: unknown for unknown in unknowns}
     for stated in (*statements, goal):
@@ -107,6 +112,24 @@ def pose(
         parameters=values,
         source=source,
     )
+
+
+def _goal(minimise: object, maximise: object) -> tuple[Expression | None, tuple[Inequality, ...]]:
+    """Return what is minimised, and the inequalities that it needs."""
+    if minimise is not None and maximise is not None:
+        raise ModelError("pose: minimise and maximise; give one, the other as an inequality")
+    if isinstance(maximise, LogDet):
+        minimise, maximise = -maximise, None
+    if isinstance(minimise, LogDet):
+        if minimise.sign > 0:
+            raise ModelError(
+                "pose: log_det is concave, so it can be maximised only: maximise=log_det(P)"
+            )
+        t, statements = root_of_determinant(minimise.X)
+        return -t, statements
+    if maximise is not None:
+        return -expression_of(maximise, "the objective"), ()
+    return None if minimise is None else expression_of(minimise, "the objective"), ()
 
 
 def condition_of(statements: StatedCondition, caller: str) -> Condition:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.unknown import Unknown
-from takagi.models.arrays import Indices
+from takagi.models.arrays import Indices, ShortRepr
 from takagi.models.errors import ModelError
 
 
@@ -111,8 +111,8 @@ class Spread(NamedTuple):
     right: Array | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Term:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class Term(ShortRepr):
     """Contributions L_t X_member(t) R_t (+ transpose), t = 1 ... T, to items item(t) of an LMI.
 
     Attributes
@@ -155,6 +155,11 @@ class Term:
         right = None if self.right is None else _repeated(self.right, size)
         return Spread(item, _repeated(member, size), _repeated(self.left, size), right)
 
+    def picked(self, values: Mapping[str, Array]) -> Array:
+        """Return its members of the unknown's values, one or one for each contribution."""
+        value = values[self.unknown.name]
+        return value[:1] if self.members is None else value[self.members]
+
     @property
     def shape(self) -> tuple[int, int]:
         """Return the shape of the block it fills."""
@@ -162,8 +167,8 @@ class Term:
         return int(self.left.shape[1]), int(columns.shape[2])
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Constant:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class Constant(ShortRepr):
     """A known block: value (N, p, q), or (1, p, q) for the same in every item.
 
     ``at``, ``factor`` as in ``Term``; the whole matrix must be symmetric.
@@ -179,8 +184,8 @@ class Constant:
         return int(self.value.shape[1]), int(self.value.shape[2])
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class LMI:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class LMI(ShortRepr):
     """F_k(X) = sum of terms + constants, and sign F_k(X) > 0 for every item k.
 
     A strict LMI holds with a margin t > 0. A non-strict one, sign F_k(X) >= 0, may hold with
@@ -271,8 +276,8 @@ def _spans(blocks: tuple[int, ...], at: Position | None) -> tuple[slice, slice]:
     return slice(first, first + blocks[at[0]]), slice(second, second + blocks[at[1]])
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Equality:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class Equality(ShortRepr):
     """E_k(X) = sum of terms + constants = 0, every entry of it, for every item k.
 
     E is the block (0, 1) of a symmetric matrix with the blocks (p, q): a term at (0, 1) adds
@@ -325,8 +330,8 @@ class Equality:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Condition:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class Condition(ShortRepr):
     """Find unknowns with every LMI satisfied, and the objective, if there is one, least.
 
     Attributes

@@ -61,6 +61,8 @@ DOUBTFUL = 3
 LOOSENESS = (1.0, 30.0, 1e3)
 # What it may take of what is promised; the rest is for the accuracy of the first stage's bound.
 SHARE = 0.9
+# The smallest margin that is asked for at once: what is found is good to the solver's tolerances.
+LEAST_INSIDE = 1e-7
 # How often a program is posed anew where the solution that was found is of order one.
 RESCALED = 2
 
@@ -284,7 +286,7 @@ def optimise(
     program = cone_program(data, data.objective, (), margin=0.0)
     tries: list[Try] = []
     if inside is not None:
-        with_margin = _inside(data, program, inside, slack)
+        with_margin = least_inside(data, inside, slack)
         if with_margin.settled:
             return with_margin
         tries.extend(with_margin.tries)
@@ -348,12 +350,28 @@ def _nearer(condition: Condition, best: Outcome | None, new: Outcome, slack: flo
     return measured(condition, replace(chosen, lower_bound=max(bounds, default=-np.inf)), slack)
 
 
-def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) -> Outcome:
+def least_inside(data: Assembled, inside: float, slack: float) -> Outcome:
     """Return the least objective with a margin; ``settled`` where the margin costs next to nothing.
 
     The multipliers bound the objective without a margin too: the two programs differ in b alone.
+    The least objective is convex in the margin, so where it costs too much, that share of it which
+    costs ``slack`` is asked for, once.
     """
-    raw = next(attempts(cone_program(data, data.objective, (), margin=inside)))
+    program = cone_program(data, data.objective, (), margin=0.0)
+    session = Session()
+    outcome = _with_margin(data, program, inside, slack, session)
+    cost = outcome.objective - outcome.lower_bound
+    smaller = 0.99 * inside * slack * abs(outcome.lower_bound) / cost if cost > 0 else 0.0
+    if outcome.status != "candidate" or outcome.settled or smaller < LEAST_INSIDE:
+        return outcome
+    second = _with_margin(data, program, smaller, slack, session)
+    return replace(second, tries=(*outcome.tries, *second.tries))
+
+
+def _with_margin(
+    data: Assembled, program: ConeProgram, inside: float, slack: float, session: Session
+) -> Outcome:
+    raw = next(attempts(cone_program(data, data.objective, (), margin=inside), session))
     values = values_of(data, raw)
     checked_margin = margin(data.condition, values) if values else -np.inf
     outcome = Outcome("unknown", values, checked_margin, np.inf, {}, (_try(raw, checked_margin),))

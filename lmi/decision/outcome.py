@@ -20,7 +20,7 @@ from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.cone_program import Assembled, ConeProgram, Raw, in_dual_cone, margin_bound
 from takagi.lmi.refutation.contradiction import contradiction
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 
 # How far above its bound an objective may be to pass for the least, relative, where less was asked
 # for: the bound is good to the solver's accuracy only.
@@ -29,8 +29,8 @@ LARGEST_GAP = 1e-3
 FLOOR = 2e-8
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Outcome(ShortRepr):
     """The best of the tries.
 
     Attributes

@@ -25,7 +25,7 @@ from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Condition, selected_items
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.cone_program import assemble, cone_program
-from takagi.lmi.decision.decide import decide, optimise
+from takagi.lmi.decision.decide import decide, improve, optimise
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.solver.solve import attempts
 from takagi.lmi.solver.time_limit import limited
@@ -146,6 +146,27 @@ def _touching(some: _Some) -> list[Try]:
         if not some.add(margins, -ITEM_TOLERANCE):
             return tries
     return tries
+
+
+def improve_by_rounds(condition: Condition, start: Outcome) -> Outcome:
+    """Return the same as ``improve``, from the items that ``start`` was decided with.
+
+    Parameters
+    ----------
+    start : of ``decide_by_rounds``, whose multipliers are zero for the items that it left out.
+    """
+    some = _Some.of(condition)
+    for k in some.chosen:
+        carried = np.abs(start.multipliers[condition.lmis[k].name]).max(axis=(1, 2)) > 0
+        some.chosen[k] = np.union1d(some.chosen[k], np.flatnonzero(carried))
+    tries = start.tries
+    for _ in range(ROUNDS):
+        outcome = improve(some.condition(), replace(start, tries=()))
+        tries += outcome.tries
+        margins = some.margins(outcome.values)
+        if not some.add(margins, 0.49 * start.margin):
+            return replace(outcome, margin=_worst(margins, outcome.margin), tries=tries)
+    return replace(start, tries=tries)
 
 
 @dataclass(slots=True, eq=False)

@@ -14,7 +14,7 @@ from takagi.lmi.answer import Answer
 from takagi.lmi.condition.term import Array
 from takagi.lmi.decision.outcome import Share, shares_in_words
 from takagi.models import Premise, TSModel
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
 # Multipliers of about one direction, and a mode that is out of reach to solver accuracy.
@@ -119,8 +119,8 @@ class PremiseRelief:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Explanation:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Explanation(ShortRepr):
     """Why a design fails, and each single change that helps; ``str()`` says it in words.
 
     Every change that is named was solved, and its answer passed the check; the best ones were

@@ -6,6 +6,7 @@
     X << Y, X >> Y             Y - X, X - Y positive definite, with a margin
     X <= Y, X >= Y             semidefinite: equality is allowed
     X == Y                     equal entry by entry
+    P[0, 0], P[:2, 1:]         entries and blocks, always as matrices; np.kron, np.trace, np.block
 
 No statement is solved or tested here: ``takagi.lmi.pose`` makes a condition of statements.
 An unknown with several members, or known matrices (N, p, q), mean one statement for each of N.
@@ -95,6 +96,24 @@ class Operators(ABC):
     def __pos__(self) -> Expression:
         return self.as_expression()
 
+    def __getitem__(self, key: Any) -> Expression:
+        return selected(self.as_expression(), key)
+
+    # Without this Python would ask for one row after another, and never be told to stop.
+    __iter__ = None
+
+    def __array_function__(
+        self, function: Any, types: object, arguments: Any, options: dict[str, Any]
+    ) -> Expression:
+        known_functions: dict[Any, Any] = {np.kron: kron, np.trace: trace, np.block: block}
+        if function not in known_functions or options:
+            raise ModelError(
+                f"{function.__module__}.{function.__name__} of an unknown or an expression; there "
+                "are +, -, @, *, .T, slices, He, block, trace, np.kron, and log_det to be "
+                "maximised: write it with these, or as an inequality with an unknown of its own"
+            )
+        return cast(Expression, known_functions[function](*arguments))
+
     def __add__(self, other: object) -> Expression:
         return total(self.as_expression(), other, 1)
 
@@ -133,7 +152,7 @@ class Operators(ABC):
     __gt__ = __lt__
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Expression(Operators):
     """A matrix in blocks, one for each of ``count`` items: the sum of its pieces.
 
@@ -163,6 +182,12 @@ class Expression(Operators):
 
     def as_expression(self) -> Expression:
         return self
+
+    def __repr__(self) -> str:
+        names = dict.fromkeys(str(piece.unknown.name) for piece in self.pieces if piece.unknown)
+        several = f"{self.count} of " if self.count > 1 else ""
+        of_unknowns = f" in {', '.join(names)}" if names else ""
+        return f"Expression({several}{self.shape[0]} x {self.shape[1]}{of_unknowns})"
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -213,7 +238,7 @@ class Statement:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Inequality(Statement):
     """sign times the expression is positive definite (strict), or semidefinite."""
 
@@ -224,6 +249,10 @@ class Inequality(Statement):
     index: str = ""
     weight: float = 1.0
     labels: Sequence[str] = ()
+
+    def __repr__(self) -> str:
+        symbol = {1: ">", -1: "<"}[self.sign] * (2 if self.strict else 1) + "=" * (not self.strict)
+        return f"Inequality({self.expression!r} {symbol} 0)"
 
     def named(
         self, name: str, index: str = "", *, weight: float = 1.0, labels: Sequence[str] = ()
@@ -239,13 +268,16 @@ class Inequality(Statement):
         return replace(self, name=name, index=index, weight=weight, labels=labels)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Equation(Statement):
     """Every entry of the expression is zero."""
 
     expression: Expression
     name: str = ""
     index: str = ""
+
+    def __repr__(self) -> str:
+        return f"Equation({self.expression!r} == 0)"
 
     def named(self, name: str, index: str = "") -> Equation:
         """Return it with a name, and LaTeX of an index range."""
@@ -323,6 +355,8 @@ def yalmip_product(first: Expression, factor: object) -> Expression:
         first, second = second, first
     if first.shape != (1, 1) or second.shape[0] == 1:
         return matrix_product(first, second)
+    if any(piece.unknown is not None and not piece.unknown.scalar for piece in first.pieces):
+        return kron(first, second)
     pieces = [_scaling(number_piece, two) for number_piece in first.pieces for two in second.pieces]
     return Expression(second.rows, second.columns, tuple(pieces))
 
@@ -368,11 +402,6 @@ def _scaling(scalar: Piece, two: Piece) -> Piece:
             parameter=parameter,
             before=scalar.before + two.before,
         )
-    if not scalar.unknown.scalar:
-        raise ModelError(
-            f"a 1 x 1 matrix with the unknown {scalar.unknown.name}, which is not a number itself, "
-            "scales a matrix; introduce a scalar unknown that equals it"
-        )
     left = scalar.left if scalar.right is None else product(scalar.left, scalar.right)
     return replace(
         scalar,
@@ -384,6 +413,75 @@ def _scaling(scalar: Piece, two: Piece) -> Piece:
         before=(),
         behind=scalar.before + scalar.behind + (two.before or _identity_letter(two)),
     )
+
+
+def kron(first: object, second: object) -> Expression:
+    """Return the Kronecker product of two matrices, one of which is known.
+
+    kron(M, X) = sum_k kron(M e_k, I) X kron(e_k', I), one term for each column of M.
+
+    Raises
+    ------
+    ModelError : two unknowns.
+    """
+    one, two = expression_of(first).flat(), expression_of(second).flat()
+    _refuse_two_unknowns(one, two)
+    X, M = (two, one) if one.known else (one, two)
+
+    def factor(known_matrix: Piece, size: int, text: str) -> Piece:
+        pair = known_matrix.left, np.eye(size, dtype=np.intp)
+        words = text, "I"
+        left = np.kron(*(pair if X is two else pair[::-1]))
+        symbol = r" \otimes ".join(words if X is two else words[::-1])
+        return replace(known_matrix, left=left, before=(Letter(f"({symbol})"),))
+
+    pieces: list[Piece] = []
+    for piece in M.pieces:
+        for k, e in enumerate(np.eye(M.shape[1], dtype=np.intp)[:, None, :, None]):
+            name = f"e_{{{k + 1}}}"
+            text = " ".join((*(letter.text for letter in piece.before), name))
+            column = factor(replace(piece, left=piece.left[..., k : k + 1]), X.shape[0], text)
+            row = factor(Piece(unknown=None, left=e), X.shape[1], name).T
+            pieces += [part.before_it(column, (0, 0)).behind_it(row, (0, 0)) for part in X.pieces]
+    rows, columns = np.multiply(one.shape, two.shape)
+    return Expression((int(rows),), (int(columns),), tuple(pieces))
+
+
+def selected(X: Expression, key: Any) -> Expression:
+    """Return entries, rows or a block of a matrix by Python's indices; always a matrix.
+
+    Parameters
+    ----------
+    key : number, slice or list for the rows, or two of them, for rows and columns, from 0.
+
+    Raises
+    ------
+    ModelError : another key, or one outside of the matrix.
+    """
+    keys = key if isinstance(key, tuple) else (key, slice(None))
+    if X.count > 1 and not isinstance(key, tuple):
+        raise ModelError(
+            f"one index for {X.count} matrices; write X.member(0) for one of several, X[i, j] for "
+            "the entry of each"
+        )
+    if len(keys) != 2:
+        raise ModelError(f"{len(keys)} indices; a matrix has two, rows and columns")
+    rows, columns = (_unit_rows(k, size) for k, size in zip(keys, X.shape, strict=True))
+    return matrix_product(matrix_product(rows, X), columns.T)
+
+
+def _unit_rows(key: Any, size: int) -> Expression:
+    """Return the rows of the identity that an index picks."""
+    try:
+        picked = np.atleast_1d(np.arange(size)[key])
+    except (IndexError, TypeError) as error:
+        raise ModelError(f"index {key!r} of {size} rows or columns, counted from 0") from error
+    if picked.ndim != 1 or not picked.size:
+        raise ModelError(f"index {key!r} picks none of {size} rows or columns")
+    if np.array_equal(picked, np.arange(size)):
+        return placement(np.eye(size))
+    letter = ("e" if picked.size == 1 else "E") + f"_{{{', '.join(str(k + 1) for k in picked)}}}"
+    return matrix(np.eye(size)[picked].T, letter).T
 
 
 def _identity_letter(piece: Piece) -> tuple[Letter, ...]:

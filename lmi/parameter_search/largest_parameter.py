@@ -45,7 +45,7 @@ from takagi.lmi.decision.decide import decide, first_weighed
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.parameter_search.parameter_path import WORST, ParameterPencil, Values, follow_path
 from takagi.lmi.solver.solve import Session
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
 # A direction without multipliers gives no bound.  Its eigenvalue is raised to this share of the
@@ -156,8 +156,8 @@ LESS = 2.0
 DEFINITE, REGULAR = 1e-4, 1e-4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Extreme:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Extreme(ShortRepr):
     """The best value of a parameter that was found.
 
     Attributes

@@ -53,12 +53,12 @@ from takagi.lmi.refutation.exact_algebra import (
 )
 from takagi.lmi.refutation.exact_multipliers import Face, exact_near, faces_near, open_face
 from takagi.lmi.solver.solve import attempts
-from takagi.models.arrays import Floats, Indices
+from takagi.models.arrays import Floats, Indices, ShortRepr
 from takagi.models.errors import ModelError
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Alternative:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class Alternative(ShortRepr):
     """A proof that no unknowns satisfy a condition: exact multipliers, or a function that decays.
 
     The proof is about the numbers that the condition stores.  A float counts as the exact dyadic

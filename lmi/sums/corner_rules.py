@@ -10,12 +10,12 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.arrays import Indices
+from takagi.models.arrays import Indices, ShortRepr
 from takagi.models.errors import ModelError
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ProductRules:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ProductRules(ShortRepr):
     """h_i = prod_c w_(p_c, corner_ic): rule i's corner of each premise; p_c is that of column c.
 
     The weights of a premise are nonnegative and sum to 1; so the memberships of the rules do too.

@@ -24,7 +24,7 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import Expression, Inequality
 from takagi.lmi.expressions.piece import Piece
 from takagi.lmi.sums.corner_rules import Corners, product_rules
-from takagi.models.arrays import Floats, Indices
+from takagi.models.arrays import Floats, Indices, ShortRepr
 from takagi.models.errors import ModelError
 
 Weights: TypeAlias = Floats
@@ -243,8 +243,8 @@ def _number(value: float) -> str:
 RelaxedSum: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class DoubleSum:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class DoubleSum(ShortRepr):
     """sum_ij h_i h_j Theta_ij < 0 for all memberships h.
 
     Attributes

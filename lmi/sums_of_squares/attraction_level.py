@@ -60,7 +60,7 @@ from takagi.lmi.sums_of_squares.polynomial import (
     monomials,
     without_idle,
 )
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
 SOURCE = "Chesi (2011), Domain of Attraction, sections 3.3 and 4.1; Parrilo (2000), section 7.3"
@@ -76,8 +76,8 @@ FACES = 4
 Bases = Mapping[str, tuple[StatePolynomial, ...]]
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class AttractionLevel:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class AttractionLevel(ShortRepr):
     """c with {V < c} inside the region of attraction, and the sums of squares for it.
 
     Attributes

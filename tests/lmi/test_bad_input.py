@@ -20,6 +20,8 @@ from takagi.lmi.argument_checks import fixed_mode, symmetric
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]
+# The plants of the table hardly need gains; the shapes are what is tested.
+pytestmark = pytest.mark.filterwarnings("ignore::takagi.lmi.ZeroGainsWarning")
 
 
 @dataclass

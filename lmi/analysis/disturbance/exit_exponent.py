@@ -30,7 +30,7 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.decision.rounds import optimise_by_rounds
 from takagi.lmi.expressions.expression import He, added, block, matrix
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
 # Dinkelbach's steps, and the relative gain at which they end.
@@ -41,8 +41,8 @@ SHARES, REFINED = (0.02, 0.05, 0.1, 0.2, 0.4, 0.7), 0.05
 PAD = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NoisyVertices:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class NoisyVertices(ShortRepr):
     """dx = (A_i x + D_i d) dt + S_i dW, and the rows h of |h x| <= 1.
 
     Attributes
@@ -65,8 +65,8 @@ class NoisyVertices:
         return NoisyVertices(A, D, S, self.rows @ T)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ExitFunction:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ExitFunction(ShortRepr):
     """P, k, a, b and c of the module; ``exponent`` is k (1 - c/a)."""
 
     P: Floats

@@ -22,6 +22,7 @@ from takagi.lmi.gains.cost.condition import initial_factor, largest_lmi, lqr_pdc
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
+from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
@@ -38,6 +39,7 @@ UNSETTLED = (
 )
 
 
+@warns_of_zero_gains
 @limited
 def lqr_pdc(
     model: Controlled,

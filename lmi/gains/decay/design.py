@@ -9,11 +9,12 @@ import numpy as np
 from takagi.lmi.answer import Answer, Design, Status
 from takagi.lmi.condition.evaluate import holds, margin, rate_of_values
 from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.cone.cone_program import Assembled, assemble, pack
 from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
-from takagi.lmi.decision.rounds import ALL_AT_ONCE, decide_by_rounds
+from takagi.lmi.decision.rounds import ALL_AT_ONCE, decide_by_rounds, improve_by_rounds
 from takagi.lmi.gains.decay.condition import LARGEST_ELLIPSOID, DecayRequest
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.sums.relaxations import Relaxation
@@ -115,6 +116,8 @@ def in_fitting_size(
     return replace(plain, task=task, condition=condition, data=assemble(condition), outcome=outcome)
 
 
+# Of more entries than this the items that bind are improved alone, and the others are checked.
+MOST_AT_ONCE = 5_000_000
 # A margin below this may be one of unfit units, or of gains held too small.
 SECOND_LOOK = 1e-6
 # Without gains Q vanishes to solver accuracy; a larger one that misses its margin says in which
@@ -128,12 +131,17 @@ ANY = "any relaxation"
 
 def design_at(task: DecayRequest, decay_rate: float, relaxation: str) -> Design:
     """Return the gains of least effort at half the largest margin, or why there are none."""
-    fixed = task.fixed_mode(decay_rate)
+    # A mode that does not decay at all was refused when the request was made.
+    fixed = task.fixed_mode(decay_rate) if decay_rate > 0 else None
     if fixed is not None:
         return _no_by_fixed_mode(task, fixed, decay_rate, relaxation)
     limited = decided(task, decay_rate, relaxation)
     if limited.outcome.status == "candidate":
-        less = improve(limited.condition, limited.outcome, assembled=limited.data)
+        less = (
+            improve_by_rounds(limited.condition, limited.outcome)
+            if limited.outcome.multipliers and _entries(limited.condition) > MOST_AT_ONCE
+            else improve(limited.condition, limited.outcome, assembled=limited.data)
+        )
         limited = replace(limited, outcome=less)
     return design_of(limited, decay_rate, relaxation)
 
@@ -194,6 +202,11 @@ def decided(
     ):
         last_outcome = replace(last_outcome, status="unknown", bound=np.inf)
     return replace(last, outcome=replace(last_outcome, tries=(*tries, *last_outcome.tries)))
+
+
+def _entries(condition: Condition) -> int:
+    """Return about how many numbers a solver factors."""
+    return sum(lmi.count * triangle(lmi.size) ** 2 for lmi in condition.lmis)
 
 
 def _first_look(condition: Condition, data: Assembled) -> Outcome:

@@ -20,11 +20,14 @@ from takagi.lmi.gains.decay.relaxation_search import (
     search_relaxations,
 )
 from takagi.lmi.gains.requirements.limits import GivenLimits
+from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.arrays import ShortRepr
 from takagi.models.errors import ModelError
 
 
+@warns_of_zero_gains
 @limited
 def pdc(
     model: Controlled,
@@ -86,7 +89,8 @@ def pdc(
     is a rate that there are no gains for, to solver accuracy: next to the design's, further off
     where the rates between were not settled, inf where no rate was ruled out (in discrete time a
     loop may reach zero in one step: rates end where V falls by 1e-8 in a sample).  With "auto"
-    ``ladder`` says what was tried.  Nothing is proved here.
+    ``ladder`` says what was tried.  Gains that do nothing beside the plant itself bring a
+    ``ZeroGainsWarning``.  Nothing is proved here.
 
     Raises
     ------
@@ -164,8 +168,8 @@ HEADS = (
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ladder:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Ladder(ShortRepr):
     """Relaxations of one design, in the order in which they were tried.
 
     Attributes

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
 from typing import TypeAlias
 
@@ -14,7 +15,8 @@ from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
 from takagi.lmi.condition.statements import condition_of, pose
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.decision.decide import decide, optimise
+from takagi.lmi.cone.cone_program import assemble
+from takagi.lmi.decision.decide import decide, least_inside, optimise
 from takagi.lmi.decision.outcome import Outcome, binding_items, not_least, objective_at
 from takagi.lmi.expressions.expression import block, trace
 from takagi.lmi.gains.disturbance.decoupling import decoupling
@@ -91,9 +93,9 @@ def tamed(task: DisturbanceRequest, design: Design, redesign: Callable[[float], 
     ----------
     redesign : the gains with a norm of at most a value.
     """
-    natural = guessed_regulator(task.plant, 1.0)
+    natural = None if design.gain is None else guessed_regulator(task.plant, 1.0)
     size = 0.0 if natural is None else _size_of(task, natural, design)
-    if natural is None or design.gain is None or not size > ABSURD_GAINS:
+    if natural is None or not size > ABSURD_GAINS:
         return design
     value = None if out_of_time() else _zero(task)
     alternative = design if value is None else redesign(value)
@@ -126,40 +128,51 @@ def designed(
         None where there is no such answer.
 
     Posed where the cost of a regulator at the mean vertex is |x|^2, and counted from its gains: as
-    a rule one solve there is all.  Where it does not lead to the least objective, plain
-    compensation says whether there are gains at all; then posed where its function is |x|^2, and
-    in the plant's own coordinates.
+    a rule one solve there is all.  Where it shows no gains, plain compensation says whether there
+    are any; then posed where its function is |x|^2, and in the plant's own coordinates.
     """
     if known_solution is not None:
         design = _design(task, _Solved(*known_solution))
         if design.found:
             return design
-    plain: Design | None = None
+    plain = cache(task.plain)
+    own_size_tried = False
     tries: tuple[Try, ...] = ()
     for number, (P, feedback) in enumerate(_guesses(task)):
-        # Whether there are gains at all is known sooner than that no objective is the least.
-        if plain is None and (number or P is None):
-            plain = task.plain()
-            tries += plain.answer.tries
-            if plain.P is None:
-                return _with_tries(plain, tries)
-            own_solution = _in_own_size(task, plain)
+        if not own_size_tried and (number or P is None):
+            own_size_tried = True
+            tries += plain().answer.tries
+            if plain().P is None:
+                return _without_any(plain(), tries)
+            own_solution = _in_own_size(task, plain())
             tries += own_solution.outcome.tries if own_solution is not None else ()
             if own_solution is not None and own_solution.outcome.status == "candidate":
                 design = _design(task, own_solution)
                 if design.found:
                     return _with_tries(design, tries)
-        if P is None:
-            assert plain is not None and plain.P is not None  # just asked for
-            P = plain.P
-        if not is_definite(P):
+        P = plain().P if P is None else P
+        if P is None or not is_definite(P):
             continue
-        solution = _solved(task, *_in_coordinates(task, P, feedback))
+        # That there are no gains at all is known sooner than that no objective is the least.
+        solution = _solved(
+            task,
+            *_in_coordinates(task, P, feedback),
+            may_exist=lambda: plain().answer.status != "infeasible",
+        )
         tries += solution.outcome.tries
         if solution.outcome.status == "candidate":
             return _with_tries(_design(task, _confirmed(task, solution)), tries)
-    assert plain is not None
+        if plain().answer.status == "infeasible":
+            return _without_any(plain(), tries + plain().answer.tries)
     return _with_tries(_nearly_zero(task) or _without(task, solution), tries)
+
+
+def _without_any(plain: Design, tries: tuple[Try, ...]) -> Design:
+    """Return a no, or doubt, about gains of whatever norm, as that about gains with one."""
+    answer = replace(
+        plain.answer, diagnosis=f"of gains with whatever norm: {plain.answer.diagnosis}"
+    )
+    return _with_tries(replace(plain, answer=answer), tries)
 
 
 def _nearly_zero(task: DisturbanceRequest) -> Design | None:
@@ -228,7 +241,7 @@ def below(task: DisturbanceRequest, value: float) -> Design:
         if P is None:
             plain = task.plain() if plain is None else plain
             if plain.P is None:
-                return plain
+                return _without_any(plain, plain.answer.tries)
             P = plain.P
         if not is_definite(P):
             continue
@@ -346,14 +359,26 @@ def _in_coordinates(
 
 
 def _solved(
-    task: DisturbanceRequest, units: DisturbanceCoordinates, condition: Condition
+    task: DisturbanceRequest,
+    units: DisturbanceCoordinates,
+    condition: Condition,
+    *,
+    may_exist: Callable[[], bool] = lambda: True,
 ) -> _Solved:
     """Return what is near the least objective, with a margin of the tolerance if that is possible.
 
     In these coordinates both the margin and what it costs are of that size.
+
+    Parameters
+    ----------
+    may_exist : asked where no unknowns are seen at once; False ends the search.
     """
-    slack = task.tolerance
-    return _Solved(units, condition, optimise(condition, slack=slack, inside=slack))
+    slack, data = task.tolerance, assemble(condition)
+    outcome = least_inside(data, slack, slack)
+    if not outcome.settled and (outcome.status == "candidate" or may_exist()):
+        full = optimise(condition, slack=slack, assembled=data)
+        outcome = replace(full, tries=(*outcome.tries, *full.tries))
+    return _Solved(units, condition, outcome)
 
 
 def _confirmed(task: DisturbanceRequest, solution: _Solved) -> _Solved:

@@ -52,6 +52,7 @@ from takagi.lmi.gains.disturbance.request import (
 from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
+from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models.errors import ModelError
@@ -138,6 +139,7 @@ def _loop(
     return sum_of(plant, theta)
 
 
+@warns_of_zero_gains
 @limited
 def hinf_pdc(
     model: Disturbed,

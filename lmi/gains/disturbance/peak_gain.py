@@ -56,6 +56,7 @@ from takagi.lmi.gains.disturbance.request import (
 from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, root_share, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
+from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.lmi.sums.double_sum import DoubleSum
@@ -163,6 +164,7 @@ COARSE, FINE = 2, 12
 RATE_TOLERANCE = 1e-2
 
 
+@warns_of_zero_gains
 @limited
 def peak_pdc(
     model: Disturbed,

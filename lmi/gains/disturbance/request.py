@@ -178,19 +178,19 @@ def guessed_regulator(plant: DisturbedPlant, least_weight: float = WEIGHTS[0]) -
     states are weighed alike is a guess: balanced ones, and the plant's own.  What is taken is that
     which costs the disturbance least, tr E' P E, so the weights that are added least.
     """
-    candidates = [_regulator(plant, spread, least_weight) for spread in SPREADS]
+    s = state_units(plant.A, None, step=plant.sample_time)
+    s = s / np.exp2(np.round(np.log2(s).mean()))
+    # A spread of 1 keeps the plant's own units.
+    units = {tuple(np.clip(s, 1 / spread, spread)): None for spread in SPREADS}
+    candidates = [_regulator(plant, np.array(each), least_weight) for each in units]
     regulators = [regulator for regulator in candidates if regulator is not None]
     E = plant.E.mean(axis=0)
     return min(regulators, key=lambda regulator: float(np.sum(E * (regulator.P @ E))), default=None)
 
 
-def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Regulator | None:
+def _regulator(plant: DisturbedPlant, s: Floats, least_weight: float) -> Regulator | None:
     from scipy.linalg import solve_continuous_are, solve_discrete_are
 
-    s = state_units(plant.A, None, step=plant.sample_time)
-    middle = np.exp2(np.round(np.log2(s).mean()))
-    # A spread of 1 keeps the plant's own units.
-    s = np.clip(s / middle, 1 / spread, spread)
     A, B = plant.A.mean(axis=0) * s / s[:, None], plant.B.mean(axis=0) / s[:, None]
     C, D = plant.C.mean(axis=0) * s, plant.D12.mean(axis=0)
     tau = 1.0 / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
@@ -314,16 +314,17 @@ class DisturbanceRequest:
     def plain(self) -> Design:
         """Return gains without regard to the disturbance, by ``pdc``."""
         reaching, limits = self.plant.reaching, self.given
+        # Merged inputs are not those that limits on inputs and gains are about.
+        same_inputs = reaching is self.plant
         return pdc(
             reaching,
             decay_rate=self.decay_rate,
             relaxation=self.relaxation,
-            # Merged inputs are not those that the limit is about.
-            input_limit=limits.input_limit if reaching is self.plant else None,
+            input_limit=limits.input_limit if same_inputs else None,
             initial_box=limits.initial_box,
             initial_ball=limits.initial_ball,
             state_box=limits.state_box,
-            gain_bound=limits.gain_bound,
+            gain_bound=limits.gain_bound if same_inputs else None,
         )
 
     def mean_of(self, plain: Design) -> Floats | None:

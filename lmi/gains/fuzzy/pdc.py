@@ -29,12 +29,12 @@ from takagi.lmi.gains.fuzzy.condition import FuzzyRequest, SlackKind
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_space import RateBounds, membership_rates, space_of
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class FuzzyDesign(WithAnswer):
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class FuzzyDesign(ShortRepr, WithAnswer):
     """u = -M(h) G(h)^-1 x with M(h) = sum_i h_i M_i and G(h) likewise, and V = x' P(h) x.
 
     Attributes

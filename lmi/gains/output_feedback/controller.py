@@ -48,7 +48,7 @@ from takagi.lmi.gains.output_feedback.moderate import (
 from takagi.lmi.refutation.refutation import objective_below
 from takagi.lmi.solver.solve import quick
 from takagi.lmi.solver.time_limit import limited, out_of_time
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
 # How far above the least gamma the controller is taken, relative: at the least one X and Y^-1 meet,
@@ -65,8 +65,8 @@ ROUNDS = 4
 LITTLE = 1e-6
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class OutputFeedback(ControllerFound):
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class OutputFeedback(ShortRepr, ControllerFound):
     """x_K' = A_K x_K + B_K y, u = C_K x_K + D_K y.
 
     Attributes

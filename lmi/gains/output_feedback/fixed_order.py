@@ -37,7 +37,7 @@ from takagi.lmi.gains.output_feedback.generalised_plant import (
 )
 from takagi.lmi.gains.structured.structure import pattern_of
 from takagi.lmi.solver.time_limit import limited
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.ts.model import TSModel
 
 # Digits of F, from the most on, and how much larger the norm may get by the rounding, relative.
@@ -46,8 +46,8 @@ DIGITS, LOST = (9, 8, 7, 6, 5, 4, 3), 1e-3
 LONG = 15
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class FixedOrderDesign(ControllerFound):
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class FixedOrderDesign(ShortRepr, ControllerFound):
     """A controller of given order, and the loop that a claim is about.
 
     Attributes

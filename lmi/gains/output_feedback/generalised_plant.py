@@ -57,15 +57,15 @@ from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import He, block, matrix
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi.answer import Status
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class GeneralisedPlant:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class GeneralisedPlant(ShortRepr):
     """x' = A x + B1 w + B2 u, z = C1 x + D11 w + D12 u, y = C2 x + D21 w, in continuous time.
 
     Attributes

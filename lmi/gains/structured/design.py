@@ -38,7 +38,7 @@ from takagi.lmi.gains.structured.local_search import (
 from takagi.lmi.gains.structured.structure import Objective, check_movable, structure_of
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError, did_you_mean
 
 
@@ -100,8 +100,8 @@ def _check_given(objective: Objective, weights: Mapping[str, object], performanc
         raise ModelError(f'performance was given, but objective is "{objective}"; leave it out')
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class StructuredDesign(GainsWithAnswer):
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class StructuredDesign(ShortRepr, GainsWithAnswer):
     """Structured gains, their value, and the loss due to the structure.
 
     Attributes

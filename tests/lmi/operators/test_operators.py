@@ -24,6 +24,7 @@ from takagi.lmi import (
     expressed,
     hinf_norm_condition,
     latex,
+    log_det,
     matrix,
     objective_below,
     optimise,
@@ -165,6 +166,15 @@ def test_a_statement_is_neither_true_nor_false() -> None:
         (lambda P: P @ [[1.0, np.nan], [0.0, 1.0]], "not finite"),
         (lambda P: P @ [1.0, 0.0], r"a column of n numbers is \(n, 1\)"),
         (lambda P: P.member(1), "counted from 0"),
+        (lambda P: P[2, 0], "index 2 of 2 rows"),
+        (lambda P: P[0, 0, 0], "3 indices"),
+        (lambda P: P[1:1], "picks none"),
+        (lambda P: Unknown("X", 2, 2, count=3)[0], "one index for 3 matrices"),
+        (lambda P: np.kron(P, P), "product of two unknowns"),
+        (lambda P: np.linalg.det(P), "numpy.linalg.det of an unknown.*log_det"),
+        (lambda P: pose(P >> 0, minimise=log_det(P)), "maximised only"),
+        (lambda P: pose(P >> 0, minimise=trace(P), maximise=trace(P)), "give one"),
+        (lambda P: log_det(P @ B), "one square matrix"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(wrong: Any, message: str) -> None:
@@ -305,3 +315,80 @@ def test_the_plain_lyapunov_condition_is_unchanged_by_operators() -> None:
     mine = pose(symmetric() >> 0, symmetric() <= np.eye(2), He(symmetric() @ A) << 0)
 
     assert same(theirs, mine)
+
+
+def value_of(expression: Any, values: dict[str, Any]) -> Any:
+    """The matrix at these unknowns."""
+    X = expression.flat()
+    return np.broadcast_to(sum(piece.value(values, 1) for piece in X.pieces)[0], X.shape)
+
+
+def test_slices_and_kronecker_products_are_numpys() -> None:
+    """At random unknowns every index and both orders of np.kron give what numpy gives."""
+    # The stubs of numpy know arrays alone.
+    numpy: Any = np
+    P, M = symmetric("P", 3), Unknown("M", 1, 3)
+    random = np.random.default_rng(0)
+    values = {u.name: u.value(random.normal(size=u.length)) for u in (P, M)}
+    p, m, N = values["P"][0], values["M"][0], random.normal(size=(2, 3))
+
+    pairs: list[tuple[Any, Any]] = [
+        (P[0, 0], p[:1, :1]),
+        (P[1], p[1:2]),
+        (P[-1, [0, 2]], p[-1:, [0, 2]]),
+        ((P @ N.T)[:2, 1:], (p @ N.T)[:2, 1:]),
+        (numpy.kron(N, P), np.kron(N, p)),
+        (numpy.kron(P, N), np.kron(p, N)),
+        (numpy.kron(2 * matrix(N, "N"), M.T), np.kron(2 * N, m.T)),
+        (P[0, 1] * N, p[0, 1] * N),
+        (numpy.trace(P), [[np.trace(p)]]),
+        (numpy.block([[P, M.T], [M, P[0, 0]]]), np.block([[p, m.T], [m, p[:1, :1]]])),
+    ]
+    for written, number in pairs:
+        assert value_of(written, values) == pytest.approx(np.asarray(number), abs=1e-14)
+    exact = matrix(Fraction(1, 3) * np.ones((1, 2), dtype=int), "c")
+    posed = pose(numpy.kron(exact.T @ exact, P) >> 0, P >> 0)
+    assert exact_matrices(posed, posed.lmis[0], {"P": np.eye(3)[None]})[0, 0, 0] == Fraction(1, 9)
+
+
+def test_the_largest_determinant_is_found_from_both_sides() -> None:
+    """Of P <= diag(1, ..., n) it is n!; log_det alone, by maximise or a minus, in cvxpy too."""
+    for n, largest in ((1, 1.0), (3, 6.0), (4, 24.0)):
+        P = symmetric("P", n)
+        limits = P >> 0, P <= np.diag(np.arange(1.0, n + 1))
+        outcome = optimise(pose(*limits, maximise=log_det(P)))
+
+        assert outcome.status == "candidate"
+        assert outcome.lower_bound <= -(largest ** (1 / n)) <= outcome.objective + 1e-9
+        assert np.linalg.det(outcome.values["P"][0]) == pytest.approx(largest, rel=1e-4)
+    tilted = pose(P >> 0, P <= np.eye(4), 4 * P[0, 1] >= 1, minimise=-log_det(P))
+    found = optimise(tilted).values["P"][0]
+    assert np.linalg.det(found) == pytest.approx(expressed_determinant(tilted), rel=1e-4)
+
+
+def expressed_determinant(condition: Condition) -> float:
+    """The determinant that cvxpy's own log_det finds under the first three inequalities."""
+    import cvxpy as cp
+
+    posed = expressed(condition, margin=0.0)
+    (P,) = posed.variables["P"]
+    constraints = [P << np.eye(4), 4 * P[0, 1] >= 1]
+    problem = cp.Problem(cp.Maximize(cp.log_det(P)), constraints)
+    problem.solve(solver="CLARABEL")
+    return float(np.exp(problem.value))
+
+
+def test_maximise_is_minimise_with_the_other_sign() -> None:
+    """The objective of the outcome is of what is minimised."""
+    P = symmetric()
+    outcome = optimise(pose(P >> 0, P <= np.eye(2), He(P @ A[0]) << 0, maximise=P[0, 0]))
+    assert outcome.objective == pytest.approx(-1.0, abs=1e-5)
+
+
+def test_reprs_are_short() -> None:
+    """One line, whatever the size of what it stands for."""
+    P = symmetric("P", 30)
+    condition = pose(P >> 0, He(P @ np.ones((30, 30))) << 0, minimise=trace(P))
+    for value in (P @ np.ones((30, 30)), P >> 0, P <= P, P == 0, condition, *condition.lmis):
+        assert len(repr(value)) < 200 and "\n" not in repr(value)
+    assert repr((P[:2] @ np.ones((30, 2))) << 0) == "Inequality(Expression(2 x 2 in P) << 0)"

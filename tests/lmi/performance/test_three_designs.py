@@ -18,9 +18,11 @@ from takagi.lmi import (
     hinf_pdc_condition,
     peak_pdc,
     peak_pdc_condition,
+    rigorous_no,
 )
 from takagi.lmi.condition.evaluate import margin
 from takagi.models import TSModel
+from tests.lmi import known_models
 from tests.lmi.norms import hamiltonian_norm
 from tests.lmi.performance.disturbed import blends, gain_of, loop, two_rules
 
@@ -144,3 +146,37 @@ def test_rules_that_can_hardly_be_stabilised_have_a_gain(
 
     assert design.status == "candidate", design.answer.diagnosis
     assert kind == "h2" or design.decay_rate < 5e-3
+
+
+@pytest.mark.parametrize("kind", ["h2", "hinf"])
+def test_a_no_is_that_of_gains_of_whatever_norm(kind: str) -> None:
+    """Kim and Lee's three rules have no gains by all pairs, so none with a norm: two questions.
+
+    The exact no is about the gains alone, and the diagnosis says so.
+    """
+    gains_alone = known_models.three_rules(2.0)
+    model = TSModel(gains_alone.A, gains_alone.B, E=[[1], [0]], C=np.eye(2), D=[[0], [1]])
+
+    design = DESIGNS[kind](model)
+
+    assert design.status == "infeasible"
+    assert "of gains with whatever norm" in design.answer.diagnosis
+    assert len(design.answer.tries) <= 4
+    no = rigorous_no(design)
+    assert no is not None
+    assert no.holds
+    assert no.condition.name.startswith("parallel distributed compensation")
+
+
+def test_a_margin_that_costs_too_much_is_made_smaller_once() -> None:
+    """Random rules whose margin of the tolerance costs more than the tolerance: two calls."""
+    rng = np.random.default_rng(1)
+    A, B = rng.normal(size=(4, 4)), rng.normal(size=(4, 2))
+    A = A + 0.2 * rng.normal(size=(4, 4, 4))
+    B = B + 0.2 * rng.normal(size=(4, 4, 2))
+    C, D = np.vstack([np.eye(4), np.zeros((2, 4))]), np.vstack([np.zeros((4, 2)), np.eye(2)])
+    design = h2_pdc(TSModel(A, B, E=rng.normal(size=(4, 1)), C=C, D=D))
+
+    assert gain_of(design) == pytest.approx(18.6905, rel=2e-4)
+    assert [attempt.solver for attempt in design.answer.tries] == ["clarabel", "clarabel"]
+    assert design.margin > 1e-4

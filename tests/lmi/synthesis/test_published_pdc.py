@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import common_lyapunov, max_decay_rate, pdc, relaxation_ladder
+from takagi.lmi import common_lyapunov, max_decay_rate, pdc, relaxation_ladder, rigorous_no
 from takagi.models import TSModel
-from tests.lmi.known_models import tanaka_wang_rules
+from tests.lmi.known_models import tanaka_wang_rules, three_rules
 
 Floats = NDArray[np.float64]
 
@@ -109,3 +109,13 @@ def test_cart_pole_designed_with_gains_no_larger_decays_no_slower() -> None:
     assert np.linalg.norm(design.require()[0], 2, axis=(1, 2)).max() <= bound
     shown = max_decay_rate(rules_and_pair(model, design.require()[0])).decay_rate
     assert shown is not None and shown >= design.decay_rate > 1.0872
+
+
+@pytest.mark.parametrize("b", [2.854, 2.8676, 2.9])
+def test_liu_and_zhangs_relaxation_has_an_exact_no_beyond_its_limit(b: float) -> None:
+    """Kim and Lee (2000), whose limit by Liu and Zhang's relaxation is 2.7252: none is unknown."""
+    design = pdc(three_rules(b), relaxation="liu-zhang")
+    no = rigorous_no(design)
+
+    assert design.status == "infeasible"
+    assert no is not None and no.holds

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import Design, EigenvalueRegion, NormBounded, pdc, pdc_condition, relaxation_ladder
+from takagi.lmi import (
+    Design,
+    EigenvalueRegion,
+    NormBounded,
+    ZeroGainsWarning,
+    pdc,
+    pdc_condition,
+    relaxation_ladder,
+)
 from takagi.lmi.gains.requirements.requirements import Requirements
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import pendulum, three_rules
@@ -170,3 +178,13 @@ def test_a_part_of_a_region_without_the_loop_is_as_good_for_uncertain_plants() -
     assert not pdc(
         pendulum(), region=EigenvalueRegion.lmi([[1.0]], [[0.0]]), uncertainty=block
     ).found
+
+
+def test_gains_that_do_nothing_are_warned_of() -> None:
+    """A plant that is stable by itself has gains of zero where no rate is asked for; K is gains."""
+    stable = TSModel([[[-1.0, 0.2], [0.0, -2.0]], [[-1.5, 0.0], [0.3, -1.0]]], [[[0.0], [1.0]]] * 2)
+    with pytest.warns(ZeroGainsWarning, match="the plant alone meets"):
+        design = pdc(stable)
+    assert design.K is design.gains is not None
+    # Filters make warnings errors: of gains that do something there is none.
+    assert pdc(pendulum()).found
