@@ -24,10 +24,8 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.replay.certificate import WITHOUT, check
 from takagi.certificates.design.design import StepClock, Tell
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.loading import read_model
 
 if TYPE_CHECKING:
@@ -97,7 +95,7 @@ def design_of_record(
                     raise ValueError(f"it states {name!r} of its own")
             if isinstance(design, PlantDesign):
                 _require_proved_law(design, document)
-            elif isinstance(design, TurbineDesign) and design.measured is not None:
+            else:
                 _require_readable(design)
         except (ModelError, CertificateError):
             raise
@@ -116,6 +114,8 @@ def _derived_of(design: Any) -> dict[str, Any]:
     derived = {"document": design.document, "checked": design.checked, "settings": design.settings}
     if design.kind == "plant":
         return derived | {"plant": design.plant, "model": design.model}
+    from takagi.models.laws.published.law import PublishedLaw
+
     names = ("turbine", "partial_load", "full_load")
     observed = {"observer": design.observer.model}
     derived |= observed | {name: getattr(design, name) for name in names}
@@ -156,12 +156,15 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
     }
 
 
-def _require_readable(design: TurbineDesign) -> None:
-    """Refuse margins and runs that the pages cannot show."""
+def _require_readable(design: Design) -> None:
+    """Refuse a turbine's margins and runs that the pages cannot show."""
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.reports.figures.response import QUANTITIES
     from takagi.reports.sections.turbine.summary import summary_rows
     from takagi.reports.simulation.measured_loop import MeasuredLoop
 
+    if not isinstance(design, TurbineDesign) or design.measured is None:
+        return
     if not isinstance(design.measured, MeasuredLoop):
         raise ValueError("its margins and runs are of another kind")
     for run in design.measured.runs:

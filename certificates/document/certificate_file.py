@@ -12,20 +12,19 @@ from fractions import Fraction
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.files.model_content import model_content
 from takagi.certificates.checker.kernel.reader import Number, digest
 from takagi.certificates.checker.replay.certificate import FORMAT, VERSION
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.published.law import PublishedLaw, schedule_band
-from takagi.models.laws.published.regional_schedule import (
-    RegionalSchedule,
-)
-from takagi.models.splines.spline import Surface
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
+
+if TYPE_CHECKING:
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+    from takagi.models.laws.published.law import PublishedLaw
+    from takagi.models.laws.published.regional_schedule import RegionalSchedule
+    from takagi.models.splines.spline import Surface
+    from takagi.models.turbine.data import Turbine
 
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
 
@@ -163,6 +162,8 @@ def published_law_data(law: PublishedLaw) -> dict[str, Any]:
     ``partial`` and ``full`` hold the trim table that the premises refer to, the premises' bounds,
     the rules as corners of the premises, and the gains per rule with the published signs.
     """
+    from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
+
     turbine, coupling = law.turbine, law.coupling
     data: dict[str, Any] = {
         "name": law.name,
@@ -192,6 +193,8 @@ def published_law_data(law: PublishedLaw) -> dict[str, Any]:
 
 
 def _region(law: PublishedLaw, schedule: RegionalSchedule) -> dict[str, Any]:
+    from takagi.models.laws.published.law import schedule_band
+
     band, model = schedule_band(law, schedule), schedule.model
     return {
         "wind": band.wind.tolist(),

@@ -352,10 +352,11 @@ class RunTimeBlending:
     def _compiled(self, actuator: Actuator) -> Callable[..., float]:
         import sympy as sp
 
+        from takagi.models.float_function import float_function
+
         symbols = [v.symbol for v in self.blending.plant.states]
         b = sp.sympify(actuator.effectiveness).subs(self._values())
-        function: Callable[..., float] = sp.lambdify(symbols, b, modules=["scipy", "numpy"])
-        return function
+        return float_function(symbols, b)
 
     @cached_property
     def at_rest(self) -> Floats:

@@ -482,8 +482,10 @@ def numeric(
     """
     import sympy as sp
 
+    from takagi.models.float_function import float_function
+
     expressions = [sp.sympify(row).subs(values) for row in rows]
-    function = sp.lambdify(symbols, expressions, modules=["scipy", "numpy"])
+    function = float_function(symbols, expressions)
     return lambda *point: np.array(function(*point), dtype=np.float64)
 
 

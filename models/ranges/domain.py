@@ -15,6 +15,7 @@ import sympy as sp
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.float_function import float_function
 from takagi.models.intervals.interval import Interval, exact
 from takagi.models.ranges.cell_search import Cell, searched
 
@@ -229,7 +230,7 @@ def sampled_bounds(
         if missing:
             raise ModelError(f"{expression} depends on {missing}, which has no range; give one")
         samples = _drawn(cell, symbols, points, chance)
-        value = sp.lambdify(symbols, written, modules=["scipy", "numpy"])
+        value = float_function(symbols, written)
         with np.errstate(all="ignore"):
             values = np.broadcast_to(np.asarray(value(*samples.T), dtype=np.float64), (points,))
         if not np.all(np.isfinite(values)):
@@ -266,9 +267,7 @@ def moved_into(
             if symbol in cell.box:
                 moved_points[rows, column] = drawn[:, cell_symbols.index(symbol)]
             elif symbol in cell.places:
-                function = sp.lambdify(
-                    cell_symbols, cell.places[symbol], modules=["scipy", "numpy"]
-                )
+                function = float_function(cell_symbols, cell.places[symbol])
                 moved_points[rows, column] = function(*drawn.T)
     return moved_points
 

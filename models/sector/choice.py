@@ -15,6 +15,7 @@ from takagi.models.arrays import Floats
 from takagi.models.equations.equations import BoundedNumber, Equations, Factored
 from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
+from takagi.models.float_function import float_function
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import CHOICES, Choice
 from takagi.models.ranges.domain import moved_into
@@ -160,7 +161,7 @@ class HullWidth:
     def _sampled(self, expression: sp.Expr) -> tuple[float, float] | None:
         if not expression.free_symbols:
             return (float(expression),) * 2
-        value = sp.lambdify(self.symbols, expression, modules=["scipy", "numpy"])
+        value = float_function(self.symbols, expression)
         try:
             with np.errstate(all="ignore"):
                 values = np.asarray(value(*self.points.T), dtype=np.float64)

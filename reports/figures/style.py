@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from html import escape
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
@@ -74,11 +75,24 @@ def house_style() -> Iterator[None]:
     """Activate the settings of all figures while one is drawn or written."""
     import matplotlib
 
-    defaults = {k: v for k, v in matplotlib.rcParamsDefault.items() if k not in _NOT_STYLE}
+    active: Any = matplotlib.rcParams
     with matplotlib.rc_context():
+        # They are valid: matplotlib would look at all three hundred at each figure.
+        dict.update(active, _valid_settings())
+        yield
+
+
+@cache
+def _valid_settings() -> dict[str, Any]:
+    """Return matplotlib's own defaults with the settings of all figures, as it keeps them."""
+    import matplotlib
+
+    active: Any = matplotlib.rcParams
+    with matplotlib.rc_context():
+        defaults = {k: v for k, v in matplotlib.rcParamsDefault.items() if k not in _NOT_STYLE}
         matplotlib.rcParams.update(defaults)
         matplotlib.rcParams.update(_SETTINGS)
-        yield
+        return {k: v for k, v in dict.items(active) if k not in _NOT_STYLE}
 
 
 _NOT_STYLE = frozenset({"backend", "backend_fallback", "toolbar", "interactive", "timezone"})
@@ -283,7 +297,47 @@ def _settle(figure: Figure) -> None:
     if figure.get_layout_engine() is not None:
         # For any engine savefig draws twice.
         figure.set_layout_engine(None)
+        for axes in figure.axes:
+            _write_powers_in_letters(axes)
         make_room(figure)
+
+
+def _write_powers_in_letters(axes: Axes) -> None:
+    """Let logarithmic axes write powers of ten as text.
+
+    matplotlib sets them as formulas, which takes as long as to draw the figure.
+    """
+    from matplotlib.ticker import Formatter, LogFormatterMathtext
+
+    class InLetters(Formatter):
+        def __init__(self, formulas: Formatter) -> None:
+            self.formulas = formulas
+
+        def set_locs(self, locs: Any) -> None:
+            self.formulas.set_locs(locs)
+
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return _in_letters(self.formulas(x, pos))
+
+    for axis in (axes.xaxis, axes.yaxis):
+        major, minor = axis.get_major_formatter(), axis.get_minor_formatter()
+        if isinstance(major, LogFormatterMathtext):
+            axis.set_major_formatter(InLetters(major))
+        if isinstance(minor, LogFormatterMathtext):
+            axis.set_minor_formatter(InLetters(minor))
+
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_POWER = re.compile(r"\$\\mathdefault\{(-?)(?:([\d.]+)\\times)?10\^\{(-?\d+)\}\}\$")
+
+
+def _in_letters(formula: str) -> str:
+    power = _POWER.fullmatch(formula)
+    if power is None:
+        return formula
+    sign, factor, exponent = power.groups()
+    times = "" if factor is None else f"{factor} × "
+    return f"{sign and '−'}{times}10{exponent.translate(_RAISED)}"
 
 
 def _shorter(svg: str) -> str:

@@ -137,3 +137,24 @@ def withstood(design: PlantDesign) -> list[Withstood]:
         if largest > 0:
             rows.append(Withstood(variable, proved, largest))
     return rows
+
+
+def proved_jumps(design: PlantDesign) -> list[dict[str, float]]:
+    """Return the largest proved jumps from rest, up and down, within the ranges."""
+    from takagi.certificates.requests.tracking import jump_shares
+
+    claims = list(proved_claims(design.document, design.checked, "tracking"))
+    if not claims:
+        return []
+    signals = {v.name: v for v in design.plant.disturbances}
+    found = []
+    for one, share in zip(
+        design.plant.references, jump_shares(design.plant, claims[0]), strict=True
+    ):
+        variable = signals[one.name]
+        assert variable.range is not None  # a reference has one
+        low, high, rest = map(float, (variable.range.lower, variable.range.upper, variable.rest))
+        reach = share * (high - low)
+        ends = (max(low, rest - reach), min(high, rest + reach))
+        found += [{one.name: end} for end in ends if end != rest]
+    return found

@@ -156,12 +156,14 @@ def measured_outputs(plant: Plant) -> Callable[[Floats, Floats], Floats]:
     """Return (x, u) -> y of what is measured, from the plant's own expressions."""
     import sympy as sp
 
+    from takagi.models.float_function import float_function
+
     assert plant.measured is not None  # only such a law has an observer
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     symbols = [v.symbol for v in (*plant.states, *plant.inputs)]
     expressions = {y.name: y.expression for y in plant.outputs}
     rows = [sp.sympify(expressions[name]).subs(values) for name in plant.measured]
-    evaluate = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
+    evaluate = float_function(symbols, rows)
 
     def outputs(x: Floats, u: Floats) -> Floats:
         return np.array(evaluate(*map(float, x), *map(float, u)), dtype=np.float64)

@@ -19,12 +19,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from takagi.models.arrays import Complex, Floats
-from takagi.reports.margins.running_loop import RunningLoop, continuous
+
+if TYPE_CHECKING:
+    from takagi.reports.margins.running_loop import RunningLoop
 
 POINTS_PER_DECADE = 150
 # A pole nearer than this to the axis, relative to the fastest pole, counts as lying at zero.
@@ -215,6 +217,8 @@ class BrokenLoops:
 
 def broken_loops(loop: RunningLoop) -> BrokenLoops:
     """Return the responses of a loop: one for each command, the other closed, and one for both."""
+    from takagi.reports.margins.running_loop import continuous
+
     A, B, C = _scaled(loop)
     T, end = loop.sample_time, float(np.pi / loop.sample_time)
     answer = _sampled_evaluator(A, B, C, T)

@@ -15,6 +15,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.plant import in_file_units
+from takagi.reports.loops.plant_claims import proved_jumps
 from takagi.reports.simulation.plant_scenario import (
     SETTLED,
     PlantScenario,
@@ -145,28 +146,6 @@ def _program_law(
     found = program
     ProgramLaw(found, loop, moving, step)  # refused here, before the first run
     return lambda: ProgramLaw(found, loop, moving, step)
-
-
-def proved_jumps(design: PlantDesign) -> list[dict[str, float]]:
-    """Return the largest proved jumps from rest, up and down, within the ranges."""
-    from takagi.certificates.requests.tracking import jump_shares
-    from takagi.reports.loops.plant_loop import proved_claims
-
-    claims = list(proved_claims(design.document, design.checked, "tracking"))
-    if not claims:
-        return []
-    signals = {v.name: v for v in design.plant.disturbances}
-    found = []
-    for one, share in zip(
-        design.plant.references, jump_shares(design.plant, claims[0]), strict=True
-    ):
-        variable = signals[one.name]
-        assert variable.range is not None  # a reference has one
-        low, high, rest = map(float, (variable.range.lower, variable.range.upper, variable.rest))
-        reach = share * (high - low)
-        ends = (max(low, rest - reach), min(high, rest + reach))
-        found += [{one.name: end} for end in ends if end != rest]
-    return found
 
 
 def jump_motions(design: PlantDesign, loop: PlantLoop) -> tuple[PlantMotion, ...]:

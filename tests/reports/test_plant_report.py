@@ -19,13 +19,14 @@ from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant
 from takagi.models.plant.design_settings import PlantSettings
+from takagi.reports.loops.plant_claims import proved_jumps
 from takagi.reports.loops.plant_loop import plant_loop, proved_kinds
 from takagi.reports.page.assembly import ReportFiles
 from takagi.reports.page.text import decimal
 from takagi.reports.sections.plant.claims import claim_rows
 from takagi.reports.sections.plant.page import plant_report_files
 from takagi.reports.sections.plant.summary import answer_sentence, summary_rows
-from takagi.reports.simulation.plant import jump_motions, proved_jumps
+from takagi.reports.simulation.plant import jump_motions
 from tests.reports.html_page import HtmlPage, self_contained, unsettled
 from tests.reports.plant_designs import design_of
 from tests.reports.test_table_gain_file import servo

@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
+from functools import lru_cache
 from math import floor, log10
 
 import numpy as np
@@ -76,7 +77,7 @@ RATE_FACTOR, MARGIN, LEAST_WEIGHT = 1.05, 1e-3, 2.0
 Loop = tuple[Floats, Floats]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Subject:
     """Turbine, law and machine, as the checker reads them; the decay rate that is sought [1/s]."""
 
@@ -92,25 +93,30 @@ def running_candidate(
     """Return the cell with the largest box, or None and the reason of the last failure."""
     why = "no size was tried"
     for size in sizes:
-        try:
-            cell = _cell(subject, winds, box_of_size(subject, size))
-            why = first_failure(limits(cell))
-        except Refused as reason:
-            why = str(reason)
-        if why:
-            continue
-        function = _solved(cell, subject.decay)
-        if function is None:
-            why = "no quadratic function was found"
-            continue
-        stated = StatedCell(winds, cell.sides, *function)
-        required = cell_obligations(
-            subject.plant, subject.law, subject.machine, stated, subject.decay
-        )
-        why = first_failure(refusal_fails(required))
-        if not why:
+        stated, why = _of_size(subject, winds, size)
+        if stated is not None:
             return stated, ""
     return None, why
+
+
+# A size is tried for half of a cell, and again where the cell is halved.
+@lru_cache(maxsize=16)
+def _of_size(subject: Subject, winds: Span, size: Fraction) -> tuple[StatedCell | None, str]:
+    """Return the cell with a box of this size, or None and the reason."""
+    try:
+        cell = _cell(subject, winds, box_of_size(subject, size))
+        why = first_failure(limits(cell))
+    except Refused as reason:
+        why = str(reason)
+    if why:
+        return None, why
+    function = _solved(cell, subject.decay)
+    if function is None:
+        return None, "no quadratic function was found"
+    stated = StatedCell(winds, cell.sides, *function)
+    required = cell_obligations(subject.plant, subject.law, subject.machine, stated, subject.decay)
+    why = first_failure(refusal_fails(required))
+    return (None, why) if why else (stated, "")
 
 
 def _cell(subject: Subject, winds: Span, sides: Sides) -> Cell:

@@ -193,6 +193,8 @@ def _first_without_value(plant: Plant, variable: Variable, end: float) -> tuple[
     """Return a state and the first value, from rest to an end, without a value of its equation."""
     import sympy as sp
 
+    from takagi.models.float_function import float_function
+
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {
         v.symbol: sp.Rational(*v.rest.as_integer_ratio())
@@ -204,7 +206,7 @@ def _first_without_value(plant: Plant, variable: Variable, end: float) -> tuple[
         function_of_variable = sp.sympify(row).subs(values)
         if function_of_variable.has(sp.zoo, sp.nan, sp.oo):
             continue  # no value at rest: another message says so
-        function = sp.lambdify([variable.symbol], function_of_variable, ["scipy", "numpy"])
+        function = float_function([variable.symbol], function_of_variable)
         defined = equilibrium
         if not _has_value(function, defined):
             continue

@@ -21,6 +21,7 @@ from takagi.reports.loops.plant_claims import (
     SETTLED,
     norm_settling_time,
     overshoots,
+    proved_jumps,
     settling_time,
     withstood,
 )
@@ -34,7 +35,6 @@ from takagi.reports.loops.plant_loop import (
 )
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import behind, name_of, per_unit, significant, unit_of
-from takagi.reports.simulation.plant import proved_jumps
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
