@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -225,6 +225,8 @@ class ClaimRequirements:
     sample_time : T in s of a command that is held; None for none.
     noise : label of a disturbance -> root of the intensity of the white noise that it is, SI.
     horizon : T in s within which the probability of leaving a set is to be bounded.
+    norm : the request of a norm of at most a number, or of the least for None; None for no norm.
+    norm_below : the norm that is asked for; None for whatever can be proved.
     """
 
     decay_rate: float | None = None
@@ -233,6 +235,8 @@ class ClaimRequirements:
     sample_time: float | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
     horizon: float | None = None
+    norm: Callable[[float | None], Request] | None = None
+    norm_below: float | None = None
 
 
 def plant_certificate(
@@ -293,17 +297,33 @@ def _attempts(
         decay = attempted(Decay(rate), loop)
     required = [decay, *(attempted(request, loop) for request in _demanded(loop, requirements))]
     required += [*_sampled(loop, requirements.sample_time), *_under_noise(loop, requirements)]
-    required += _tracking(loop)
+    required += [*_tracking(loop), *_with_norm(loop, requirements)]
     if not decay.proved:
         return required, ["without decay nothing else was tried"]
     if len(loop.exact.groups()) > MOST_BLENDS:
         note = f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"
         return required, [note]
     limited = InputLimits if requirements.input_limits is not None else ()
+    if requirements.norm is not None:
+        limited = (*((InputLimits,) if limited else ()), type(requirements.norm(None)))
     further = (r for r in requests_for(loop) if not isinstance(r, limited))
     proved, notes = proved_of(further, loop)
     useful, overshoot_notes = useful_overshoot(loop, proved)
     return [*required, *useful], [*notes, *overshoot_notes]
+
+
+def _with_norm(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Attempt]:
+    """Yield the claim about the norm that is asked for; if it is not proved, also one that is."""
+    if requirements.norm is None or loop.gains is None:
+        return
+    best, below = attempted(requirements.norm(None), loop), requirements.norm_below
+    if below is None or (best.proved and best.claim.get("gain", best.claim.get("norm")) <= below):
+        yield best
+        return
+    required = attempted(requirements.norm(below), loop)
+    yield required
+    if best.proved and not required.proved:
+        yield best
 
 
 def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:

@@ -32,6 +32,8 @@ ROOM, SLIGHTLY = (1e-5, 1e-4, 1e-3), (1e-5, 1e-4)
 # The relative increase of the bound that is accepted for fewer digits of P.
 SHORT = 1e-4
 
+NAME = "peak of the output under bounded disturbance"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Peak:
@@ -44,6 +46,7 @@ class Peak:
         most 1; without a box it takes 1.
     decay_rate : alpha [1/s] of the set; None searches the best one.
     disturbance, output : the channel, as in ``loop.disturbance_channel``.
+    name : of the claim.
     """
 
     gain: float | None = None
@@ -51,6 +54,7 @@ class Peak:
     decay_rate: float | None = None
     disturbance: str | None = None
     output: Output | None = None
+    name: str = NAME
 
     def __post_init__(self) -> None:
         require_positive(gain=self.gain, disturbance_norm=self.disturbance_norm)
@@ -91,7 +95,9 @@ class Peak:
         answer = peak_gain(*path, sample_time=loop.sample_time, decay_rate=self.decay_rate)
         solver = str(answer.solver.get("status", ""))
         identity = np.eye(path[0].shape[1])
-        idle = _claim(evidence, identity, 1.0, 1.0, self.disturbance_norm or 1.0, self.gain or 1.0)
+        idle = _claim(
+            self.name, evidence, identity, 1.0, 1.0, self.disturbance_norm or 1.0, self.gain or 1.0
+        )
         if answer.P is None:
             return first_proved(loop, [(answer.diagnosis or "no bound was found", idle)], solver)
         rate, step = answer.decay_rate or 0.0, loop.sample_time
@@ -124,7 +130,7 @@ class Peak:
                     continue
                 least_gain, share = least_peak(C, D, rounded / level * size**2)
                 gain = self.gain or rounded_up(least_gain * (1 + increase))
-                claim = _claim(evidence, rounded, level, s, size, gain)
+                claim = _claim(self.name, evidence, rounded, level, s, size, gain)
                 words = f"peak gain {gain:.6g} for |w| <= {size:.6g}, P to {digits} digits"
                 candidates.append((least_gain, words, claim | ({"share": share} if share else {})))
             # Short numbers are preferred if they hardly increase the bound.
@@ -181,10 +187,16 @@ def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, unit_level:
 
 
 def _claim(
-    evidence: dict[str, Any], P: Floats, level: float, multiplier: float, size: float, gain: float
+    name: str,
+    evidence: dict[str, Any],
+    P: Floats,
+    level: float,
+    multiplier: float,
+    size: float,
+    gain: float,
 ) -> dict[str, Any]:
     return {
-        "name": "peak of the output under bounded disturbance",
+        "name": name,
         "kind": "peak",
         **evidence,
         "disturbance_norm": size,

@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.options.given import Options, option, option_of
+from takagi.cli.options.given import OBJECTIVE, Options, option, option_of
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
@@ -78,6 +78,24 @@ PLANT_OPTIONS: Options = (
     option("gain_bound", "Plants: bound on the spectral norm of every gain [SI].", float),
     option("damping", "Plants: least damping ratio of the poles, below 1.", float),
     option("fastest", "Plants: largest size of the poles [1/s].", float),
+    OBJECTIVE,
+    option(
+        "performance NAMES",
+        "Plants: outputs, states and inputs that a norm is about, by name, joined by commas; all "
+        "outputs unless given, without any the states over their ranges.",
+        list[str],
+    ),
+    option(
+        "disturbances NAMES",
+        "Plants: disturbances that a norm is about, joined by commas; all unless given.",
+        list[str],
+    ),
+    option(
+        "norm_below",
+        "Plants: the norm that is enough, in units of the performance per unit of the disturbance, "
+        "as the file has them; about the least unless given.",
+        float,
+    ),
     option("choice NAME", "Plants: how premises are chosen, fewest-rules or least-conservative."),
     option("solve_rest", "Plants: solve for the inputs that hold the states at rest.", bool),
 )
@@ -116,12 +134,25 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     ------
     ModelError : an option that makes no sense for the plant; names the option.
     """
+    from takagi.models.plant.design_settings import NORMS
+    from takagi.models.plant_files.sections import names_of
+
     settings, entry = source.settings, source.entry
     changes: dict[str, Any] = {
         name: given[name]
-        for name in ("relaxation", "gain_bound", "damping", "fastest", "choice", "effort")
+        for name in (
+            *("relaxation", "gain_bound", "damping", "fastest", "choice", "effort"),
+            *("objective", "norm_below"),
+        )
         if given.get(name) is not None
     }
+    if changes.get("objective") not in (None, *NORMS):
+        # What the file says about a norm belongs to the objective that is replaced.
+        changes = {"performance": (), "disturbances": (), "norm_below": None} | changes
+    for name in ("performance", "disturbances"):
+        if given.get(name):
+            typed = [part.strip() for text in given[name] for part in text.split(",")]
+            changes[name] = tuple(part for part in typed if part)
     if given.get("solve_rest"):
         changes["rest"] = "solve inputs"
     if given.get("sample_time") is not None:
@@ -145,11 +176,7 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
             changes[name] = values_in_si(option_of(name), given[name], variables)
     try:
         changed = replace(settings, **changes)
-        changed.require_names(
-            states=tuple(entry.all_states),
-            inputs=tuple(entry.commanded),
-            disturbances=tuple(entry.disturbances),
-        )
+        changed.require_names(**names_of(entry))
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]

@@ -7,7 +7,7 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from takagi.cli.options.given import Options, option
+from takagi.cli.options.given import OBJECTIVE, Options, option
 
 Given = TypeVar("Given", str, list[str], None)
 
@@ -188,11 +188,5 @@ TURBINE_OPTIONS: Options = (
         "more. Effort-sharing law.",
         bool,
     ),
-    option(
-        "objective NAME",
-        "Turbines: what the one-step search improves: balanced (wind limits, and some decay), "
-        "wind-class (the limits alone) or decay; --one-step alone means balanced. The wind limits "
-        "are no narrower than those of the two-step gains, on average and at the weakest wind. "
-        "Effort-sharing law.",
-    ),
+    OBJECTIVE,
 )

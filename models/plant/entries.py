@@ -360,6 +360,30 @@ class DesignEntry(_Entry):
         Figure | None,
         Field(description="in s: the probability of leaving a set within it is to be bounded"),
     ] = None
+    objective: Annotated[
+        Literal["hinf", "h2", "peak", "decay", "effort"] | None,
+        Field(
+            description="what is made best beside all that is asked: a norm from disturbances to "
+            "performance, the decay rate, or the share of the inputs' limits that is used"
+        ),
+    ] = None
+    performance: Annotated[
+        list[Name],
+        Field(
+            description="outputs, states and inputs that a norm is about; all outputs unless given,"
+            " without any the states over their ranges"
+        ),
+    ] = []
+    disturbances: Annotated[
+        list[Name], Field(description="those that a norm is about; all unless given")
+    ] = []
+    norm_below: Annotated[
+        Figure | None,
+        Field(
+            description="the norm that is enough, in units of performance per unit of the "
+            "disturbance, as the file has them"
+        ),
+    ] = None
 
 
 class PlantEntry(_Entry):

@@ -107,7 +107,7 @@ def seconds(document: Document, field: str, value: Decimal | str) -> Fraction:
     return unit.to_si(Fraction(match[1]))
 
 
-_NUMBERS = ("gain_bound", "damping", "fastest", "horizon")
+_NUMBERS = ("gain_bound", "damping", "fastest", "horizon", "norm_below")
 
 
 def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
@@ -146,14 +146,24 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
             input_limit=limits,
             initial=initial,
             noise=noise,
+            objective=design.objective,
+            performance=tuple(design.performance),
+            disturbances=tuple(design.disturbances),
             **values,
         )
-        settings.require_names(
-            states=tuple(entry.all_states),
-            inputs=tuple(entry.commanded),
-            disturbances=tuple(entry.disturbances),
-        )
+        settings.require_names(**names_of(entry))
     return settings
+
+
+def names_of(entry: PlantEntry) -> dict[str, tuple[str, ...]]:
+    """Return the names of a plant's file, as ``PlantSettings.require_names`` takes them."""
+    measured = [m.name for m in entry.measured or ()]
+    return {
+        "states": tuple(entry.all_states),
+        "inputs": tuple(entry.commanded),
+        "disturbances": tuple(entry.disturbances),
+        "outputs": tuple(dict.fromkeys([*entry.outputs, *measured])),
+    }
 
 
 def _in_si(

@@ -11,10 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.certificates.design.plant.norm_gains import norm_gains, question_of
+from takagi.certificates.design.plant.norm_wish import NormWish, norm_wish
 from takagi.certificates.design.plant.plain_words import in_file_rates
 from takagi.certificates.design.plant.wishes import (
     ABSURD,
@@ -24,6 +27,7 @@ from takagi.certificates.design.plant.wishes import (
     Price,
     crossing_rates,
     gain_size,
+    held_from,
     largest_multiple,
     largest_set,
     moderate,
@@ -51,6 +55,8 @@ if TYPE_CHECKING:
 # Fraction of the largest decay rate: at the maximum itself gains have no margin for rounding.
 SHARE = 0.9
 ALL_PAIRS, ONE_GAIN = "wang-tanaka-griffin", "common-gain"
+# For a norm, in the order in which they are tried.
+NORM_RELAXATIONS = (ALL_PAIRS, "liu-zhang")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +85,17 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
         states=tuple(v.name for v in plant.states),
         inputs=tuple(v.name for v in plant.inputs),
         disturbances=tuple(v.name for v in plant.disturbances),
+        outputs=tuple(y.name for y in plant.outputs),
     )
+    if settings.objective == "decay":
+        settings = replace(settings, objective=None, decay_rate="max")
     limits, box = input_limits(plant, model, settings), _state_box(model)
     input_limit = np.array([limits[v.name] for v in plant.inputs]) if limits else None
     if needs_starts(settings) and input_limit is not None:
         return _from_assumed_starts(plant, model, settings, box, input_limit)
+    wish = norm_wish(plant, model, settings)
+    if wish is not None:
+        return _for_norm(wish, plant, model, settings, box, input_limit)
     ask = _question(plant, model, settings, box, input_limit)
     price = PRICES[settings.effort]
     if settings.decay_rate == "max":
@@ -102,6 +114,35 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
         design, note = _not_absurdly_slow(ask, plant, box, price, design, note)
     notes = [in_file_rates(note, plant)] if note else []
     return _smaller(ask, ask.gains(design, *notes), settings)
+
+
+def _for_norm(
+    wish: NormWish,
+    plant: Plant,
+    model: TSModel,
+    settings: PlantSettings,
+    box: Floats,
+    input_limit: Floats | None,
+) -> FoundGains:
+    """Return gains for a norm, with all other wishes that have LMIs beside it."""
+    settings, gain_notes = one_gain(model, settings)
+    initial = [settings.initial.get(v.name, 0.0) for v in plant.states]
+    question = question_of(
+        wish,
+        wish.plant(model, _region(model, settings)),
+        settings,
+        relaxations=NORM_RELAXATIONS if settings.relaxation is None else (settings.relaxation,),
+        box=box,
+        input_limit=input_limit,
+        initial=initial,
+        rates=pole_rates(model) if input_limit is None else crossing_rates(model, box, input_limit),
+    )
+    keeps_limits = None
+    if input_limit is not None and not question.limited:
+        keeps_limits = partial(held_from, model, initial, input_limit)
+    design, notes = norm_gains(question, settings, keeps_limits)
+    notes = (*gain_notes, *notes)
+    return FoundGains(design, tuple(in_file_rates(n, plant) for n in notes), {}, explainable=False)
 
 
 def _not_absurdly_slow(
@@ -154,6 +195,7 @@ def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> Cl
     from takagi.certificates.claims.certification import ClaimRequirements
 
     limits, noise = input_limits(plant, model, settings), settings.noise
+    wish = norm_wish(plant, model, settings)
     return ClaimRequirements(
         decay_rate=settings.decay_rate if isinstance(settings.decay_rate, float | int) else None,
         input_limits=np.array([limits[v.name] for v in plant.inputs]) if limits else None,
@@ -161,6 +203,8 @@ def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> Cl
         sample_time=settings.sample_time,
         noise={v.label: noise[v.name] for v in plant.disturbances if v.name in noise},
         horizon=settings.horizon,
+        norm=None if wish is None else wish.request,
+        norm_below=settings.norm_below,
     )
 
 

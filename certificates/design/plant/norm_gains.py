@@ -1,0 +1,215 @@
+"""Gains for a norm from disturbances to performance, together with the other wishes.
+
+One set of LMIs has the norm and, where they are asked for:
+
+    wish                            hinf    h2      peak
+    decay rate (settle)             yes     yes     yes, the rate of the ellipsoid itself
+    damping, fastest                yes     yes     yes
+    gain_bound                      yes     yes     yes
+    input limits, state ranges      yes     no      yes
+
+Limits hold on an ellipsoid x' P x <= 1 that contains the initial box and all states that
+disturbances of a size reach from rest: an energy for hinf, a peak for peak.  The size is searched
+for, because the norm that the LMIs show is about that of the ellipsoid over it: the larger the size
+for which the limits have room, the less the initial box adds.  White noise leaves every ellipsoid,
+so h2 has no such LMIs: there the norm is raised until the gains keep the limits from the box.
+
+The least norm is often approached only as the gains grow without bound.  So gains are designed for
+a norm above the least one by a share (``ABOVE``), and of these with about the least input effort.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.certificates.design.plant.norm_wish import NormWish
+from takagi.models.arrays import Floats
+from takagi.models.plant.design_settings import Norm
+
+if TYPE_CHECKING:
+    from takagi.lmi import Design
+    from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
+    from takagi.models.plant.design_settings import Effort, PlantSettings
+
+# Of the least norm that was found, the norm that gains are designed for.
+ABOVE: Mapping[Effort, float] = {"small": 1.5, "moderate": 1.1, "large": 1.02}
+# Factors on the size of the disturbance, their number, and the norm that is better by another one.
+GROWTH, MOST_SIZES, BETTER = 3.0, 6, 0.98
+# Factor on the norm until limits hold that its LMIs do not have, how often, and then its halvings.
+RAISED, MOST_RAISED, HALVINGS = 10.0, 6, 4
+# The claim is about rounded gains, so the LMIs are posed a little below the norm that is asked for.
+INSIDE = 0.999
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NormQuestion:
+    """One way to ask for gains with a norm.
+
+    Attributes
+    ----------
+    plant : as the LMI layer takes it, with the region of the poles.
+    relaxations : in the order in which they are tried.
+    options : what is asked beside the norm, as the LMI layer names it.
+    limited : whether limits hold on the ellipsoid, so that a size of the disturbance is needed.
+    duration : time scale of the plant [s].
+    """
+
+    wish: NormWish
+    plant: DisturbedPlant
+    relaxations: tuple[str, ...]
+    options: Mapping[str, Any]
+    limited: bool
+    duration: float
+
+    def asked(self, below: float | None, size: float) -> Design:
+        """Return gains with a norm below a number, or the least; else the last attempt.
+
+        Parameters
+        ----------
+        size : of the disturbance for which limits hold, in its ranges.
+        """
+        from takagi.lmi import h2_pdc, hinf_pdc, peak_pdc
+
+        function: Any = {"hinf": hinf_pdc, "h2": h2_pdc, "peak": peak_pdc}[self.wish.kind]
+        sizes: dict[Norm, dict[str, float]] = {
+            "hinf": {"disturbance_energy": (size * self.wish.size) ** 2 * self.duration},
+            "peak": {"disturbance_peak": size * self.wish.size},
+        }
+        options = dict(self.options)
+        if self.limited:
+            options |= sizes[self.wish.kind]
+        for relaxation in self.relaxations:
+            design: Design = function(
+                self.plant, relaxation=relaxation, norm_below=below, **options
+            )
+            if design.found:
+                break
+        return design
+
+
+def question_of(
+    wish: NormWish,
+    plant: DisturbedPlant,
+    settings: PlantSettings,
+    *,
+    relaxations: tuple[str, ...],
+    box: Floats,
+    input_limit: Floats | None,
+    initial: list[float],
+    rates: list[float],
+) -> NormQuestion:
+    """Return the question with all wishes that have LMIs beside the norm.
+
+    Parameters
+    ----------
+    initial : (n,) half-widths of the initial box; without any, limits are not posed.
+    rates : of the plant, slowest first; the last gives the time scale.
+    """
+    rate = settings.decay_rate if isinstance(settings.decay_rate, float | int) else None
+    options: dict[str, Any] = {"gain_bound": settings.gain_bound}
+    if rate:
+        options["decay_rate"] = rate
+    limited = any(initial) and wish.kind != "h2"
+    if limited:
+        options |= {"initial_box": initial, "input_limit": input_limit}
+        options["state_box"] = box if np.isfinite(box).any() else None
+    duration = 1 / (rate or (rates[-1] if rates else 1.0))
+    return NormQuestion(wish, plant, relaxations, options, limited, duration)
+
+
+def norm_gains(
+    question: NormQuestion,
+    settings: PlantSettings,
+    keeps_limits: Callable[[Floats], bool] | None = None,
+) -> tuple[Design, tuple[str, ...]]:
+    """Return gains with the norm that is asked for, or near the least one, and notes.
+
+    Where the LMIs do not reach the norm that is asked for, the gains are those with the least norm
+    that was found; the claim, which is about the loop, may still be proved.
+
+    Parameters
+    ----------
+    keeps_limits : whether gains keep the limits from the initial box, where the LMIs of the norm
+        have no limits; None where they have, or where there are none.
+    """
+    least, size = _least(question)
+    if not least.found or least.answer.gain is None:
+        return least, ()
+    notes = [_size_note(question, size)] if question.limited else []
+    norm, below = float(least.answer.gain), question.wish.below
+    with_limits = "all wishes" if keeps_limits is None else "all wishes but limits of inputs"
+    note = f"the least norm of the LMIs with {with_limits} is {norm:.4g}"
+    if below is not None:
+        wanted = question.asked(INSIDE * below, size)
+        if wanted.found:
+            return wanted, tuple(notes)
+        note += f", above norm_below = {below:g}: these gains have about the least"
+        return least, (*notes, note)
+    target = ABOVE[settings.effort] * norm
+    milder = question.asked(target, size)
+    why = "where the gains are smaller"
+    if keeps_limits is not None:
+        milder, target = _with_limits(question, milder, target, keeps_limits)
+        why = "where the limits of inputs hold from the initial box"
+    if milder.found:
+        note += f"; designed for {target:.4g}, {why}"
+    return milder if milder.found else least, (*notes, note)
+
+
+def _with_limits(
+    question: NormQuestion, design: Design, norm: float, keeps_limits: Callable[[Floats], bool]
+) -> tuple[Design, float]:
+    """Return gains with about the least norm for which the limits hold; and that norm."""
+
+    def holds(design: Design) -> bool:
+        return design.found and keeps_limits(np.asarray(design.gains))
+
+    factor, held = 1.0, holds(design)
+    for _ in range(0 if held else MOST_RAISED):
+        factor *= RAISED
+        design = question.asked(factor * norm, 1.0)
+        if held := holds(design):
+            break
+    low, high = factor / RAISED, factor
+    for _ in range(HALVINGS if held and factor > 1 else 0):
+        middle = float(np.sqrt(low * high))
+        between = question.asked(middle * norm, 1.0)
+        if holds(between):
+            design, high = between, middle
+        else:
+            low = middle
+    return design, high * norm
+
+
+def _least(question: NormQuestion) -> tuple[Design, float]:
+    """Return the gains with the least norm, and the size of the disturbance in its ranges.
+
+    A larger disturbance in the LMIs loosens the bound, until the limits leave no room for it.
+    """
+    size = 1.0
+    best = question.asked(None, size)
+    if not question.limited:
+        return best, size
+    step = GROWTH if best.found else 1 / GROWTH
+    for _ in range(MOST_SIZES):
+        other = question.asked(None, step * size)
+        if best.found and not _gain(other) < BETTER * _gain(best):
+            break
+        best, size = other, step * size
+    return best, size
+
+
+def _gain(design: Design) -> float:
+    return np.inf if design.answer.gain is None else float(design.answer.gain)
+
+
+def _size_note(question: NormQuestion, size: float) -> str:
+    lasting = f" during {question.duration:.3g} s" if question.wish.kind == "hinf" else ""
+    return (
+        f"the limits were posed for starts in the initial box and disturbances of {size:.3g} times "
+        f"the range (without a range, the unit){lasting}"
+    )
