@@ -39,13 +39,14 @@ class H2Norm:
     Attributes
     ----------
     norm : None takes slightly more than the least norm found.
-    disturbance, output : the channel, as in ``loop.disturbance_channel``.
+    disturbance, output, entering : the channel, as in ``loop.disturbance_channel``.
     name : of the claim.
     """
 
     norm: float | None = None
     disturbance: str | None = None
     output: Output | None = None
+    entering: tuple[int, ...] | None = None
     name: str = NAME
 
     def __post_init__(self) -> None:
@@ -53,7 +54,7 @@ class H2Norm:
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``h2-norm``."""
-        evidence = channel_evidence(loop, self.disturbance, self.output)
+        evidence = channel_evidence(loop, self.disturbance, self.output, self.entering)
         path = disturbance_channel(loop, evidence)
         functions = list(self._of_one_vertex(loop, path))
         if functions:

@@ -41,7 +41,7 @@ class L2Gain:
     gain : in units of y over those of w; None takes slightly more than the least gain found.
     energy_bound : W; for |w|_2 <= W no state leaves the box. "largest" takes the largest W, or
         none if the model has no box.
-    disturbance, output : the channel, as in ``loop.disturbance_channel``.
+    disturbance, output, entering : the channel, as in ``loop.disturbance_channel``.
     name : of the claim.
     """
 
@@ -49,6 +49,7 @@ class L2Gain:
     energy_bound: float | Literal["largest"] | None = None
     disturbance: str | None = None
     output: Output | None = None
+    entering: tuple[int, ...] | None = None
     name: str = NAME
 
     def __post_init__(self) -> None:
@@ -58,7 +59,7 @@ class L2Gain:
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``l2-gain``."""
-        evidence = channel_evidence(loop, self.disturbance, self.output)
+        evidence = channel_evidence(loop, self.disturbance, self.output, self.entering)
         path = disturbance_channel(loop, evidence)
         functions = list(self._of_one_vertex(loop, path))
         if functions:

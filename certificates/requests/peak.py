@@ -45,7 +45,7 @@ class Peak:
     disturbance_norm : b; None takes the largest that keeps the state in the model's box, but at
         most 1; without a box it takes 1.
     decay_rate : alpha [1/s] of the set; None searches the best one.
-    disturbance, output : the channel, as in ``loop.disturbance_channel``.
+    disturbance, output, entering : the channel, as in ``loop.disturbance_channel``.
     name : of the claim.
     """
 
@@ -54,6 +54,7 @@ class Peak:
     decay_rate: float | None = None
     disturbance: str | None = None
     output: Output | None = None
+    entering: tuple[int, ...] | None = None
     name: str = NAME
 
     def __post_init__(self) -> None:
@@ -61,7 +62,7 @@ class Peak:
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``peak``."""
-        evidence = channel_evidence(loop, self.disturbance, self.output)
+        evidence = channel_evidence(loop, self.disturbance, self.output, self.entering)
         path = disturbance_channel(loop, evidence)
         if len(path[0]) == 1:
             attempt = self._by_equation(loop, evidence, path)
@@ -172,7 +173,7 @@ def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, unit_level:
         limits += [
             float(min(-side[0], side[1]))
             for name, side in (exact.other_box or {}).items()
-            if name in exact.disturbances
+            if name in evidence.get("entering", exact.disturbances)
             and loop.model.E[:, :, exact.disturbances.index(name)].any()
         ]
     sides = bounded_inputs(exact) if at_input and loop.gains is not None else {}

@@ -16,7 +16,7 @@ number in the claim, in the report and in ``norm_below`` is the same.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -73,11 +73,12 @@ class NormWish:
         # A matrix for each rule only where the rules differ: a secant embedding has no others.
         C, D = (stack[:1] if (stack == stack[0]).all() else stack for stack in (self.C, self.D))
         output = (C, D) if self.D.any() else (C,)
+        channel: Any = {"output": output, "entering": self.sources, "name": self.label}
         if self.kind == "h2":
-            return H2Norm(value, output=output, name=self.label)
+            return H2Norm(value, **channel)
         if self.kind == "peak":
-            return Peak(value, output=output, name=self.label)
-        return L2Gain(value, energy_bound="largest", output=output, name=self.label)
+            return Peak(value, **channel)
+        return L2Gain(value, energy_bound="largest", **channel)
 
     def plant(self, model: TSModel, region: EigenvalueRegion | None) -> DisturbedPlant:
         """Return the plant as the LMI layer takes it, from the named disturbances to z."""
