@@ -225,6 +225,7 @@ class ClaimRequirements:
     sample_time : T in s of a command that is held; None for none.
     noise : label of a disturbance -> root of the intensity of the white noise that it is, SI.
     horizon : T in s within which the probability of leaving a set is to be bounded.
+    shape : P of the set on which the inputs keep their limits; None for the best that is found.
     norm : the request of a norm of at most a number, or of the least for None; None for no norm.
     norm_below : the norm that is asked for; None for whatever can be proved.
     """
@@ -235,6 +236,7 @@ class ClaimRequirements:
     sample_time: float | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
     horizon: float | None = None
+    shape: Floats | None = None
     norm: Callable[[float | None], Request] | None = None
     norm_below: float | None = None
 
@@ -388,7 +390,7 @@ def _demanded(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Re
                 f"plant {loop.model.name!r}: its inputs are limited, but no state has a range, so "
                 "there is no set of states to keep the limits on; give the states ranges"
             )
-        yield InputLimits(limits=requirements.input_limits)
+        yield InputLimits(limits=requirements.input_limits, P=requirements.shape)
 
 
 # A motion from the invariant set stays in the box anyway.  A bound of k times says more only to

@@ -54,6 +54,8 @@ if TYPE_CHECKING:
 
 # Fraction of the largest decay rate: at the maximum itself gains have no margin for rounding.
 SHARE = 0.9
+# Of the initial box, and the accuracy of the least share of the inputs' limits, relative.
+ROOM, SHARE_STEP = 1.005, 0.03
 ALL_PAIRS, ONE_GAIN = "wang-tanaka-griffin", "common-gain"
 # For a norm, in the order in which they are tried.
 NORM_RELAXATIONS = (ALL_PAIRS, "liu-zhang")
@@ -64,13 +66,15 @@ class FoundGains:
     """The design, or the last attempt at one; ``notes`` says what was chosen and why.
 
     ``options`` are those of ``pdc``, so that it can be asked again; ``explainable`` says whether
-    it was ``pdc`` that was asked.
+    it was ``pdc`` that was asked.  ``input_share`` is the share of the inputs' limits that is to be
+    proved, on the set of the design.
     """
 
     design: Design
     notes: tuple[str, ...]
     options: Mapping[str, Any]
     explainable: bool = True
+    input_share: float = 1.0
 
 
 def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains:
@@ -96,6 +100,8 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
     wish = norm_wish(plant, model, settings)
     if wish is not None:
         return _for_norm(wish, plant, model, settings, box, input_limit)
+    if settings.objective == "effort":
+        return _of_least_effort(plant, model, settings, box, input_limit)
     ask = _question(plant, model, settings, box, input_limit)
     price = PRICES[settings.effort]
     if settings.decay_rate == "max":
@@ -140,9 +146,48 @@ def _for_norm(
     keeps_limits = None
     if input_limit is not None and not question.limited:
         keeps_limits = partial(held_from, model, initial, input_limit)
-    design, notes = norm_gains(question, settings, keeps_limits)
+
+    def plain() -> Design:
+        rate = settings.decay_rate if isinstance(settings.decay_rate, float | int) else 0.0
+        return _question(plant, model, settings, box, input_limit)(rate)
+
+    design, notes = norm_gains(question, settings, plain, keeps_limits)
     notes = (*gain_notes, *notes)
     return FoundGains(design, tuple(in_file_rates(n, plant) for n in notes), {}, explainable=False)
+
+
+def _of_least_effort(
+    plant: Plant, model: TSModel, settings: PlantSettings, box: Floats, input_limit: Floats | None
+) -> FoundGains:
+    """Return gains with the least share of the inputs' limits from the initial box, at its rate.
+
+    Raises
+    ------
+    ModelError : the inputs have no limits.
+    """
+    if input_limit is None:
+        raise ModelError(
+            "objective effort makes the share of the inputs' limits small that is used, but the "
+            "inputs have neither range nor input_limit; give one, or bound the gains by gain_bound"
+        )
+    plain = replace(settings, objective=None)
+    gains = find_gains(plant, model, plain)
+    if not gains.design.found:
+        return gains
+    # What is claimed is about rounded gains and a rounded set, so the box gets a little room.
+    initial = {name: ROOM * half for name, half in settings.initial.items()}
+    wider = replace(plain, initial=initial)
+    rate = gains.design.decay_rate or 0.0 if plain.decay_rate is None else plain.decay_rate
+    low, high = 0.0, 1.0
+    while high - low > SHARE_STEP * high:
+        share = (low + high) / 2
+        design = _question(plant, model, wider, box, share * input_limit)(rate)
+        if design.found:
+            high, gains = share, replace(gains, design=design, input_share=share)
+        else:
+            low = share
+    note = f"the least share of the inputs' limits from the initial box is about {high:.2g}"
+    return replace(gains, notes=(*gains.notes, note), explainable=False)
 
 
 def _not_absurdly_slow(

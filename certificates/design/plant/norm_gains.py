@@ -12,7 +12,7 @@ Limits hold on an ellipsoid x' P x <= 1 that contains the initial box and all st
 disturbances of a size reach from rest: an energy for hinf, a peak for peak.  The size is searched
 for, because the norm that the LMIs show is about that of the ellipsoid over it: the larger the size
 for which the limits have room, the less the initial box adds.  White noise leaves every ellipsoid,
-so h2 has no such LMIs: there the norm is raised until the gains keep the limits from the box.
+so h2 has no such LMIs: there the norm is reduced as long as the gains keep the limits from the box.
 
 The least norm is often approached only as the gains grow without bound.  So gains are designed for
 a norm above the least one by a share (``ABOVE``), and of these with about the least input effort.
@@ -21,7 +21,7 @@ a norm above the least one by a share (``ABOVE``), and of these with about the l
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,8 +39,9 @@ if TYPE_CHECKING:
 ABOVE: Mapping[Effort, float] = {"small": 1.5, "moderate": 1.1, "large": 1.02}
 # Factors on the size of the disturbance, their number, and the norm that is better by another one.
 GROWTH, MOST_SIZES, BETTER = 3.0, 6, 0.98
-# Factor on the norm until limits hold that its LMIs do not have, how often, and then its halvings.
-RAISED, MOST_RAISED, HALVINGS = 10.0, 6, 4
+# Factor by which the norm of plain gains is reduced at first, how often at most, and the root of it
+# at which the search ends.
+REDUCED, MOST_REDUCED, NEARLY = 4.0, 16, 0.85
 # The claim is about rounded gains, so the LMIs are posed a little below the norm that is asked for.
 INSIDE = 0.999
 
@@ -124,6 +125,7 @@ def question_of(
 def norm_gains(
     question: NormQuestion,
     settings: PlantSettings,
+    plain: Callable[[], Design],
     keeps_limits: Callable[[Floats], bool] | None = None,
 ) -> tuple[Design, tuple[str, ...]]:
     """Return gains with the norm that is asked for, or near the least one, and notes.
@@ -133,56 +135,72 @@ def norm_gains(
 
     Parameters
     ----------
-    keeps_limits : whether gains keep the limits from the initial box, where the LMIs of the norm
-        have no limits; None where they have, or where there are none.
+    plain : gains with all wishes but the norm, which is then reduced from theirs where the least
+        is not found, or where its LMIs lack the limits of inputs.
+    keeps_limits : whether gains keep these limits from the initial box; None where the LMIs have
+        them, or where there are none.
     """
-    least, size = _least(question)
-    if not least.found or least.answer.gain is None:
-        return least, ()
-    notes = [_size_note(question, size)] if question.limited else []
-    norm, below = float(least.answer.gain), question.wish.below
-    with_limits = "all wishes" if keeps_limits is None else "all wishes but limits of inputs"
-    note = f"the least norm of the LMIs with {with_limits} is {norm:.4g}"
-    if below is not None:
-        wanted = question.asked(INSIDE * below, size)
-        if wanted.found:
-            return wanted, tuple(notes)
-        note += f", above norm_below = {below:g}: these gains have about the least"
-        return least, (*notes, note)
-    target = ABOVE[settings.effort] * norm
-    milder = question.asked(target, size)
-    why = "where the gains are smaller"
+    below, size = question.wish.below, 1.0
+    notes: tuple[str, ...] = ()
     if keeps_limits is not None:
-        milder, target = _with_limits(question, milder, target, keeps_limits)
-        why = "where the limits of inputs hold from the initial box"
-    if milder.found:
-        note += f"; designed for {target:.4g}, {why}"
-    return milder if milder.found else least, (*notes, note)
+        design, note = _reduced(question, plain(), keeps_limits)
+    else:
+        design, size = _least(question)
+        notes = (_size_note(question, size),) if question.limited and design.found else ()
+        note = f"the least norm of the LMIs with all wishes is {_gain(design):.4g}"
+        if not design.found and not question.limited:
+            design, note = _reduced(question, plain(), lambda gains: True)
+    if not design.found or (below is None and keeps_limits is not None):
+        return design, (*notes, note)
+    target = INSIDE * below if below is not None else ABOVE[settings.effort] * _gain(design)
+    wanted = question.asked(target, size)
+    if below is None:
+        milder = f"; designed for {target:.4g}, where the gains are smaller"
+        return (wanted, (*notes, note + milder)) if wanted.found else (design, (*notes, note))
+    if wanted.found:
+        return wanted, notes
+    note += f", above norm_below = {below:g}: these gains have about that; allow more, or relax"
+    return design, (*notes, f"{note} another wish")
 
 
-def _with_limits(
-    question: NormQuestion, design: Design, norm: float, keeps_limits: Callable[[Floats], bool]
-) -> tuple[Design, float]:
-    """Return gains with about the least norm for which the limits hold; and that norm."""
-
-    def holds(design: Design) -> bool:
-        return design.found and keeps_limits(np.asarray(design.gains))
-
-    factor, held = 1.0, holds(design)
-    for _ in range(0 if held else MOST_RAISED):
-        factor *= RAISED
-        design = question.asked(factor * norm, 1.0)
-        if held := holds(design):
-            break
-    low, high = factor / RAISED, factor
-    for _ in range(HALVINGS if held and factor > 1 else 0):
-        middle = float(np.sqrt(low * high))
-        between = question.asked(middle * norm, 1.0)
-        if holds(between):
-            design, high = between, middle
+def _reduced(
+    question: NormQuestion, plain: Design, keeps_limits: Callable[[Floats], bool]
+) -> tuple[Design, str]:
+    """Return the gains with the least norm, from that of plain gains on, for which limits hold."""
+    if not plain.found:
+        return plain, ""
+    norm = _norm_of(question, np.asarray(plain.gains))
+    best, factor, step = replace(plain, answer=replace(plain.answer, gain=norm)), 1.0, 1 / REDUCED
+    for _ in range(MOST_REDUCED):
+        design = question.asked(factor * step * norm, 1.0)
+        if design.found and keeps_limits(np.asarray(design.gains)):
+            best, factor = design, factor * step
         else:
-            low = middle
-    return design, high * norm
+            step = float(np.sqrt(step))
+        if step > NEARLY:
+            break
+    words = f"a norm of {_gain(best):.4g} was reached from that of gains without regard to it"
+    return best, f"{words}, {norm:.4g}"
+
+
+def _norm_of(question: NormQuestion, gains: Floats) -> float:
+    """Return the norm that one quadratic function shows of the loop with gains (r, m, n)."""
+    from takagi.lmi import h2_norm, hinf_norm, peak_gain
+
+    plant = question.plant
+    first, second = np.triu_indices(len(plant.A))
+    pairs = list(zip(first.tolist(), second.tolist(), strict=True))
+    A = [_mean(plant.A, plant.B, gains, i, j) for i, j in pairs]
+    C = [_mean(plant.C, plant.D12, gains, i, j) for i, j in pairs]
+    E, D = ((stack[first] + stack[second]) / 2 for stack in (plant.E, plant.D11))
+    functions: dict[Norm, Any] = {"hinf": hinf_norm, "h2": h2_norm, "peak": peak_gain}
+    function = functions[question.wish.kind]
+    answer = function(np.array(A), E, np.array(C), D, sample_time=plant.sample_time)
+    return np.inf if answer.gain is None else float(answer.gain)
+
+
+def _mean(X: Floats, Y: Floats, K: Floats, i: int, j: int) -> Floats:
+    return np.asarray((X[i] - Y[i] @ K[j] + X[j] - Y[j] @ K[i]) / 2)
 
 
 def _least(question: NormQuestion) -> tuple[Design, float]:

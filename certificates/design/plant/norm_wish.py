@@ -198,6 +198,6 @@ def _disturbance(plant: Plant, sources: tuple[int, ...]) -> tuple[float, str, fl
 def _quotient(above: str, below: str) -> str:
     if below == "-":
         return above
-    bottom = f"({below})" if set(below) & set("/ ") and below[0] != "(" else below
+    bottom = f"({below})" if set(below) & set("/ ") and below[-1] != ")" else below
     top = f"({above})" if "/" in above and above[0] != "(" else above
     return f"{'1' if above == '-' else top}/{bottom}"
