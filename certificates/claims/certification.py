@@ -316,7 +316,7 @@ def _attempts(
 
 def _with_norm(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Attempt]:
     """Yield the claim about the norm that is asked for; if it is not proved, also one that is."""
-    if requirements.norm is None or loop.gains is None:
+    if requirements.norm is None:
         return
     best, below = attempted(requirements.norm(None), loop), requirements.norm_below
     if below is None or (best.proved and best.claim.get("gain", best.claim.get("norm")) <= below):

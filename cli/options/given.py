@@ -32,7 +32,12 @@ _OF_GIVEN_GAINS = (
     "sample_time",
     "noise",
     "horizon",
+    "performance",
+    "disturbances",
+    "norm_below",
 )
+# Objectives of plants that are proved of given gains; the others are about searches for gains.
+_NORMS = ("hinf", "h2", "peak")
 
 
 def option_of(name: str) -> str:
@@ -104,6 +109,7 @@ def refuse_designing(options: Mapping[str, object]) -> None:
     """Refuse options about designing gains next to --gains; ignoring them would mislead."""
     for name, value in options.items():
         left = value is None or value is False or value in ("coherent", [])
+        left = left or (name == "objective" and value in _NORMS)
         if name not in _OF_GIVEN_GAINS and not left:
             raise ModelError(
                 f"option {option_of(name)} is about designing gains, but --gains gives them; "

@@ -240,6 +240,12 @@ def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> Cl
     from takagi.certificates.claims.certification import ClaimRequirements
 
     limits, noise = input_limits(plant, model, settings), settings.noise
+    if settings.objective is not None and (plant.references or plant.measured is not None):
+        cause = "follows references" if plant.references else "has an observer, for measured"
+        raise ModelError(
+            f"objective {settings.objective}: the law of plant {plant.name!r} {cause}, and an "
+            "objective is for gains of all states; leave objective out, or that part of the file"
+        )
     wish = norm_wish(plant, model, settings)
     return ClaimRequirements(
         decay_rate=settings.decay_rate if isinstance(settings.decay_rate, float | int) else None,
