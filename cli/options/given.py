@@ -35,6 +35,7 @@ _OF_GIVEN_GAINS = (
     "performance",
     "disturbances",
     "norm_below",
+    "controller",
 )
 # Objectives of plants that are proved of given gains; the others are about searches for gains.
 _NORMS = ("hinf", "h2", "peak")

@@ -96,6 +96,11 @@ PLANT_OPTIONS: Options = (
         "as the file has them; about the least unless given.",
         float,
     ),
+    option(
+        "controller NAME",
+        "Plants: static, for gains on the measured states alone; an observer unless given, where "
+        "the file says what is measured.",
+    ),
     option("choice NAME", "Plants: how premises are chosen, fewest-rules or least-conservative."),
     option("solve_rest", "Plants: solve for the inputs that hold the states at rest.", bool),
 )
@@ -135,7 +140,7 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     ModelError : an option that makes no sense for the plant; names the option.
     """
     from takagi.models.plant.design_settings import NORMS
-    from takagi.models.plant_files.sections import names_of
+    from takagi.models.plant_files.sections import names_of, static_feedback
 
     settings, entry = source.settings, source.entry
     changes: dict[str, Any] = {
@@ -149,6 +154,13 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     if changes.get("objective") not in (None, *NORMS):
         # What the file says about a norm belongs to the objective that is replaced.
         changes = {"performance": (), "disturbances": (), "norm_below": None} | changes
+    if given.get("controller") is not None:
+        if given["controller"] != "static":
+            raise ModelError(
+                f"option --controller: {given['controller']!r} was given; static is needed, or "
+                "leave it out for an observer"
+            )
+        changes["feedback"] = static_feedback(entry)
     for name in ("performance", "disturbances"):
         if given.get(name):
             typed = [part.strip() for text in given[name] for part in text.split(",")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Literal, TypeAlias, get_args
 
@@ -61,6 +61,8 @@ class PlantSettings:
     disturbances : names of those that a norm is about, the others at rest; () takes all.
     norm_below : the norm that is enough, in the units of the plant's file, as
         ``takagi.certificates.design.plant.norm_wish`` writes them; None for the least.
+    feedback : names of the measured outputs that a static law has; () for a law of all states, or
+        with an observer.
 
     Raises
     ------
@@ -84,6 +86,7 @@ class PlantSettings:
     performance: tuple[str, ...] = ()
     disturbances: tuple[str, ...] = ()
     norm_below: float | None = None
+    feedback: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         _word("choice", self.choice, CHOICES)
@@ -104,6 +107,7 @@ class PlantSettings:
             raise ModelError("noise is missing: horizon was given, and no white noise")
         if self.damping is not None and self.damping >= 1:
             raise ModelError(f"damping = {self.damping:g} was given; a ratio below 1 is needed")
+        object.__setattr__(self, "feedback", tuple(self.feedback))
         self._check_objective()
         rate = self.decay_rate
         if rate is None or rate == "max":
@@ -141,6 +145,11 @@ class PlantSettings:
                 f"objective {self.objective} and decay_rate max both ask for the best; give a rate "
                 "in numbers beside the objective, or leave one out"
             )
+
+    @property
+    def without_objective(self) -> PlantSettings:
+        """The other wishes alone."""
+        return replace(self, objective=None, performance=(), disturbances=(), norm_below=None)
 
     def require_names(
         self,

@@ -300,6 +300,21 @@ class ReferenceEntry(_Entry):
     ] = True
 
 
+def controller_given(value: object) -> object:
+    """Return the controller, or explain which there are."""
+    if value is None or value == "static":
+        return value
+    if isinstance(value, dict) and list(value) == ["order"]:
+        raise ValueError(
+            "a controller of a fixed order is not designed from a plant file; leave controller out "
+            'for an observer, whose order is that of the plant, give "static", or use '
+            "takagi.lmi.hinf_fixed_order for one rule"
+        )
+    raise ValueError(
+        f'{value!r} was given; "static" is needed, or leave controller out for an observer'
+    )
+
+
 class DesignEntry(_Entry):
     """What is asked of a design; every field may be left out."""
 
@@ -365,6 +380,13 @@ class DesignEntry(_Entry):
         Field(
             description="what is made best beside all that is asked: a norm from disturbances to "
             "performance, the decay rate, or the share of the inputs' limits that is used"
+        ),
+    ] = None
+    controller: Annotated[
+        Literal["static"] | None,
+        BeforeValidator(controller_given),
+        Field(
+            description="static: gains on the measured states alone, in place of an observer",
         ),
     ] = None
     performance: Annotated[

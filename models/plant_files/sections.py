@@ -149,6 +149,7 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
             objective=design.objective,
             performance=tuple(design.performance),
             disturbances=tuple(design.disturbances),
+            feedback=() if design.controller is None else static_feedback(entry),
             **values,
         )
         settings.require_names(**names_of(entry))
@@ -164,6 +165,22 @@ def names_of(entry: PlantEntry) -> dict[str, tuple[str, ...]]:
         "disturbances": tuple(entry.disturbances),
         "outputs": tuple(dict.fromkeys([*entry.outputs, *measured])),
     }
+
+
+def static_feedback(entry: PlantEntry) -> tuple[str, ...]:
+    """Return the names of what a static law has, the entries of ``measured``.
+
+    Raises
+    ------
+    ModelError : there is no such field, or the plant follows references.
+    """
+    if not entry.measured or entry.reference:
+        what = "follows references" if entry.reference else "has no field measured"
+        raise ModelError(
+            f"controller static is for measured outputs, and the plant {what}; add "
+            "measured = [...] with the states that a sensor shows, or leave controller out"
+        )
+    return tuple(m.name for m in entry.measured)
 
 
 def _in_si(

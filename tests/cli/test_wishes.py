@@ -234,9 +234,7 @@ def test_a_plant_that_no_disturbance_moves_has_no_norm(plant_file: Path, capsys:
 
 
 def test_objectives_are_for_laws_of_all_states(plant_file: Path, capsys: Capture) -> None:
-    measured = 'measured = ["theta"]\n' + PENDULUM.replace("format = 1\n", "")
-
-    assert certified(plant_file, "format = 1\n" + measured, "--objective", "hinf")[0] == 2
+    assert certified(plant_file, measured("theta"), "--objective", "hinf")[0] == 2
     assert "has an observer" in capsys.readouterr().err
 
 
@@ -252,3 +250,64 @@ def test_given_gains_have_a_norm_too(plant_file: Path, tmp_path: Path, capsys: C
 
     assert status == 0 and claim_of(claims, "h2-norm")["norm"] > 0
     assert certified(plant_file, PENDULUM, *gains, "--objective", "effort")[0] == 2
+
+
+def measured(*names: str, damping: float = 2.0, gravity: float = 2.0) -> str:
+    """Return the pendulum with these outputs measured, of other figures."""
+    listed = ", ".join(f'"{name}"' for name in names)
+    text = PENDULUM.replace('kind = "plant"', f'kind = "plant"\nmeasured = [{listed}]')
+    return text.replace("value = 0.1", f"value = {damping}").replace("9.81", f"{gravity}")
+
+
+def test_a_static_law_uses_what_is_measured_alone(plant_file: Path, tmp_path: Path) -> None:
+    """The gains on the speed are zero; folder, simulation and C are those of any law, and agree."""
+    plant_file.write_text(measured("theta") + '[design]\ncontroller = "static"\n', "utf-8")
+    out = tmp_path / "out"
+
+    assert main(["design", str(plant_file), "--out", str(out), "--no-report"]) == 0
+
+    law = json.loads((out / "gains.json").read_text(encoding="utf-8"))["law"]
+    assert all(row[0] != 0 and row[1] == 0 for gain in law["K"] for row in gain)
+    assert check(out / "certificate.json", gains=out / "gains.json", model=plant_file).verdict is (
+        Verdict.PROVED
+    )
+    assert main(["simulate", str(out), "--start", "theta=20deg"]) == 0
+    assert main(["export", str(out), "--to", "c", "--out", str(tmp_path / "c")]) == 0
+    assert main(["report", str(out)]) == 0
+    other = tmp_path / "other.toml"
+    other.write_text(measured("omega"), encoding="utf-8")
+    gains = ["--gains", str(out / "gains.json")]
+    assert main(["check", str(out / "certificate.json"), *gains, "--model", str(other)]) == 1
+
+
+def test_static_gains_and_a_damper_that_is_missing(plant_file: Path, capsys: Capture) -> None:
+    """theta'' = a theta - d theta' + u: a gain on theta alone settles with d > 0 alone."""
+    static = ("--controller", "static", "--settle", "4s")
+
+    assert certified(plant_file, measured("theta"), *static)[0] == 0
+    plant_file.with_name("certificate.json").unlink()
+    status, claims = certified(plant_file, measured("theta", damping=1e-9), *static)
+    assert status == 1 and not any(c["kind"] == "decay" and c["decay_rate"] > 0 for c in claims)
+
+
+@pytest.mark.parametrize(
+    ("listed", "controller", "words"),
+    [
+        ('measured = ["theta"]', "{ order = 2 }", "a controller of a fixed order is not designed"),
+        ('measured = ["theta"]', '"dynamic"', "'dynamic' was given; \"static\" is needed"),
+        ("", '"static"', "the plant has no field measured"),
+        (
+            'measured = [{ name = "both", expression = "theta + omega*l/v", unit = "rad" }]',
+            '"static"',
+            "both is measured and is no state",
+        ),
+    ],
+)
+def test_controllers_that_are_none(
+    listed: str, controller: str, words: str, plant_file: Path, capsys: Capture
+) -> None:
+    text = PENDULUM.replace('kind = "plant"', f'kind = "plant"\n{listed}')
+    text += 'v = { value = 1, unit = "m/s" }\n' + f"[design]\ncontroller = {controller}\n"
+
+    assert certified(plant_file, text)[0] == 2
+    assert words in capsys.readouterr().err

@@ -19,6 +19,11 @@ import numpy as np
 from takagi.certificates.design.plant.norm_gains import norm_gains, question_of
 from takagi.certificates.design.plant.norm_wish import NormWish, norm_wish
 from takagi.certificates.design.plant.plain_words import in_file_rates
+from takagi.certificates.design.plant.static_gains import (
+    measured_states,
+    require_states,
+    static_gains,
+)
 from takagi.certificates.design.plant.wishes import (
     ABSURD,
     PRICES,
@@ -95,9 +100,11 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
         settings = replace(settings, objective=None, decay_rate="max")
     limits, box = input_limits(plant, model, settings), _state_box(model)
     input_limit = np.array([limits[v.name] for v in plant.inputs]) if limits else None
-    if needs_starts(settings) and input_limit is not None:
+    if needs_starts(settings) and input_limit is not None and not settings.feedback:
         return _from_assumed_starts(plant, model, settings, box, input_limit)
     wish = norm_wish(plant, model, settings)
+    if settings.feedback:
+        return _static(plant, model, settings, wish, box, input_limit)
     if wish is not None:
         return _for_norm(wish, plant, model, settings, box, input_limit)
     if settings.objective == "effort":
@@ -156,6 +163,44 @@ def _for_norm(
     return FoundGains(design, tuple(in_file_rates(n, plant) for n in notes), {}, explainable=False)
 
 
+def _static(
+    plant: Plant,
+    model: TSModel,
+    settings: PlantSettings,
+    wish: NormWish | None,
+    box: Floats,
+    input_limit: Floats | None,
+) -> FoundGains:
+    """Return gains on the measured states alone."""
+    settings, gain_notes = one_gain(model, settings)
+    measured = {model.states[k] for k in measured_states(plant, settings)}
+    hidden = [name for name in _scheduling(model) if name in model.states and name not in measured]
+    if hidden:
+        names = ", ".join(label.partition(" [")[0] for label in hidden)
+        gain_notes = (*gain_notes, f"{names} is in a premise and not measured: one gain")
+    plain = replace(settings.without_objective, feedback=())
+    design, notes = static_gains(
+        plant,
+        model,
+        settings,
+        wish,
+        relaxation=ONE_GAIN if hidden else settings.relaxation or ALL_PAIRS,
+        box=box,
+        input_limit=input_limit,
+        unstructured=find_gains(plant, model, plain).design,
+    )
+    return FoundGains(design, (*gain_notes, *notes), {}, explainable=False)
+
+
+def _scheduling(model: TSModel) -> tuple[str, ...]:
+    """Return the labels of what the premises depend on."""
+    from takagi.certificates.document.plant_embedding import plant_and_claim
+    from takagi.certificates.requests.loop.loop import ClaimedLoop
+
+    data, _, _ = plant_and_claim(model)
+    return ClaimedLoop.of(model, model_data=data).exact.scheduled_by or model.states
+
+
 def _of_least_effort(
     plant: Plant, model: TSModel, settings: PlantSettings, box: Floats, input_limit: Floats | None
 ) -> FoundGains:
@@ -170,7 +215,7 @@ def _of_least_effort(
             "objective effort makes the share of the inputs' limits small that is used, but the "
             "inputs have neither range nor input_limit; give one, or bound the gains by gain_bound"
         )
-    plain = replace(settings, objective=None)
+    plain = settings.without_objective
     gains = find_gains(plant, model, plain)
     if not gains.design.found:
         return gains
@@ -240,6 +285,8 @@ def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> Cl
     from takagi.certificates.claims.certification import ClaimRequirements
 
     limits, noise = input_limits(plant, model, settings), settings.noise
+    if settings.feedback:
+        require_states(plant, settings)
     if settings.objective is not None and (plant.references or plant.measured is not None):
         cause = "follows references" if plant.references else "has an observer, for measured"
         raise ModelError(

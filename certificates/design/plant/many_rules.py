@@ -114,8 +114,8 @@ def _gains_of(
     premises: list[int], plant: Plant, model: TSModel, settings: PlantSettings, subject: str
 ) -> FoundGains | None:
     """Return gains that depend on these premises; None where the smaller model has none."""
-    if settings.objective in NORMS:
-        # The smaller model has no disturbance, and its norm would not be the plant's.
+    if settings.objective in NORMS or settings.feedback:
+        # The smaller model has no disturbance, nor the premises that say what is measured.
         return None
     smaller, rules = model_of_premises(model, premises)
     gains = find_gains(plant, smaller, settings)

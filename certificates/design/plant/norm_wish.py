@@ -147,7 +147,12 @@ def _performance(
     C, D, units = [], [], []
     for name in names or tuple(outputs):
         row_C, row_D = np.zeros((r, n)), np.zeros((r, m))
-        if name in outputs:
+        # A measured state is an output of the same name, without the unit of the file.
+        shown = name not in states or (
+            name in outputs
+            and plant.outputs[outputs[name]].expression != plant.states[states[name]].symbol
+        )
+        if name in outputs and shown:
             size, unit = 1.0, plant.outputs[outputs[name]].unit
             row_C = model.C[:, outputs[name]]
             row_D = model.D[:, outputs[name]] if model.D.size else row_D
