@@ -74,15 +74,25 @@ def option(
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
+def group(title: str, *options: Parameter) -> Options:
+    """Return the options, which the help lists below the title."""
+    for stated in options:
+        stated.annotation.__metadata__[0].rich_help_panel = title
+    return options
+
+
 # Turbines and plants both have one, with words of their own.
-OBJECTIVE = option(
-    "objective NAME",
-    "Turbines: what the one-step search improves: balanced (wind limits, and some decay), "
-    "wind-class (the limits alone) or decay; --one-step alone means balanced. The wind limits "
-    "are no narrower than those of the two-step gains, on average and at the weakest wind. "
-    "Effort-sharing law. Plants: what is made best beside all that is asked: hinf, h2 or peak (a "
-    "norm from --disturbances to --performance), decay, or effort (the share of the inputs' limits "
-    "that is used from --initial).",
+(OBJECTIVE,) = group(
+    "Turbines and plants: what is made best",
+    option(
+        "objective NAME",
+        "Turbines: what the one-step search improves: balanced (wind limits, and some decay), "
+        "wind-class (the limits alone) or decay; --one-step alone means balanced. The wind limits "
+        "are no narrower than those of the two-step gains, on average and at the weakest wind. "
+        "Effort-sharing law. Plants: what is made best beside all that is asked: hinf, h2 or peak "
+        "(a norm from --disturbances to --performance), decay, or effort (the share of the "
+        "inputs' limits that is used from --initial).",
+    ),
 )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.options.given import OBJECTIVE, Options, option, option_of
+from takagi.cli.options.given import OBJECTIVE, Options, group, option, option_of
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
@@ -45,8 +45,8 @@ _PAIR = re.compile(
 )
 
 
-# Of the loop and of the model.
-PLANT_OPTIONS: Options = (
+_SPEED = group(
+    "Plants: speed and poles",
     option("decay_rate RATE", 'Plants: decay rate [1/s], or "max"; a moderate one unless given.'),
     option(
         "settle TIME",
@@ -58,11 +58,11 @@ PLANT_OPTIONS: Options = (
         "Plants: small (half of every input's range at most, slower), moderate, or large (faster, "
         "for a smaller set or larger gains); moderate unless given.",
     ),
-    option(
-        "relaxation NAME",
-        "Plants: relaxation of the double sum, such as tanaka-wang, or auto; all pairs of rules "
-        "unless given.",
-    ),
+    option("damping", "Plants: least damping ratio of the poles, below 1.", float),
+    option("fastest", "Plants: largest size of the poles [1/s].", float),
+)
+_LIMITS = group(
+    "Plants: limits and starts",
     option(
         "input_limit INPUT=VALUE",
         "Plants: largest deviation of an input from rest, in its unit or with one: force=2kN; may "
@@ -76,9 +76,9 @@ PLANT_OPTIONS: Options = (
         list[str],
     ),
     option("gain_bound", "Plants: bound on the spectral norm of every gain [SI].", float),
-    option("damping", "Plants: least damping ratio of the poles, below 1.", float),
-    option("fastest", "Plants: largest size of the poles [1/s].", float),
-    OBJECTIVE,
+)
+_NORM = group(
+    "Plants: what a norm is about",
     option(
         "performance NAMES",
         "Plants: outputs, states and inputs that a norm is about, by name, joined by commas; all "
@@ -96,17 +96,24 @@ PLANT_OPTIONS: Options = (
         "as the file has them; about the least unless given.",
         float,
     ),
+)
+_LAW = group(
+    "Plants: law and model",
     option(
         "controller NAME",
         "Plants: static, for gains on the measured states alone; an observer unless given, where "
         "the file says what is measured.",
     ),
+    option(
+        "relaxation NAME",
+        "Plants: relaxation of the double sum, such as tanaka-wang, or auto; all pairs of rules "
+        "unless given.",
+    ),
     option("choice NAME", "Plants: how premises are chosen, fewest-rules or least-conservative."),
     option("solve_rest", "Plants: solve for the inputs that hold the states at rest.", bool),
 )
-# Of a design and its certificate; a simulation has its own --sample-time and --noise.
-PLANT_DESIGN_OPTIONS: Options = (
-    *PLANT_OPTIONS,
+_FURTHER = group(
+    "Plants: further claims, and the time of the search",
     option(
         "sample_time TIME",
         "Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds its "
@@ -130,6 +137,10 @@ PLANT_DESIGN_OPTIONS: Options = (
         "where it takes longer, fewer gains are sought. 120s unless given.",
     ),
 )
+# Of the loop and of the model.
+PLANT_OPTIONS: Options = (*_SPEED, *_LIMITS, OBJECTIVE, *_NORM, *_LAW)
+# Of a design and its certificate; a simulation has its own --sample-time and --noise.
+PLANT_DESIGN_OPTIONS: Options = (*PLANT_OPTIONS, *_FURTHER)
 
 
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:
