@@ -31,6 +31,7 @@ from takagi.certificates.requests.attempts import (
 )
 from takagi.certificates.requests.decay import Decay, Poles
 from takagi.certificates.requests.exit_probability import ExitProbability
+from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
 from takagi.certificates.requests.invariant_ellipsoid import InputLimits
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, Request
@@ -211,6 +212,8 @@ def refuse_sampled(model: TSModel) -> None:
 
 # Each claim other than decay needs a few solver runs; with more blends they take minutes.
 MOST_BLENDS = 2500
+# A function of the weights has a matrix for each rule.
+MOST_SCHEDULED = 16
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -226,6 +229,8 @@ class ClaimRequirements:
     noise : label of a disturbance -> root of the intensity of the white noise that it is, SI.
     horizon : T in s within which the probability of leaving a set is to be bounded.
     shape : P of the set on which the inputs keep their limits; None for the best that is found.
+    premise_rates : bounds of the premises' rates, for a function that depends on the weights, where
+        no common one is found; None for none.
     norm : the request of a norm of at most a number, or of the least for None; None for no norm.
     norm_below : the norm that is asked for; None for whatever can be proved.
     """
@@ -239,6 +244,7 @@ class ClaimRequirements:
     shape: Floats | None = None
     norm: Callable[[float | None], Request] | None = None
     norm_below: float | None = None
+    premise_rates: Callable[[], Mapping[str, float] | None] | None = None
 
 
 def plant_certificate(
@@ -297,11 +303,13 @@ def _attempts(
     rate = requirements.decay_rate
     if rate is not None and not (decay.proved and decay.claim["decay_rate"] >= rate):
         decay = attempted(Decay(rate), loop)
+    if not decay.proved:
+        decay = _scheduled(loop, requirements) or decay
     required = [decay, *(attempted(request, loop) for request in _demanded(loop, requirements))]
     required += [*_sampled(loop, requirements.sample_time), *_under_noise(loop, requirements)]
     required += [*_tracking(loop), *_with_norm(loop, requirements)]
-    if not decay.proved:
-        return required, ["without decay nothing else was tried"]
+    if not decay.proved or decay.claim["kind"] == "fuzzy-decay":
+        return required, ["without decay by a common function nothing else was tried"]
     if len(loop.exact.groups()) > MOST_BLENDS:
         note = f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"
         return required, [note]
@@ -312,6 +320,24 @@ def _attempts(
     proved, notes = proved_of(further, loop)
     useful, overshoot_notes = useful_overshoot(loop, proved)
     return [*required, *useful], [*notes, *overshoot_notes]
+
+
+def _scheduled(loop: ClaimedLoop, requirements: ClaimRequirements) -> Attempt | None:
+    """Return the claim of decay by a function that depends on the weights, if it is proved.
+
+    Limits and regions of poles are proved by a common function alone, so it is not tried with them.
+    """
+    asked = (requirements.input_limits, requirements.region, requirements.norm)
+    weighted = loop.exact.corners is not None and len(loop.exact.corners[0]) > 0
+    if any(wish is not None for wish in asked) or loop.gains is None or not loop.is_double_sum:
+        return None
+    find = requirements.premise_rates
+    rates = None if find is None or not weighted or loop.exact.rules > MOST_SCHEDULED else find()
+    if rates is None and loop.sample_time is None:
+        return None
+    request = FuzzyDecay(np.inf if rates is None else rates, requirements.decay_rate or 0.0)
+    attempt = attempted(request, loop)
+    return attempt if attempt.proved else None
 
 
 def _with_norm(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Attempt]:

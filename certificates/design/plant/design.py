@@ -22,6 +22,7 @@ from takagi.certificates.design.plant.gains import (
     find_gains,
     one_gain,
     regional_gains,
+    scheduled_gains,
 )
 from takagi.certificates.design.plant.many_rules import (
     BUDGET,
@@ -102,6 +103,7 @@ def design_plant(
         further.insert(0, ("gains over few premises", gains_of_few_premises, budget))
     else:
         gains, design = work.searched("gains", find_gains)
+    further.append(("gains by a function of the weights", scheduled_gains))
     for step, search, *options in further if design is None or not design.proved else ():
         _, alternative = work.searched(step, search, *options)
         if alternative is not None and alternative.proved:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.certificates.design.plant.fuzzy_gains import fuzzy_gains, premise_rates
 from takagi.certificates.design.plant.norm_gains import norm_gains, question_of
 from takagi.certificates.design.plant.norm_wish import NormWish, norm_wish
 from takagi.certificates.design.plant.plain_words import in_file_rates
@@ -63,7 +64,8 @@ SHARE = 0.9
 ROOM, SHARE_STEP = 1.005, 0.03
 ALL_PAIRS, ONE_GAIN = "wang-tanaka-griffin", "common-gain"
 # For a norm, in the order in which they are tried.
-NORM_RELAXATIONS = (ALL_PAIRS, "liu-zhang")
+RICHER, MOST_RICHER = "liu-zhang", 16
+NORM_RELAXATIONS = (ALL_PAIRS, RICHER)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +125,8 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
     ranged = np.isfinite(box)
     counted = ranged if ranged.any() else None
     design, note = moderate(ask, rates, for_set=ask.limited, price=price, counted=counted)
+    if ask.limited and not design.found and settings.relaxation is None:
+        return _richer(plant, model, settings, ask.gains(design))
     if ask.limited and not rates and design.found:
         design, note = _not_absurdly_slow(ask, plant, box, price, design, note)
     notes = [in_file_rates(note, plant)] if note else []
@@ -235,6 +239,27 @@ def _of_least_effort(
     return replace(gains, notes=(*gains.notes, note), explainable=False)
 
 
+def _richer(
+    plant: Plant, model: TSModel, settings: PlantSettings, without: FoundGains
+) -> FoundGains:
+    """Return gains by a richer relaxation, where limits leave none to all pairs of rules."""
+    if not 1 < len(model.A) <= MOST_RICHER or without.design.relaxation == ONE_GAIN:
+        return without
+    gains = find_gains(plant, model, replace(settings, relaxation=RICHER))
+    if not gains.design.found:
+        return without
+    note = f"all pairs of rules have no gains, the relaxation {RICHER} has"
+    return replace(gains, notes=(*gains.notes, note))
+
+
+def scheduled_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains | None:
+    """Return gains by a function that depends on the weights; None without any, or with limits."""
+    if input_limits(plant, model, settings) or any(unknown_premises(model)):
+        return None
+    found = None if _commanded_premises(model) else fuzzy_gains(plant, model, settings)
+    return None if found is None else FoundGains(*found, {}, explainable=False)
+
+
 def _not_absurdly_slow(
     ask: _Question, plant: Plant, box: Floats, price: Price, slowest: Design, note: str
 ) -> tuple[Design, str]:
@@ -303,6 +328,7 @@ def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> Cl
         horizon=settings.horizon,
         norm=None if wish is None else wish.request,
         norm_below=settings.norm_below,
+        premise_rates=partial(premise_rates, plant, model),
     )
 
 
@@ -359,6 +385,9 @@ class _Question:
         return design
 
     def gains(self, design: Design, *notes: str) -> FoundGains:
+        if design.found and design.relaxation != self.relaxations[0] != "auto":
+            richer = f"all pairs of rules have no gains at this rate, {design.relaxation} has"
+            notes = (*notes, richer)
         return FoundGains(design, (*self.notes, *notes), self.options, explainable=not self.limited)
 
 
