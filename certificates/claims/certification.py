@@ -214,6 +214,8 @@ def refuse_sampled(model: TSModel) -> None:
 MOST_BLENDS = 2500
 # A function of the weights has a matrix for each rule.
 MOST_SCHEDULED = 16
+# Of the slowest mode of the rules, the decay rates that it is asked for where none is asked.
+SCHEDULED_SHARES = (0.5, 0.1, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -327,17 +329,31 @@ def _scheduled(loop: ClaimedLoop, requirements: ClaimRequirements) -> Attempt | 
 
     Limits and regions of poles are proved by a common function alone, so it is not tried with them.
     """
-    asked = (requirements.input_limits, requirements.region, requirements.norm)
+    others = (requirements.input_limits, requirements.region, requirements.norm)
     weighted = loop.exact.corners is not None and len(loop.exact.corners[0]) > 0
-    if any(wish is not None for wish in asked) or loop.gains is None or not loop.is_double_sum:
+    if any(wish is not None for wish in others) or loop.gains is None or not loop.is_double_sum:
         return None
     find = requirements.premise_rates
     rates = None if find is None or not weighted or loop.exact.rules > MOST_SCHEDULED else find()
     if rates is None and loop.sample_time is None:
         return None
-    request = FuzzyDecay(np.inf if rates is None else rates, requirements.decay_rate or 0.0)
-    attempt = attempted(request, loop)
-    return attempt if attempt.proved else None
+    asked = requirements.decay_rate
+    slowest = _slowest_mode(loop)
+    for alpha in (asked,) if asked is not None else (share * slowest for share in SCHEDULED_SHARES):
+        request = FuzzyDecay(np.inf if rates is None else rates, float(f"{max(alpha, 0.0):.3g}"))
+        attempt = attempted(request, loop)
+        if attempt.proved and (asked is None or attempt.claim["decay_rate"] >= asked):
+            return attempt
+    return None
+
+
+def _slowest_mode(loop: ClaimedLoop) -> float:
+    """Return the least decay rate [1/s] of the rules with their own gains."""
+    K = np.asarray(loop.gains)
+    modes = np.linalg.eigvals(loop.model.A - loop.model.B @ K)
+    if loop.sample_time is None:
+        return float(-modes.real.max())
+    return float(-np.log(max(np.abs(modes).max(), 1e-300)) / loop.sample_time)
 
 
 def _with_norm(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Attempt]:

@@ -311,3 +311,43 @@ def test_controllers_that_are_none(
 
     assert certified(plant_file, text)[0] == 2
     assert words in capsys.readouterr().err
+
+
+# Two rules as in Tanaka, Ohtake and Wang (2007), a = 10 and b = 1.5; z moves by itself.
+SCHEDULED = """
+format = 1
+kind = "plant"
+units = "unchecked"
+
+[states]
+x1 = {}
+x2 = {}
+z = { range = [-1, 1] }
+
+[inputs]
+u = {}
+
+[equations]
+x1 = "(3.6*(1 + z)/2 - 10*(1 - z)/2)*x1 - 1.6*x2 - (0.45*(1 + z)/2 + 1.5*(1 - z)/2)*u"
+x2 = "6.2*x1 - 4.3*x2 - 3*u"
+z = "-z/2"
+"""
+
+
+def test_a_function_of_the_weights_where_no_common_one_has_gains(
+    plant_file: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """One P has gains up to b = 1.07, for h' of 0.25/s those are found; for 1.5/s none."""
+    plant_file.write_text(SCHEDULED, encoding="utf-8")
+    out = tmp_path / "out"
+
+    assert main(["design", str(plant_file), "--out", str(out), "--no-report", "--all"]) == 0
+
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "by V = x'P(h)x, decay rate >= 0.25 1/s" in printed
+    assert "no common function x' P x has gains" in printed
+    kinds = [c["kind"] for c in json.loads((out / "certificate.json").read_text())["claims"]]
+    assert kinds == ["sector-embedding", "fuzzy-decay"]
+    gains = ("--gains", str(out / "gains.json"))
+    assert certified(plant_file, SCHEDULED, *gains)[0] == 0
+    assert certified(plant_file, SCHEDULED.replace("-z/2", "-3*z"))[0] == 1

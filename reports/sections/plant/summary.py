@@ -121,6 +121,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
     beside = regulator(design)
     rows = [
         _settles(loop, beside),
+        _scheduled(design, loop),
         _safe_start(loop, beside),
         _in_samples(design, loop),
         _overshoot(design, loop),
@@ -326,6 +327,18 @@ def _follows(design: PlantDesign) -> SummaryRow | None:
         numbers.append(Number(reference.name, reach / size, unit, min(share, 1.0)))
     partial = any(number.share is not None and number.share < ALL_OF_RANGE for number in numbers)
     return SummaryRow("follows", tuple(phrases), tuple(numbers), partial=partial)
+
+
+def _scheduled(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
+    """Return the decay that is proved by a function of the weights, and what it assumes."""
+    for claim in proved_claims(design.document, design.checked, "fuzzy-decay"):
+        number, unit = rate_in_file_units(loop.plant, float(Fraction(str(claim["decay_rate"]))))
+        phrases = [f"all motions, by V = x'P(h)x, decay rate >= {at_least(number)} {unit}"]
+        if any(claim.get("rates") or ()):
+            phrases.append("while the weights keep to the rates of the claim")
+        row = SummaryRow("decays", tuple(phrases), (Number("decay rate", number, unit),))
+        return replace(row, claim=str(claim["name"]), assumes=tuple(assumptions(loop, claim)))
+    return None
 
 
 # Kind -> member of the norm, of claims about an output of their own: those that were asked for.
