@@ -101,7 +101,10 @@ def claim_of(claims: list[dict[str, Any]], kind: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("objective", "kind", "member", "least"),
-    [("hinf", "l2-gain", "gain", 1.498993), ("h2", "h2-norm", "norm", 1.482352)],
+    [
+        pytest.param("hinf", "l2-gain", "gain", 1.498993, marks=pytest.mark.slow),
+        ("h2", "h2-norm", "norm", 1.482352),
+    ],
 )
 def test_the_least_norm_of_compleib_from_both_sides(
     objective: str, kind: str, member: str, least: float, plant_file: Path
@@ -119,6 +122,7 @@ def test_the_least_norm_of_compleib_from_both_sides(
     assert asked[member] == 0.999 * least and least <= best[member] <= 1.01 * least
 
 
+@pytest.mark.slow
 def test_a_peak_in_the_units_of_the_file(plant_file: Path) -> None:
     """x' = -k x + w has the peak gain 1/k, and k <= 2/s: 500 mm/(m/s), from both sides."""
     options = ("--objective", "peak", "--performance", "x", "--gain-bound", "2")
@@ -162,6 +166,7 @@ initial = { theta = 15 }
     assert next(c for c in claims if c["kind"] == "input-limits")["input_limits"] == [20.0]
 
 
+@pytest.mark.slow
 def test_what_is_not_reached_says_the_best(
     plant_file: Path, tmp_path: Path, capsys: Capture
 ) -> None:
@@ -192,6 +197,7 @@ def test_a_forged_norm_is_refused(plant_file: Path) -> None:
     assert check(path).verdict is Verdict.UNDECIDED
 
 
+@pytest.mark.slow
 def test_least_effort_keeps_less_than_the_limit_from_the_initial_box(plant_file: Path) -> None:
     """The share is proved on a set that holds the box; half of it has no gains at that rate."""
     starts = ("--initial", "theta=20deg", "--settle", "2s")
@@ -238,6 +244,7 @@ def test_objectives_are_for_laws_of_all_states(plant_file: Path, capsys: Capture
     assert "has an observer" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_given_gains_have_a_norm_too(plant_file: Path, tmp_path: Path, capsys: Capture) -> None:
     """With --gains the norm of the file's law is proved; what makes gains is refused."""
     plant_file.write_text(PENDULUM, encoding="utf-8")
@@ -259,6 +266,7 @@ def measured(*names: str, damping: float = 2.0, gravity: float = 2.0) -> str:
     return text.replace("value = 0.1", f"value = {damping}").replace("9.81", f"{gravity}")
 
 
+@pytest.mark.slow
 def test_a_static_law_uses_what_is_measured_alone(plant_file: Path, tmp_path: Path) -> None:
     """The gains on the speed are zero; folder, simulation and C are those of any law, and agree."""
     plant_file.write_text(measured("theta") + '[design]\ncontroller = "static"\n', "utf-8")
@@ -280,6 +288,7 @@ def test_a_static_law_uses_what_is_measured_alone(plant_file: Path, tmp_path: Pa
     assert main(["check", str(out / "certificate.json"), *gains, "--model", str(other)]) == 1
 
 
+@pytest.mark.slow
 def test_static_gains_and_a_damper_that_is_missing(plant_file: Path, capsys: Capture) -> None:
     """theta'' = a theta - d theta' + u: a gain on theta alone settles with d > 0 alone."""
     static = ("--controller", "static", "--settle", "4s")
@@ -334,6 +343,7 @@ z = "-z/2"
 """
 
 
+@pytest.mark.slow
 def test_a_function_of_the_weights_where_no_common_one_has_gains(
     plant_file: Path, tmp_path: Path, capsys: Capture
 ) -> None:

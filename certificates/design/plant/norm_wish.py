@@ -103,7 +103,7 @@ def norm_wish(plant: Plant, model: TSModel, settings: PlantSettings) -> NormWish
     sources = _sources(plant, model, settings)
     rows, names, units = _performance(plant, model, settings)
     size, below_unit, widest = _disturbance(plant, sources)
-    if kind == "h2":
+    if kind == "h2" and model.sample_time is None:
         # The root of the intensity, in units of w sqrt(s).
         below_unit = "s^0.5" if below_unit == "-" else f"{below_unit} s^0.5"
     unit = _quotient(units[0] if len(set(units)) == 1 else f"({', '.join(units)})", below_unit)

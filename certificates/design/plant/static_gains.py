@@ -116,4 +116,12 @@ def static_gains(
     )
     if slow:
         note += f"; it is {result.value:.4g} 1/s, with a norm of at most {options['gain_bound']:g}"
-    return found, (note,)
+    outside = [name for name in ("initial", "damping", "fastest") if getattr(settings, name)]
+    notes = [note]
+    if outside:
+        notes.append(
+            f"{' and '.join(outside)} beside controller static: the search does not know them, and "
+            "the claims about the gains decide; where one is not proved, try a smaller gain_bound, "
+            "or leave controller out"
+        )
+    return found, tuple(notes)
