@@ -77,7 +77,7 @@ def test_rows_are_in_the_units_of_the_file(tmp_path: Path) -> None:
     """A degree is pi / 180 rad, and w is counted in kN m: its thousand N m stand in z."""
     asked = wish(tmp_path, objective="hinf", performance=("theta", "tau"), disturbances=("gust",))
 
-    np.testing.assert_allclose(asked.C[0], [[1000 * 180 / np.pi, 0], [0, 0]], rtol=1e-9)
+    np.testing.assert_allclose(asked.C[0], np.diag([1000 * 180 / np.pi, 0.0]), rtol=1e-9)
     np.testing.assert_allclose(asked.D[0], [[0], [1000]], rtol=1e-12)
     assert asked.size == pytest.approx(1.0) and asked.sources == (0,)
 

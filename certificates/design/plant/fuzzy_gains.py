@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 # In the order in which they are tried; more rules take minutes.
-RELAXATIONS, MOST_RULES = ("wang-tanaka-griffin", "polya-2"), 16
+RELAXATIONS, MOST_RULES = ("wang-tanaka-griffin", "polya-2"), 8
 
 
 def premise_rates(plant: Plant, model: TSModel) -> dict[str, float] | None:
