@@ -53,7 +53,7 @@ class NormQuestion:
     Attributes
     ----------
     plant : as the LMI layer takes it, with the region of the poles.
-    relaxations : in the order in which they are tried.
+    relaxation : of the double sum.
     options : what is asked beside the norm, as the LMI layer names it.
     limited : whether limits hold on the ellipsoid, so that a size of the disturbance is needed.
     duration : time scale of the plant [s].
@@ -61,7 +61,7 @@ class NormQuestion:
 
     wish: NormWish
     plant: DisturbedPlant
-    relaxations: tuple[str, ...]
+    relaxation: str
     options: Mapping[str, Any]
     limited: bool
     duration: float
@@ -83,12 +83,9 @@ class NormQuestion:
         options = dict(self.options)
         if self.limited:
             options |= sizes[self.wish.kind]
-        for relaxation in self.relaxations:
-            design: Design = function(
-                self.plant, relaxation=relaxation, norm_below=below, **options
-            )
-            if design.found:
-                break
+        design: Design = function(
+            self.plant, relaxation=self.relaxation, norm_below=below, **options
+        )
         return design
 
 
@@ -97,7 +94,7 @@ def question_of(
     plant: DisturbedPlant,
     settings: PlantSettings,
     *,
-    relaxations: tuple[str, ...],
+    relaxation: str,
     box: Floats,
     input_limit: Floats | None,
     initial: list[float],
@@ -119,13 +116,13 @@ def question_of(
         options |= {"initial_box": initial, "input_limit": input_limit}
         options["state_box"] = box if np.isfinite(box).any() else None
     duration = 1 / (rate or (rates[-1] if rates else 1.0))
-    return NormQuestion(wish, plant, relaxations, options, limited, duration)
+    return NormQuestion(wish, plant, relaxation, options, limited, duration)
 
 
 def norm_gains(
     question: NormQuestion,
     settings: PlantSettings,
-    plain: Callable[[], Design],
+    plain: Design,
     keeps_limits: Callable[[Floats], bool] | None = None,
 ) -> tuple[Design, tuple[str, ...]]:
     """Return gains with the norm that is asked for, or near the least one, and notes.
@@ -143,13 +140,13 @@ def norm_gains(
     below, size = question.wish.below, 1.0
     notes: tuple[str, ...] = ()
     if keeps_limits is not None:
-        design, note = _reduced(question, plain(), keeps_limits)
+        design, note = _reduced(question, plain, keeps_limits)
     else:
         design, size = _least(question)
         notes = (_size_note(question, size),) if question.limited and design.found else ()
         note = f"the least norm of the LMIs with all wishes is {_gain(design):.4g}"
         if not design.found and not question.limited:
-            design, note = _reduced(question, plain(), lambda gains: True)
+            design, note = _reduced(question, plain, lambda gains: True)
     if not design.found or (below is None and keeps_limits is not None):
         return design, (*notes, note)
     target = INSIDE * below if below is not None else ABOVE[settings.effort] * _gain(design)
@@ -167,8 +164,6 @@ def _reduced(
     question: NormQuestion, plain: Design, keeps_limits: Callable[[Floats], bool]
 ) -> tuple[Design, str]:
     """Return the gains with the least norm, from that of plain gains on, for which limits hold."""
-    if not plain.found:
-        return plain, ""
     norm = _norm_of(question, np.asarray(plain.gains))
     best, factor, step = replace(plain, answer=replace(plain.answer, gain=norm)), 1.0, 1 / REDUCED
     for _ in range(MOST_REDUCED):

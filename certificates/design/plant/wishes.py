@@ -251,13 +251,12 @@ def held_from(model: TSModel, initial: list[float], input_limit: Floats, gains: 
     ----------
     initial : (n,) half-widths.
     """
-    from takagi.certificates.requests.attempts import attempted
     from takagi.certificates.requests.invariant_ellipsoid import InputLimits
     from takagi.certificates.requests.loop.loop import ClaimedLoop
     from takagi.lmi.gains.requirements.limits import corners_of_box
 
     starts = corners_of_box(np.asarray(initial))
-    attempt = attempted(InputLimits(input_limit), ClaimedLoop.of(model, gains))
+    attempt = InputLimits(input_limit).attempt(ClaimedLoop.of(model, gains))
     P, level = np.asarray(attempt.claim["P"], dtype=np.float64), float(attempt.claim["level"])
     values = np.einsum("ki,ij,kj->k", starts, P, starts)
     return attempt.proved and bool(np.all(values <= level))
