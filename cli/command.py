@@ -105,6 +105,8 @@ def run_command(
     # Imported here: `takagi --help` and `takagi check` do without typer.
     import typer
 
+    from takagi.cli.grouped_help import GroupedCommand
+
     signature = _joined(function, options)
 
     def command(**values: object) -> None:
@@ -123,7 +125,7 @@ def run_command(
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     )
-    application.command(name)(command)
+    application.command(name, cls=GroupedCommand)(command)
     as_json = "--json" in arguments
     try:
         status = application(

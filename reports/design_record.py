@@ -130,10 +130,11 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
     """Return the same parts, without document and verdicts, from the model's file."""
     if source.kind == "plant":
         from takagi.certificates.design.given.plant_gains import in_ranges_of
+        from takagi.certificates.design.plant.static_gains import plant_of_law
         from takagi.certificates.design.plant.tracking_design import claims_alone
         from takagi.certificates.design.plant.work import plant_model
 
-        plant = source.model
+        plant = plant_of_law(source.model, settings)
         if gains is not None and claims_alone(plant):
             plant = in_ranges_of(gains, plant)
         return {"plant": plant, "model": plant_model(plant, settings)}

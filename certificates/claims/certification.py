@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -31,6 +31,7 @@ from takagi.certificates.requests.attempts import (
 )
 from takagi.certificates.requests.decay import Decay, Poles
 from takagi.certificates.requests.exit_probability import ExitProbability
+from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
 from takagi.certificates.requests.invariant_ellipsoid import InputLimits
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, Request
@@ -211,6 +212,10 @@ def refuse_sampled(model: TSModel) -> None:
 
 # Each claim other than decay needs a few solver runs; with more blends they take minutes.
 MOST_BLENDS = 2500
+# A function of the weights has a matrix for each rule, and its proof grows with their products.
+MOST_SCHEDULED = 8
+# Of the slowest mode of the rules, the decay rates that it is asked for where none is asked.
+SCHEDULED_SHARES = (0.5, 0.1, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -225,6 +230,11 @@ class ClaimRequirements:
     sample_time : T in s of a command that is held; None for none.
     noise : label of a disturbance -> root of the intensity of the white noise that it is, SI.
     horizon : T in s within which the probability of leaving a set is to be bounded.
+    shape : P of the set on which the inputs keep their limits; None for the best that is found.
+    premise_rates : bounds of the premises' rates, for a function that depends on the weights, where
+        no common one is found; None for none.
+    norm : the request of a norm of at most a number, or of the least for None; None for no norm.
+    norm_below : the norm that is asked for; None for whatever can be proved.
     """
 
     decay_rate: float | None = None
@@ -233,6 +243,10 @@ class ClaimRequirements:
     sample_time: float | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
     horizon: float | None = None
+    shape: Floats | None = None
+    norm: Callable[[float | None], Request] | None = None
+    norm_below: float | None = None
+    premise_rates: Callable[[], Mapping[str, float] | None] | None = None
 
 
 def plant_certificate(
@@ -291,19 +305,70 @@ def _attempts(
     rate = requirements.decay_rate
     if rate is not None and not (decay.proved and decay.claim["decay_rate"] >= rate):
         decay = attempted(Decay(rate), loop)
+    if not decay.proved:
+        decay = _scheduled(loop, requirements) or decay
     required = [decay, *(attempted(request, loop) for request in _demanded(loop, requirements))]
     required += [*_sampled(loop, requirements.sample_time), *_under_noise(loop, requirements)]
-    required += _tracking(loop)
-    if not decay.proved:
-        return required, ["without decay nothing else was tried"]
+    required += [*_tracking(loop), *_with_norm(loop, requirements)]
+    if not decay.proved or decay.claim["kind"] == "fuzzy-decay":
+        return required, ["without decay by a common function nothing else was tried"]
     if len(loop.exact.groups()) > MOST_BLENDS:
         note = f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"
         return required, [note]
     limited = InputLimits if requirements.input_limits is not None else ()
+    if requirements.norm is not None:
+        limited = (*((InputLimits,) if limited else ()), type(requirements.norm(None)))
     further = (r for r in requests_for(loop) if not isinstance(r, limited))
     proved, notes = proved_of(further, loop)
     useful, overshoot_notes = useful_overshoot(loop, proved)
     return [*required, *useful], [*notes, *overshoot_notes]
+
+
+def _scheduled(loop: ClaimedLoop, requirements: ClaimRequirements) -> Attempt | None:
+    """Return the claim of decay by a function that depends on the weights, if it is proved.
+
+    Limits and regions of poles are proved by a common function alone, so it is not tried with them.
+    """
+    others = (requirements.input_limits, requirements.region, requirements.norm)
+    weighted = loop.exact.corners is not None and len(loop.exact.corners[0]) > 0
+    if any(wish is not None for wish in others) or loop.gains is None or not loop.is_double_sum:
+        return None
+    find = requirements.premise_rates
+    rates = None if find is None or not weighted or loop.exact.rules > MOST_SCHEDULED else find()
+    if rates is None and loop.sample_time is None:
+        return None
+    asked = requirements.decay_rate
+    slowest = _slowest_mode(loop)
+    for alpha in (asked,) if asked is not None else (share * slowest for share in SCHEDULED_SHARES):
+        request = FuzzyDecay(np.inf if rates is None else rates, float(f"{max(alpha, 0.0):.3g}"))
+        # A common function, which ``attempted`` would try too, is known not to prove it.
+        attempt = request.attempt(loop)
+        if attempt.proved and (asked is None or attempt.claim["decay_rate"] >= asked):
+            return attempt
+    return None
+
+
+def _slowest_mode(loop: ClaimedLoop) -> float:
+    """Return the least decay rate [1/s] of the rules with their own gains."""
+    K = np.asarray(loop.gains)
+    modes = np.linalg.eigvals(loop.model.A - loop.model.B @ K)
+    if loop.sample_time is None:
+        return float(-modes.real.max())
+    return float(-np.log(max(np.abs(modes).max(), 1e-300)) / loop.sample_time)
+
+
+def _with_norm(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Attempt]:
+    """Yield the claim about the norm that is asked for; if it is not proved, also one that is."""
+    if requirements.norm is None:
+        return
+    best, below = attempted(requirements.norm(None), loop), requirements.norm_below
+    if below is None or (best.proved and best.claim.get("gain", best.claim.get("norm")) <= below):
+        yield best
+        return
+    required = attempted(requirements.norm(below), loop)
+    yield required
+    if best.proved and not required.proved:
+        yield best
 
 
 def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
@@ -368,7 +433,7 @@ def _demanded(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Re
                 f"plant {loop.model.name!r}: its inputs are limited, but no state has a range, so "
                 "there is no set of states to keep the limits on; give the states ranges"
             )
-        yield InputLimits(limits=requirements.input_limits)
+        yield InputLimits(limits=requirements.input_limits, P=requirements.shape)
 
 
 # A motion from the invariant set stays in the box anyway.  A bound of k times says more only to

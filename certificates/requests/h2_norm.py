@@ -29,6 +29,8 @@ SLIGHTLY = (0.0, 1e-5, 1e-4)
 # For a requested norm: the part of the margin to it that the first inequality uses.
 SHARES = (0.5, 0.1, 0.9)
 
+NAME = "variance of the output under white noise"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class H2Norm:
@@ -37,19 +39,22 @@ class H2Norm:
     Attributes
     ----------
     norm : None takes slightly more than the least norm found.
-    disturbance, output : the channel, as in ``loop.disturbance_channel``.
+    disturbance, output, entering : the channel, as in ``loop.disturbance_channel``.
+    name : of the claim.
     """
 
     norm: float | None = None
     disturbance: str | None = None
     output: Output | None = None
+    entering: tuple[int, ...] | None = None
+    name: str = NAME
 
     def __post_init__(self) -> None:
         require_positive(norm=self.norm)
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``h2-norm``."""
-        evidence = channel_evidence(loop, self.disturbance, self.output)
+        evidence = channel_evidence(loop, self.disturbance, self.output, self.entering)
         path = disturbance_channel(loop, evidence)
         functions = list(self._of_one_vertex(loop, path))
         if functions:
@@ -86,7 +91,7 @@ class H2Norm:
         functions = [(a.P, a.gain) for a in answers if a.P is not None and a.gain is not None]
         if not functions:
             bound = np.eye(path[0].shape[1])
-            claim = _claim(evidence, self.norm or 1.0, bound)
+            claim = _claim(self.name, evidence, self.norm or 1.0, bound)
             words = answers[0].diagnosis or "no bound was found"
             return first_proved(loop, [(words, claim)], solver)
         return first_proved(loop, self._of_each(evidence, path, functions, BACK_OFF), solver)
@@ -119,13 +124,13 @@ class H2Norm:
                 rounded = short((1 + increase) * P, digits)
                 variance = np.einsum("ijk,jl,ilk->i", B, rounded, B) + (D**2).sum(axis=(1, 2))
                 norm = self.norm or rounded_up(float(np.sqrt(variance.max())) * (1 + 1e-9))
-                claim = _claim(evidence, norm, rounded)
+                claim = _claim(self.name, evidence, norm, rounded)
                 yield f"norm {norm:.6g} under white noise, P to {digits} digits", claim
 
 
-def _claim(evidence: dict[str, Any], norm: float, P: Floats) -> dict[str, Any]:
+def _claim(name: str, evidence: dict[str, Any], norm: float, P: Floats) -> dict[str, Any]:
     return {
-        "name": "variance of the output under white noise",
+        "name": name,
         "kind": "h2-norm",
         **evidence,
         "norm": norm,

@@ -29,6 +29,8 @@ ROOM = (1e-4, 3e-4, 8e-4)
 BACK_OFF = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 DIGITS = (6, 9, 12, 15)
 
+NAME = "energy gain from disturbance to output"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class L2Gain:
@@ -39,13 +41,16 @@ class L2Gain:
     gain : in units of y over those of w; None takes slightly more than the least gain found.
     energy_bound : W; for |w|_2 <= W no state leaves the box. "largest" takes the largest W, or
         none if the model has no box.
-    disturbance, output : the channel, as in ``loop.disturbance_channel``.
+    disturbance, output, entering : the channel, as in ``loop.disturbance_channel``.
+    name : of the claim.
     """
 
     gain: float | None = None
     energy_bound: float | Literal["largest"] | None = None
     disturbance: str | None = None
     output: Output | None = None
+    entering: tuple[int, ...] | None = None
+    name: str = NAME
 
     def __post_init__(self) -> None:
         require_positive(gain=self.gain)
@@ -54,7 +59,7 @@ class L2Gain:
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``l2-gain``."""
-        evidence = channel_evidence(loop, self.disturbance, self.output)
+        evidence = channel_evidence(loop, self.disturbance, self.output, self.entering)
         path = disturbance_channel(loop, evidence)
         functions = list(self._of_one_vertex(loop, path))
         if functions:
@@ -96,7 +101,9 @@ class L2Gain:
         if not functions:
             words = answer.diagnosis or "no bound was found"
             return first_proved(
-                loop, [(words, _claim(evidence, self.gain or 1.0, np.eye(len(A[0]))))], solver
+                loop,
+                [(words, _claim(self.name, evidence, self.gain or 1.0, np.eye(len(A[0]))))],
+                solver,
             )
         claims = (
             claim
@@ -113,7 +120,7 @@ class L2Gain:
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         for gain in gains:
             for digits in DIGITS:
-                claim = _claim(evidence, gain, short(P, digits))
+                claim = _claim(self.name, evidence, gain, short(P, digits))
                 words = f"energy gain {gain:.6g}, P to {digits} digits"
                 bound = self._energy(loop, evidence, P, gain)
                 yield words, claim if bound is None else claim | {"energy_bound": bound}
@@ -129,9 +136,9 @@ class L2Gain:
         return rounded_down(0.999 * np.sqrt(level / gain), 4) if np.isfinite(level) else None
 
 
-def _claim(evidence: dict[str, Any], gain: float, P: Floats) -> dict[str, Any]:
+def _claim(name: str, evidence: dict[str, Any], gain: float, P: Floats) -> dict[str, Any]:
     return {
-        "name": "energy gain from disturbance to output",
+        "name": name,
         "kind": "l2-gain",
         **evidence,
         "gain": gain,

@@ -32,6 +32,8 @@ ROOM, SLIGHTLY = (1e-5, 1e-4, 1e-3), (1e-5, 1e-4)
 # The relative increase of the bound that is accepted for fewer digits of P.
 SHORT = 1e-4
 
+NAME = "peak of the output under bounded disturbance"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Peak:
@@ -43,7 +45,8 @@ class Peak:
     disturbance_norm : b; None takes the largest that keeps the state in the model's box, but at
         most 1; without a box it takes 1.
     decay_rate : alpha [1/s] of the set; None searches the best one.
-    disturbance, output : the channel, as in ``loop.disturbance_channel``.
+    disturbance, output, entering : the channel, as in ``loop.disturbance_channel``.
+    name : of the claim.
     """
 
     gain: float | None = None
@@ -51,13 +54,15 @@ class Peak:
     decay_rate: float | None = None
     disturbance: str | None = None
     output: Output | None = None
+    entering: tuple[int, ...] | None = None
+    name: str = NAME
 
     def __post_init__(self) -> None:
         require_positive(gain=self.gain, disturbance_norm=self.disturbance_norm)
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``peak``."""
-        evidence = channel_evidence(loop, self.disturbance, self.output)
+        evidence = channel_evidence(loop, self.disturbance, self.output, self.entering)
         path = disturbance_channel(loop, evidence)
         if len(path[0]) == 1:
             attempt = self._by_equation(loop, evidence, path)
@@ -91,7 +96,9 @@ class Peak:
         answer = peak_gain(*path, sample_time=loop.sample_time, decay_rate=self.decay_rate)
         solver = str(answer.solver.get("status", ""))
         identity = np.eye(path[0].shape[1])
-        idle = _claim(evidence, identity, 1.0, 1.0, self.disturbance_norm or 1.0, self.gain or 1.0)
+        idle = _claim(
+            self.name, evidence, identity, 1.0, 1.0, self.disturbance_norm or 1.0, self.gain or 1.0
+        )
         if answer.P is None:
             return first_proved(loop, [(answer.diagnosis or "no bound was found", idle)], solver)
         rate, step = answer.decay_rate or 0.0, loop.sample_time
@@ -124,7 +131,7 @@ class Peak:
                     continue
                 least_gain, share = least_peak(C, D, rounded / level * size**2)
                 gain = self.gain or rounded_up(least_gain * (1 + increase))
-                claim = _claim(evidence, rounded, level, s, size, gain)
+                claim = _claim(self.name, evidence, rounded, level, s, size, gain)
                 words = f"peak gain {gain:.6g} for |w| <= {size:.6g}, P to {digits} digits"
                 candidates.append((least_gain, words, claim | ({"share": share} if share else {})))
             # Short numbers are preferred if they hardly increase the bound.
@@ -166,7 +173,7 @@ def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, unit_level:
         limits += [
             float(min(-side[0], side[1]))
             for name, side in (exact.other_box or {}).items()
-            if name in exact.disturbances
+            if name in evidence.get("entering", exact.disturbances)
             and loop.model.E[:, :, exact.disturbances.index(name)].any()
         ]
     sides = bounded_inputs(exact) if at_input and loop.gains is not None else {}
@@ -181,10 +188,16 @@ def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, unit_level:
 
 
 def _claim(
-    evidence: dict[str, Any], P: Floats, level: float, multiplier: float, size: float, gain: float
+    name: str,
+    evidence: dict[str, Any],
+    P: Floats,
+    level: float,
+    multiplier: float,
+    size: float,
+    gain: float,
 ) -> dict[str, Any]:
     return {
-        "name": "peak of the output under bounded disturbance",
+        "name": name,
         "kind": "peak",
         **evidence,
         "disturbance_norm": size,

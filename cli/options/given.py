@@ -32,7 +32,13 @@ _OF_GIVEN_GAINS = (
     "sample_time",
     "noise",
     "horizon",
+    "performance",
+    "disturbances",
+    "norm_below",
+    "controller",
 )
+# Objectives of plants that are proved of given gains; the others are about searches for gains.
+_NORMS = ("hinf", "h2", "peak")
 
 
 def option_of(name: str) -> str:
@@ -68,6 +74,28 @@ def option(
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
+def group(title: str, *options: Parameter) -> Options:
+    """Return the options, which the help lists below the title."""
+    for stated in options:
+        stated.annotation.__metadata__[0].rich_help_panel = title
+    return options
+
+
+# Turbines and plants both have one, with words of their own.
+(OBJECTIVE,) = group(
+    "Turbines and plants: what is made best",
+    option(
+        "objective NAME",
+        "Turbines: what the one-step search improves: balanced (wind limits, and some decay), "
+        "wind-class (the limits alone) or decay; --one-step alone means balanced. The wind limits "
+        "are no narrower than those of the two-step gains, on average and at the weakest wind. "
+        "Effort-sharing law. Plants: what is made best beside all that is asked: hinf, h2 or peak "
+        "(a norm from --disturbances to --performance), decay, or effort (the share of the "
+        "inputs' limits that is used from --initial).",
+    ),
+)
+
+
 def defaults_of(options: Options) -> dict[str, Any]:
     """Return name -> default of options."""
     return {option.name: option.default for option in options}
@@ -92,6 +120,7 @@ def refuse_designing(options: Mapping[str, object]) -> None:
     """Refuse options about designing gains next to --gains; ignoring them would mislead."""
     for name, value in options.items():
         left = value is None or value is False or value in ("coherent", [])
+        left = left or (name == "objective" and value in _NORMS)
         if name not in _OF_GIVEN_GAINS and not left:
             raise ModelError(
                 f"option {option_of(name)} is about designing gains, but --gains gives them; "

@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.options.given import Options, option, option_of
+from takagi.cli.options.given import OBJECTIVE, Options, group, option, option_of
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
@@ -45,8 +45,8 @@ _PAIR = re.compile(
 )
 
 
-# Of the loop and of the model.
-PLANT_OPTIONS: Options = (
+_SPEED = group(
+    "Plants: speed and poles",
     option("decay_rate RATE", 'Plants: decay rate [1/s], or "max"; a moderate one unless given.'),
     option(
         "settle TIME",
@@ -58,11 +58,11 @@ PLANT_OPTIONS: Options = (
         "Plants: small (half of every input's range at most, slower), moderate, or large (faster, "
         "for a smaller set or larger gains); moderate unless given.",
     ),
-    option(
-        "relaxation NAME",
-        "Plants: relaxation of the double sum, such as tanaka-wang, or auto; all pairs of rules "
-        "unless given.",
-    ),
+    option("damping", "Plants: least damping ratio of the poles, below 1.", float),
+    option("fastest", "Plants: largest size of the poles [1/s].", float),
+)
+_LIMITS = group(
+    "Plants: limits and starts",
     option(
         "input_limit INPUT=VALUE",
         "Plants: largest deviation of an input from rest, in its unit or with one: force=2kN; may "
@@ -76,14 +76,44 @@ PLANT_OPTIONS: Options = (
         list[str],
     ),
     option("gain_bound", "Plants: bound on the spectral norm of every gain [SI].", float),
-    option("damping", "Plants: least damping ratio of the poles, below 1.", float),
-    option("fastest", "Plants: largest size of the poles [1/s].", float),
+)
+_NORM = group(
+    "Plants: what a norm is about",
+    option(
+        "performance NAMES",
+        "Plants: outputs, states and inputs that a norm is about, by name, joined by commas; all "
+        "outputs unless given, without any the states over their ranges.",
+        list[str],
+    ),
+    option(
+        "disturbances NAMES",
+        "Plants: disturbances that a norm is about, joined by commas; all unless given.",
+        list[str],
+    ),
+    option(
+        "norm_below",
+        "Plants: the norm that is enough, in units of the performance per unit of the disturbance, "
+        "as the file has them; about the least unless given.",
+        float,
+    ),
+)
+_LAW = group(
+    "Plants: law and model",
+    option(
+        "controller NAME",
+        "Plants: static, for gains on the measured states alone; an observer unless given, where "
+        "the file says what is measured.",
+    ),
+    option(
+        "relaxation NAME",
+        "Plants: relaxation of the double sum, such as tanaka-wang, or auto; all pairs of rules "
+        "unless given.",
+    ),
     option("choice NAME", "Plants: how premises are chosen, fewest-rules or least-conservative."),
     option("solve_rest", "Plants: solve for the inputs that hold the states at rest.", bool),
 )
-# Of a design and its certificate; a simulation has its own --sample-time and --noise.
-PLANT_DESIGN_OPTIONS: Options = (
-    *PLANT_OPTIONS,
+_FURTHER = group(
+    "Plants: further claims, and the time of the search",
     option(
         "sample_time TIME",
         "Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds its "
@@ -107,6 +137,10 @@ PLANT_DESIGN_OPTIONS: Options = (
         "where it takes longer, fewer gains are sought. 120s unless given.",
     ),
 )
+# Of the loop and of the model.
+PLANT_OPTIONS: Options = (*_SPEED, *_LIMITS, OBJECTIVE, *_NORM, *_LAW)
+# Of a design and its certificate; a simulation has its own --sample-time and --noise.
+PLANT_DESIGN_OPTIONS: Options = (*PLANT_OPTIONS, *_FURTHER)
 
 
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:
@@ -116,12 +150,32 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     ------
     ModelError : an option that makes no sense for the plant; names the option.
     """
+    from takagi.models.plant.design_settings import NORMS
+    from takagi.models.plant_files.sections import names_of, static_feedback
+
     settings, entry = source.settings, source.entry
     changes: dict[str, Any] = {
         name: given[name]
-        for name in ("relaxation", "gain_bound", "damping", "fastest", "choice", "effort")
+        for name in (
+            *("relaxation", "gain_bound", "damping", "fastest", "choice", "effort"),
+            *("objective", "norm_below"),
+        )
         if given.get(name) is not None
     }
+    if changes.get("objective") not in (None, *NORMS):
+        # What the file says about a norm belongs to the objective that is replaced.
+        changes = {"performance": (), "disturbances": (), "norm_below": None} | changes
+    if given.get("controller") is not None:
+        if given["controller"] != "static":
+            raise ModelError(
+                f"option --controller: {given['controller']!r} was given; static is needed, or "
+                "leave it out for an observer"
+            )
+        changes["feedback"] = static_feedback(entry)
+    for name in ("performance", "disturbances"):
+        if given.get(name):
+            typed = [part.strip() for text in given[name] for part in text.split(",")]
+            changes[name] = tuple(part for part in typed if part)
     if given.get("solve_rest"):
         changes["rest"] = "solve inputs"
     if given.get("sample_time") is not None:
@@ -145,11 +199,7 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
             changes[name] = values_in_si(option_of(name), given[name], variables)
     try:
         changed = replace(settings, **changes)
-        changed.require_names(
-            states=tuple(entry.all_states),
-            inputs=tuple(entry.commanded),
-            disturbances=tuple(entry.disturbances),
-        )
+        changed.require_names(**names_of(entry))
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]

@@ -7,7 +7,7 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from takagi.cli.options.given import Options, option
+from takagi.cli.options.given import OBJECTIVE, Options, group, option
 
 Given = TypeVar("Given", str, list[str], None)
 
@@ -55,7 +55,8 @@ def typed_name(law: str) -> str:
 
 
 # In the order in which the help lists them.
-TURBINE_OPTIONS: Options = (
+_TURBINE = group(
+    "Turbines",
     option(
         "law NAME",
         "Turbines: effort-sharing (one law for all winds, which hands its effort from torque to "
@@ -188,11 +189,5 @@ TURBINE_OPTIONS: Options = (
         "more. Effort-sharing law.",
         bool,
     ),
-    option(
-        "objective NAME",
-        "Turbines: what the one-step search improves: balanced (wind limits, and some decay), "
-        "wind-class (the limits alone) or decay; --one-step alone means balanced. The wind limits "
-        "are no narrower than those of the two-step gains, on average and at the weakest wind. "
-        "Effort-sharing law.",
-    ),
 )
+TURBINE_OPTIONS: Options = (*_TURBINE, OBJECTIVE)

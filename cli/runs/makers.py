@@ -30,8 +30,10 @@ MAKERS: Mapping[str, type[TurbineMaker] | type[PlantMaker]] = {
     "turbine": TurbineMaker,
     "plant": PlantMaker,
 }
-# The options of every verb that designs.
-DESIGN_OPTIONS: Options = tuple(o for maker in MAKERS.values() for o in maker.options)
+# The options of every verb that designs; one that both kinds have stands once.
+DESIGN_OPTIONS: Options = tuple(
+    {o.name: o for maker in MAKERS.values() for o in maker.options}.values()
+)
 # Option -> what to use instead for the other kind of model, where this is not obvious.
 _INSTEAD = {
     "law": "a plant's law is by rules: --relaxation and [design] of its file say how it is designed"

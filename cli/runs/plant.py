@@ -99,7 +99,10 @@ class PlantMaker:
         return proof
 
     def _question(self) -> tuple[Plant, PlantSettings]:
-        return self.source.model, plant_settings(self.source, self.asked)
+        from takagi.certificates.design.plant.static_gains import plant_of_law
+
+        settings = plant_settings(self.source, self.asked)
+        return plant_of_law(self.source.model, settings), settings
 
 
 def changes_since(plant: Plant, gains: Path, document: Mapping[str, Any]) -> list[str]:

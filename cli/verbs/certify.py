@@ -57,7 +57,8 @@ def certify(
     """Write a certificate for MODEL with the gains of a file, or with gains designed anew.
 
     With --gains the law is in the file: only --inertia, --power-coefficient and --equilibrium-wake
-    apply to a turbine, --choice and --solve-rest to a plant.
+    apply to a turbine, --choice, --solve-rest, what is claimed in samples and under noise, and a
+    norm to a plant: --objective hinf, h2 or peak.
 
     The certificate is bound to the whole gain file. Fields that do not agree with MODEL are listed,
     such as the range of an input that has changed. --gains-out writes the file again.

@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -136,6 +136,15 @@ class EigenvalueRegion(ShortRepr):
     def excess(self, z: ArrayLike) -> Floats:
         """Return the largest eigenvalue of all parts' L + z M + conj(z) M'; negative inside."""
         return np.asarray(np.max([part.excess(z) for part in self.parts], axis=0))
+
+    def slowed(self, factor: float) -> EigenvalueRegion:
+        """Return the region of the eigenvalues over a factor: those in another unit of time."""
+        return EigenvalueRegion(
+            tuple(
+                replace(part, L=tuple(tuple(entry / factor for entry in row) for row in part.L))
+                for part in self.parts
+            )
+        )
 
     def contains(self, z: complex) -> bool:
         """Return whether z lies in the region; on the boundary, rounding decides."""

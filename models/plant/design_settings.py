@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Literal, TypeAlias, get_args
 
@@ -13,7 +13,11 @@ from takagi.models.errors import ModelError, did_you_mean
 Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
 Rest: TypeAlias = Literal["given", "solve inputs"]
 Effort: TypeAlias = Literal["small", "moderate", "large"]
+Norm: TypeAlias = Literal["hinf", "h2", "peak"]
+Objective: TypeAlias = Literal["hinf", "h2", "peak", "decay", "effort"]
 CHOICES, RESTS, EFFORTS = get_args(Choice), get_args(Rest), get_args(Effort)
+NORMS: tuple[Norm, ...] = get_args(Norm)
+OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,10 +52,21 @@ class PlantSettings:
         that it is, in its unit times sqrt(s); a disturbance without a range.
     horizon : T [s] within which the probability of leaving a set is to be bounded under the noise;
         None without noise.
+    objective : what is made best beside all that is asked: a norm from disturbances to performance
+        (``"hinf"`` energy gain, ``"h2"`` response to white noise, ``"peak"`` peak to peak), the
+        ``"decay"`` rate, or the ``"effort"``, the share of the inputs' limits that is used from
+        the initial box; None for none.
+    performance : names of the outputs, states and inputs that a norm is about; () takes the outputs
+        of the plant, else its states over their ranges.
+    disturbances : names of those that a norm is about, the others at rest; () takes all.
+    norm_below : the norm that is enough, in the units of the plant's file, as
+        ``takagi.certificates.design.plant.norm_wish`` writes them; None for the least.
+    feedback : names of the measured outputs that a static law has; () for a law of all states, or
+        with an observer.
 
     Raises
     ------
-    ModelError : an unknown word, or a number out of its range.
+    ModelError : an unknown word, a number out of its range, or wishes that contradict each other.
     """
 
     choice: Choice = "fewest-rules"
@@ -67,12 +82,17 @@ class PlantSettings:
     sample_time: float | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
     horizon: float | None = None
+    objective: Objective | None = None
+    performance: tuple[str, ...] = ()
+    disturbances: tuple[str, ...] = ()
+    norm_below: float | None = None
+    feedback: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         _word("choice", self.choice, CHOICES)
         _word("rest", self.rest, RESTS)
         _word("effort", self.effort, EFFORTS)
-        for name in ("gain_bound", "damping", "fastest", "sample_time", "horizon"):
+        for name in ("gain_bound", "damping", "fastest", "sample_time", "horizon", "norm_below"):
             value = getattr(self, name)
             if value is not None:
                 _positive(name, value)
@@ -87,6 +107,8 @@ class PlantSettings:
             raise ModelError("noise is missing: horizon was given, and no white noise")
         if self.damping is not None and self.damping >= 1:
             raise ModelError(f"damping = {self.damping:g} was given; a ratio below 1 is needed")
+        object.__setattr__(self, "feedback", tuple(self.feedback))
+        self._check_objective()
         rate = self.decay_rate
         if rate is None or rate == "max":
             return
@@ -95,18 +117,62 @@ class PlantSettings:
                 f'decay_rate = {rate!r} was given; a number >= 0 in 1/s is needed, or "max"'
             )
 
+    def _check_objective(self) -> None:
+        """Raise ModelError for an objective that contradicts another wish, or lacks one."""
+        if self.objective is not None:
+            _word("objective", self.objective, OBJECTIVES)
+        if self.objective not in NORMS:
+            for name in ("norm_below", "performance", "disturbances"):
+                if getattr(self, name):
+                    raise ModelError(
+                        f"{name} was given, which is about a norm, but objective is "
+                        f"{self.objective or 'not given'}; give objective hinf, h2 or peak, or "
+                        f"leave {name} out"
+                    )
+        for name in ("performance", "disturbances"):
+            names = tuple(getattr(self, name))
+            twice = next((key for key in names if names.count(key) > 1), None)
+            if twice is not None:
+                raise ModelError(f"{name} has {twice} twice; leave one out")
+            object.__setattr__(self, name, names)
+        if self.objective == "decay" and self.decay_rate not in (None, "max"):
+            raise ModelError(
+                "objective decay asks for the largest rate, and decay_rate (or settle) for a given "
+                "one; leave one out"
+            )
+        if self.objective not in (None, "decay") and self.decay_rate == "max":
+            raise ModelError(
+                f"objective {self.objective} and decay_rate max both ask for the best; give a rate "
+                "in numbers beside the objective, or leave one out"
+            )
+
+    @property
+    def without_objective(self) -> PlantSettings:
+        """The other wishes alone."""
+        return replace(self, objective=None, performance=(), disturbances=(), norm_below=None)
+
     def require_names(
         self,
         *,
         states: tuple[str, ...],
         inputs: tuple[str, ...],
         disturbances: tuple[str, ...] = (),
+        outputs: tuple[str, ...] | None = None,
     ) -> None:
-        """Raise ModelError for a name of a limit, start or noise that the plant does not have."""
+        """Raise ModelError for a name of a wish that the plant does not have.
+
+        Parameters
+        ----------
+        outputs : None where performance was tested before.
+        """
+        seen = self.performance if outputs is not None else ()
+        shown = tuple(dict.fromkeys((*(outputs or ()), *states, *inputs)))
         for field_name, names_given, names, kind in (
             ("input_limit", self.input_limit, inputs, "input"),
             ("initial", self.initial, states, "state"),
             ("noise", self.noise, disturbances, "disturbance"),
+            ("performance", seen, shown, "output, state or input"),
+            ("disturbances", self.disturbances, disturbances, "disturbance"),
         ):
             for name in names_given:
                 if name not in names:

@@ -300,6 +300,21 @@ class ReferenceEntry(_Entry):
     ] = True
 
 
+def controller_given(value: object) -> object:
+    """Return the controller, or explain which there are."""
+    if value is None or value == "static":
+        return value
+    if isinstance(value, dict) and list(value) == ["order"]:
+        raise ValueError(
+            "a controller of a fixed order is not designed from a plant file; leave controller out "
+            'for an observer, whose order is that of the plant, give "static", or use '
+            "takagi.lmi.hinf_fixed_order for one rule"
+        )
+    raise ValueError(
+        f'{value!r} was given; "static" is needed, or leave controller out for an observer'
+    )
+
+
 class DesignEntry(_Entry):
     """What is asked of a design; every field may be left out."""
 
@@ -359,6 +374,37 @@ class DesignEntry(_Entry):
     horizon: Annotated[
         Figure | None,
         Field(description="in s: the probability of leaving a set within it is to be bounded"),
+    ] = None
+    objective: Annotated[
+        Literal["hinf", "h2", "peak", "decay", "effort"] | None,
+        Field(
+            description="what is made best beside all that is asked: a norm from disturbances to "
+            "performance, the decay rate, or the share of the inputs' limits that is used"
+        ),
+    ] = None
+    controller: Annotated[
+        Literal["static"] | None,
+        BeforeValidator(controller_given),
+        Field(
+            description="static: gains on the measured states alone, in place of an observer",
+        ),
+    ] = None
+    performance: Annotated[
+        list[Name],
+        Field(
+            description="outputs, states and inputs that a norm is about; all outputs unless given,"
+            " without any the states over their ranges"
+        ),
+    ] = []
+    disturbances: Annotated[
+        list[Name], Field(description="those that a norm is about; all unless given")
+    ] = []
+    norm_below: Annotated[
+        Figure | None,
+        Field(
+            description="the norm that is enough, in units of performance per unit of the "
+            "disturbance, as the file has them"
+        ),
     ] = None
 
 

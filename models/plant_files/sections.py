@@ -107,7 +107,7 @@ def seconds(document: Document, field: str, value: Decimal | str) -> Fraction:
     return unit.to_si(Fraction(match[1]))
 
 
-_NUMBERS = ("gain_bound", "damping", "fastest", "horizon")
+_NUMBERS = ("gain_bound", "damping", "fastest", "horizon", "norm_below")
 
 
 def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
@@ -146,14 +146,41 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
             input_limit=limits,
             initial=initial,
             noise=noise,
+            objective=design.objective,
+            performance=tuple(design.performance),
+            disturbances=tuple(design.disturbances),
+            feedback=() if design.controller is None else static_feedback(entry),
             **values,
         )
-        settings.require_names(
-            states=tuple(entry.all_states),
-            inputs=tuple(entry.commanded),
-            disturbances=tuple(entry.disturbances),
-        )
+        settings.require_names(**names_of(entry))
     return settings
+
+
+def names_of(entry: PlantEntry) -> dict[str, tuple[str, ...]]:
+    """Return the names of a plant's file, as ``PlantSettings.require_names`` takes them."""
+    measured = [m.name for m in entry.measured or ()]
+    return {
+        "states": tuple(entry.all_states),
+        "inputs": tuple(entry.commanded),
+        "disturbances": tuple(entry.disturbances),
+        "outputs": tuple(dict.fromkeys([*entry.outputs, *measured])),
+    }
+
+
+def static_feedback(entry: PlantEntry) -> tuple[str, ...]:
+    """Return the names of what a static law has, the entries of ``measured``.
+
+    Raises
+    ------
+    ModelError : there is no such field, or the plant follows references.
+    """
+    if not entry.measured or entry.reference:
+        what = "follows references" if entry.reference else "has no field measured"
+        raise ModelError(
+            f"controller static is for measured outputs, and the plant {what}; add "
+            "measured = [...] with the states that a sensor shows, or leave controller out"
+        )
+    return tuple(m.name for m in entry.measured)
 
 
 def _in_si(

@@ -34,7 +34,8 @@ from typing import Any, Protocol
 
 from takagi.certificates.checker.files.differences import in_words
 from takagi.certificates.checker.files.model_content import OtherModel
-from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.kernel.reader import Number, read_stack
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
@@ -249,8 +250,9 @@ def _per_second(unit: str) -> str:
 def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
     """Compare what the law measures with what the plant file lists; the order means nothing.
 
-    Without gains there is no law, and nothing is compared.  A file that lists every state by its
-    name has a law of all states too.
+    Without gains there is no law, and nothing is compared.  A law of states alone measures what the
+    file lists by the states' names if it uses no other state: its gains on the others are zero, and
+    no premise has another state in it where rules have gains of their own.
 
     Parameters
     ----------
@@ -268,8 +270,10 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
         observer = gains["observer"]
         measured = observer.get("measured") if isinstance(observer, dict) else None
         ours = _names(measured, "gains.observer.measured", path)
+    if theirs == ours:
+        return
     every = set(file.get("states", ()))
-    if theirs == ours or (ours is None and theirs is not None and theirs >= every):
+    if theirs is not None and ours is None and theirs >= _states_used(gains, every):
         return
     if ours is None:
         why = f"the law has all states, the field measured lists {_told(theirs)} alone"
@@ -280,6 +284,32 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
     else:
         why = f"the field measured lists {_told(theirs - ours)}, which the law does not measure"
     raise other_plant(path, why)
+
+
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+def _states_used(gains: dict[str, Any], states: set[str]) -> set[str]:
+    """Return which of the file's states a law without observer uses; all where that is unclear.
+
+    The integrals of references are states of the law itself.
+    """
+    labels = gains.get("state_names")
+    try:
+        K = read_stack(gains, "K", "gains")
+    except CertificateError:
+        return states
+    if not isinstance(labels, list) or len(labels) != K[0].shape[1]:
+        return states
+    names = [str(label).partition(" [")[0] for label in labels]
+    used = {name for j, name in enumerate(names) if any(row[j] for M in K for row in M.rows)}
+    if any(M != K[0] for M in K):
+        premises = gains.get("premises")
+        if not isinstance(premises, list) or not premises:
+            return states
+        for premise in premises:
+            used |= set(_IDENTIFIER.findall(str(_object(premise).get("expression"))))
+    return used & states
 
 
 def _names(listed: Any, where: str, path: Path) -> set[str]:

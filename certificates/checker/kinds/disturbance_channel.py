@@ -6,6 +6,7 @@ A and C are those of the closed loop. The claim selects the channel:
 
     "disturbance": "disturbances"   B = E_i, D = 0
     "disturbance": "inputs"         B = B_i, D = D_i: w is added to the input, u = -K x + w
+    "entering": names               of "disturbances": w consists of these, the others are at rest
     "output": absent                C = C_i - D_i K_j of the model
     "output": {"C", "D", "F"}       y = C x + D u + F w, an output of the claim, as stacks of one or
                                     r matrices; D and F may be left out; only one of each for a
@@ -23,7 +24,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kernel.reader import member, read_stack, text
+from takagi.certificates.checker.kernel.reader import listed, member, read_stack, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.blends import blends_of
@@ -82,6 +83,34 @@ def entrance(claim: Any, loop: PolytopicLoop, where: str) -> tuple[str, Stack]:
     return source, stack
 
 
+def entering_columns(claim: Any, loop: PolytopicLoop, where: str) -> tuple[int, ...]:
+    """Return the numbers of the model's disturbances that w consists of; () for all.
+
+    Raises
+    ------
+    CertificateError : ``entering`` beside w at the inputs, an unknown name, or one twice.
+    """
+    if "entering" not in claim:
+        return ()
+    place = f"{where}.entering"
+    if text(claim, "disturbance", where) != "disturbances":
+        raise CertificateError(f"{place}: only the model's disturbances have names")
+    names = listed(claim, "entering", where, 1, len(loop.disturbances))
+    for name in names:
+        if name not in loop.disturbances:
+            raise CertificateError(f"{place}: {name!a} is no disturbance of the model")
+        if names.count(name) > 1:
+            raise CertificateError(f"{place}: {name!a} stands in it twice")
+    return tuple(loop.disturbances.index(name) for name in names)
+
+
+def with_columns(stack: Stack, columns: tuple[int, ...]) -> Stack:
+    """Return the matrices with these columns alone; with all for ()."""
+    if not columns:
+        return stack
+    return tuple(Matrix([[row[k] for k in columns] for row in M.rows], M.below) for M in stack)
+
+
 def channel_stacks(
     claim: Any, loop: PolytopicLoop, where: str
 ) -> tuple[PolytopicLoop, Stack, list[Stack]]:
@@ -94,7 +123,8 @@ def channel_stacks(
     ------
     CertificateError : as ``disturbance_channels``.
     """
-    source, entering = entrance(claim, loop, where)
+    source, all_entering = entrance(claim, loop, where)
+    entering = with_columns(all_entering, entering_columns(claim, loop, where))
     with_output, F = _with_output(claim, loop, entering[0].shape[1], where)
     if not with_output.C:
         raise CertificateError(f"{where}: the model has no output, and the claim gives none")

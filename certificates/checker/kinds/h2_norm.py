@@ -36,8 +36,8 @@ from takagi.certificates.checker.kernel.obligation import (
     positive,
 )
 from takagi.certificates.checker.kinds.disturbance_channel import (
+    channel_stacks,
     disturbance_channels,
-    entrance,
     quadratic_change,
 )
 from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
@@ -49,7 +49,7 @@ from takagi.certificates.checker.words.rounded import at_most
 class H2Norm(LoopClaim):
     """The mean of E|y|^2 over time is at most ``norm``^2; see the module."""
 
-    asks: ClassVar[tuple[str, ...]] = ("disturbance", "output")
+    asks: ClassVar[tuple[str, ...]] = ("disturbance", "entering", "output")
     P: Matrix = matrix("n", "n")
     norm: Fraction = number("-", better="smaller", positive=True)
 
@@ -76,7 +76,7 @@ class H2Norm(LoopClaim):
     def sentence(self) -> str:
         loop = self.loop
         noise = "unit covariance in each sample" if loop.is_discrete else "unit intensity"
-        noise += words.in_which_sense(loop, entrance(self.claim, loop, self.where)[1])
+        noise += words.in_which_sense(loop, channel_stacks(self.claim, loop, self.where)[1])
         return (
             f"the mean over time of E|y|^2 is at most {at_most(self.norm, 6)}^2 for white noise of "
             f"{noise}, along {words.about(loop)}{words.unforeseeing(loop)} "

@@ -69,19 +69,28 @@ class Disturbance(NamedTuple):
     """The bounded disturbance of a claim.
 
     ``source`` : "disturbances", "inputs", or empty for w = 0; ``E`` : the matrices through which w
-    enters.  ``bounds`` : of the |w_k|, or of |w|_2 where ``is_ball``; () for w = 0.
+    enters.  ``bounds`` : of the |w_k|, or of |w|_2 where ``is_ball``; () for w = 0.  ``columns`` :
+    numbers of the model's disturbances that w consists of, the others at rest; () for all.
     """
 
     source: str = ""
     E: Stack = ()
     bounds: tuple[Fraction, ...] = ()
     is_ball: bool = False
+    columns: tuple[int, ...] = ()
 
     @property
     def each_bound(self) -> tuple[Fraction, ...]:
         """Bounds on |w_k|; () without disturbance."""
         # |w|_2 <= b implies |w_k| <= b for every k.
         return self.bounds * self.E[0].shape[1] if self.is_ball else self.bounds
+
+    def bounds_of_all(self, count: int) -> tuple[Fraction, ...]:
+        """Return bounds on each of the model's disturbances, 0 for those that are at rest."""
+        if not self.columns:
+            return self.each_bound
+        bound_of = dict(zip(self.columns, self.each_bound, strict=True))
+        return tuple(bound_of.get(k, Fraction(0)) for k in range(count))
 
     def corners(self) -> Iterator[Matrix]:
         """Yield b I for a ball, or the corners of the box as columns, one of w and -w each."""
@@ -154,7 +163,8 @@ class InvariantSet(LoopClaim):
                 yield nonnegative(Matrix.blocks([[falling, -G], [-G.T, corner]]), failure)
         at_rest = (Fraction(0),) * len(loop.disturbances)
         yield from disturbances_in_range(
-            loop, w.each_bound if w.source == "disturbances" else at_rest
+            loop,
+            w.bounds_of_all(len(at_rest)) if w.source == "disturbances" else at_rest,
         )
         yield from inside_box(loop, P, self.level, w.each_bound if w.source == "inputs" else ())
 

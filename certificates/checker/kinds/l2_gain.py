@@ -39,7 +39,7 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 class L2Gain(LoopClaim):
     """|y|_2 <= gain |w|_2 along the loop; see the module."""
 
-    asks: ClassVar[tuple[str, ...]] = ("disturbance", "output")
+    asks: ClassVar[tuple[str, ...]] = ("disturbance", "entering", "output")
     P: Matrix = matrix("n", "n")
     gain: Fraction = number("-", better="smaller", positive=True)
     energy_bound: Fraction | None = number("-", better="larger", positive=True, optional=True)

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import ClassVar
 
 from takagi.certificates.checker.kernel.matrices import Matrix
@@ -28,8 +29,10 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.disturbance_channel import (
     DisturbanceChannel,
     disturbance_channels,
+    entering_columns,
+    with_columns,
 )
-from takagi.certificates.checker.kinds.invariant_ellipsoid import InvariantSet
+from takagi.certificates.checker.kinds.invariant_ellipsoid import Disturbance, InvariantSet
 from takagi.certificates.checker.kinds.loop_claim import number
 from takagi.certificates.checker.words import loop_words as words
 from takagi.certificates.checker.words.figure import Figure, WindProfile
@@ -40,9 +43,15 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 class Peak(InvariantSet):
     """|y| <= gain b for |w|_2 <= b; see the module."""
 
-    asks: ClassVar[tuple[str, ...]] = ("disturbance", "output")
+    asks: ClassVar[tuple[str, ...]] = ("disturbance", "entering", "output")
     gain: Fraction = number("-", better="smaller", positive=True)
     share: Fraction | None = number(optional=True)
+
+    @cached_property
+    def disturbance(self) -> Disturbance:
+        """The disturbances that the claim names; all that the model has unless it names some."""
+        w, columns = super().disturbance, entering_columns(self.claim, self.loop, self.where)
+        return w._replace(E=with_columns(w.E, columns), columns=columns)
 
     def obligations(self) -> Obligations:
         w, share = self.disturbance, self.share or Fraction(0)

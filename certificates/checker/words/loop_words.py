@@ -94,6 +94,8 @@ def rounded_channel(claim: Any, loop: PolytopicLoop) -> str:
     alone = ", without the model's disturbance" if loop.E else ""
     is_of_model = claim["disturbance"] == "disturbances"
     source = "the model's disturbance" if is_of_model else f"added to u{alone}"
+    if "entering" in claim:
+        source += f" {', '.join(claim['entering'])}, the others at rest"
     return f"w {source}, y {'of the claim' if 'output' in claim else 'the output of the model'}"
 
 

@@ -22,6 +22,7 @@ from takagi.certificates.design.plant.gains import (
     FoundGains,
     one_gain,
     regional_gains,
+    scheduled_gains,
 )
 from takagi.certificates.design.plant.many_rules import (
     BUDGET,
@@ -38,6 +39,7 @@ from takagi.certificates.design.plant.plain_words import (
     require_sensible,
 )
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.static_gains import plant_of_law
 from takagi.certificates.design.plant.tracking_design import claims_alone, design_tracking
 from takagi.certificates.design.plant.work import PlantWork, plant_work
 from takagi.models.arrays import Floats
@@ -79,6 +81,7 @@ def design_plant(
     ModelError : the plant has no Takagi-Sugeno model on its box, or the settings make no sense
         for it.
     """
+    plant = plant_of_law(plant, settings or PlantSettings())
     work = plant_work(plant, settings, files, tell)
     model, chosen, clock = work.model, work.settings, work.clock
     if plant.references:
@@ -104,6 +107,7 @@ def design_plant(
     gains, design = _best_of_candidates(work, choice)
     if choice.shortened:
         further.insert(0, ("gains over few premises", gains_of_few_premises, budget))
+    further.append(("gains by a function of the weights", scheduled_gains))
     for step, search, *options in further if design is None or not design.proved else ():
         _, alternative = work.searched(step, search, *options)
         if alternative is not None and alternative.proved:
@@ -151,6 +155,7 @@ def certify_plant(
     ------
     ModelError : as ``design_plant``, and gains that do not fit the model.
     """
+    plant = plant_of_law(plant, settings or PlantSettings())
     if plant.measured is not None and (not plant.references or plant.hides_states):
         raise ModelError(
             f"plant {plant.name!r} measures {', '.join(plant.measured)}: gains of all states are "
@@ -181,6 +186,7 @@ def certify_filed(
     """
     from takagi.certificates.design.given.kept_model import law_for
 
+    plant = plant_of_law(plant, settings or PlantSettings())
     if claims_alone(plant):
         from takagi.certificates.design.given.plant_gains import in_ranges_of
 

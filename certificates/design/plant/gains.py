@@ -11,11 +11,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.certificates.design.plant.fuzzy_gains import fuzzy_gains, premise_rates
+from takagi.certificates.design.plant.norm_gains import norm_gains, question_of
+from takagi.certificates.design.plant.norm_wish import NormWish, norm_wish
 from takagi.certificates.design.plant.plain_words import in_file_rates
+from takagi.certificates.design.plant.static_gains import (
+    measured_states,
+    require_states,
+    static_gains,
+)
 from takagi.certificates.design.plant.wishes import (
     ABSURD,
     PRICES,
@@ -24,6 +33,7 @@ from takagi.certificates.design.plant.wishes import (
     Price,
     crossing_rates,
     gain_size,
+    held_from,
     largest_multiple,
     largest_set,
     moderate,
@@ -50,7 +60,11 @@ if TYPE_CHECKING:
 
 # Fraction of the largest decay rate: at the maximum itself gains have no margin for rounding.
 SHARE = 0.9
+# Of the initial box, and the accuracy of the least share of the inputs' limits, relative.
+ROOM, SHARE_STEP = 1.005, 0.03
 ALL_PAIRS, ONE_GAIN = "wang-tanaka-griffin", "common-gain"
+# Where limits leave no gains to all pairs; of more rules it takes minutes.
+RICHER, MOST_RICHER = "liu-zhang", 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +74,8 @@ class FoundGains:
     ``options`` are those of ``pdc``, so that it can be asked again; ``explainable`` says whether
     it was ``pdc`` that was asked.  ``sizes`` of states (n,) and inputs (m,) make the weights of the
     regulator that the law was chosen beside; None where it was not.
+    it was ``pdc`` that was asked.  ``input_share`` is the share of the inputs' limits that is to be
+    proved, on the set of the design.
     """
 
     design: Design
@@ -67,6 +83,7 @@ class FoundGains:
     options: Mapping[str, Any]
     explainable: bool = True
     sizes: tuple[Floats, Floats] | None = None
+    input_share: float = 1.0
 
 
 def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains:
@@ -81,11 +98,21 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
         states=tuple(v.name for v in plant.states),
         inputs=tuple(v.name for v in plant.inputs),
         disturbances=tuple(v.name for v in plant.disturbances),
+        outputs=tuple(y.name for y in plant.outputs),
     )
+    if settings.objective == "decay":
+        settings = replace(settings, objective=None, decay_rate="max")
     limits, box = input_limits(plant, model, settings), state_box(model)
     input_limit = np.array([limits[v.name] for v in plant.inputs]) if limits else None
-    if needs_starts(settings) and input_limit is not None:
+    if needs_starts(settings) and input_limit is not None and not settings.feedback:
         return _from_assumed_starts(plant, model, settings, box, input_limit)
+    wish = norm_wish(plant, model, settings)
+    if settings.feedback:
+        return _static(plant, model, settings, wish, box, input_limit)
+    if wish is not None:
+        return _for_norm(wish, plant, model, settings, box, input_limit)
+    if settings.objective == "effort":
+        return _of_least_effort(plant, model, settings, box, input_limit)
     ask = _question(plant, model, settings, box, input_limit)
     price = PRICES[settings.effort]
     if settings.decay_rate == "max":
@@ -100,10 +127,139 @@ def find_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGa
     ranged = np.isfinite(box)
     counted = ranged if ranged.any() else None
     design, note = moderate(ask, rates, for_set=ask.limited, price=price, counted=counted)
+    if ask.limited and not design.found and settings.relaxation is None:
+        return _richer(plant, model, settings, ask.gains(design))
     if ask.limited and not rates and design.found:
         design, note = _not_absurdly_slow(ask, plant, box, price, design, note)
     notes = [in_file_rates(note, plant)] if note else []
     return _smaller(ask, ask.gains(design, *notes), settings)
+
+
+def _for_norm(
+    wish: NormWish,
+    plant: Plant,
+    model: TSModel,
+    settings: PlantSettings,
+    box: Floats,
+    input_limit: Floats | None,
+) -> FoundGains:
+    """Return gains for a norm, with all other wishes that have LMIs beside it."""
+    settings, gain_notes = one_gain(model, settings)
+    initial = [settings.initial.get(v.name, 0.0) for v in plant.states]
+    rate = settings.decay_rate if isinstance(settings.decay_rate, float | int) else 0.0
+    # Gains with a norm exist only if gains exist, which is known sooner.
+    plain = _question(plant, model, settings, box, input_limit)(rate)
+    if not plain.found:
+        return FoundGains(plain, gain_notes, {}, explainable=False)
+    question = question_of(
+        wish,
+        wish.plant(model, _region(model, settings)),
+        settings,
+        relaxation=plain.relaxation,
+        box=box,
+        input_limit=input_limit,
+        initial=initial,
+        rates=pole_rates(model) if input_limit is None else crossing_rates(model, box, input_limit),
+    )
+    keeps_limits = None
+    if input_limit is not None and not question.limited:
+        keeps_limits = partial(held_from, model, initial, input_limit)
+    design, notes = norm_gains(question, settings, plain, keeps_limits)
+    notes = (*gain_notes, *notes)
+    return FoundGains(design, tuple(in_file_rates(n, plant) for n in notes), {}, explainable=False)
+
+
+def _static(
+    plant: Plant,
+    model: TSModel,
+    settings: PlantSettings,
+    wish: NormWish | None,
+    box: Floats,
+    input_limit: Floats | None,
+) -> FoundGains:
+    """Return gains on the measured states alone."""
+    settings, gain_notes = one_gain(model, settings)
+    measured = {model.states[k] for k in measured_states(plant, settings)}
+    hidden = [name for name in _scheduling(model) if name in model.states and name not in measured]
+    if hidden:
+        names = ", ".join(label.partition(" [")[0] for label in hidden)
+        gain_notes = (*gain_notes, f"{names} is in a premise and not measured: one gain")
+    plain = replace(settings.without_objective, feedback=())
+    design, notes = static_gains(
+        plant,
+        model,
+        settings,
+        wish,
+        relaxation=ONE_GAIN if hidden else settings.relaxation or ALL_PAIRS,
+        box=box,
+        input_limit=input_limit,
+        unstructured=find_gains(plant, model, plain).design,
+    )
+    return FoundGains(design, (*gain_notes, *notes), {}, explainable=False)
+
+
+def _scheduling(model: TSModel) -> tuple[str, ...]:
+    """Return the labels of what the premises depend on."""
+    from takagi.certificates.document.plant_embedding import plant_and_claim
+    from takagi.certificates.requests.loop.loop import ClaimedLoop
+
+    data, _, _ = plant_and_claim(model)
+    return ClaimedLoop.of(model, model_data=data).exact.scheduled_by or model.states
+
+
+def _of_least_effort(
+    plant: Plant, model: TSModel, settings: PlantSettings, box: Floats, input_limit: Floats | None
+) -> FoundGains:
+    """Return gains with the least share of the inputs' limits from the initial box, at its rate.
+
+    Raises
+    ------
+    ModelError : the inputs have no limits.
+    """
+    if input_limit is None:
+        raise ModelError(
+            "objective effort makes the share of the inputs' limits small that is used, but the "
+            "inputs have neither range nor input_limit; give one, or bound the gains by gain_bound"
+        )
+    plain = settings.without_objective
+    gains = find_gains(plant, model, plain)
+    if not gains.design.found:
+        return gains
+    # What is claimed is about rounded gains and a rounded set, so the box gets a little room.
+    initial = {name: ROOM * half for name, half in settings.initial.items()}
+    wider = replace(plain, initial=initial)
+    rate = gains.design.decay_rate or 0.0 if plain.decay_rate is None else plain.decay_rate
+    low, high = 0.0, 1.0
+    while high - low > SHARE_STEP * high:
+        share = (low + high) / 2
+        design = _question(plant, model, wider, box, share * input_limit)(rate)
+        if design.found:
+            high, gains = share, replace(gains, design=design, input_share=share)
+        else:
+            low = share
+    note = f"the least share of the inputs' limits from the initial box is about {high:.2g}"
+    return replace(gains, notes=(*gains.notes, note), explainable=False)
+
+
+def _richer(
+    plant: Plant, model: TSModel, settings: PlantSettings, without: FoundGains
+) -> FoundGains:
+    """Return gains by a richer relaxation, where limits leave none to all pairs of rules."""
+    if not 1 < len(model.A) <= MOST_RICHER or without.design.relaxation == ONE_GAIN:
+        return without
+    gains = find_gains(plant, model, replace(settings, relaxation=RICHER))
+    if not gains.design.found:
+        return without
+    note = f"all pairs of rules have no gains, the relaxation {RICHER} has"
+    return replace(gains, notes=(*gains.notes, note))
+
+
+def scheduled_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> FoundGains | None:
+    """Return gains by a function that depends on the weights; None without any, or with limits."""
+    if input_limits(plant, model, settings) or any(unknown_premises(model)):
+        return None
+    found = None if _commanded_premises(model) else fuzzy_gains(plant, model, settings)
+    return None if found is None else FoundGains(*found, {}, explainable=False)
 
 
 def _not_absurdly_slow(
@@ -156,6 +312,15 @@ def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> Cl
     from takagi.certificates.claims.certification import ClaimRequirements
 
     limits, noise = input_limits(plant, model, settings), settings.noise
+    if settings.feedback:
+        require_states(plant, settings)
+    if settings.objective is not None and (plant.references or plant.measured is not None):
+        cause = "follows references" if plant.references else "has an observer, for measured"
+        raise ModelError(
+            f"objective {settings.objective}: the law of plant {plant.name!r} {cause}, and an "
+            "objective is for gains of all states; leave objective out, or that part of the file"
+        )
+    wish = norm_wish(plant, model, settings)
     return ClaimRequirements(
         decay_rate=settings.decay_rate if isinstance(settings.decay_rate, float | int) else None,
         input_limits=np.array([limits[v.name] for v in plant.inputs]) if limits else None,
@@ -163,6 +328,9 @@ def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> Cl
         sample_time=settings.sample_time,
         noise={v.label: noise[v.name] for v in plant.disturbances if v.name in noise},
         horizon=settings.horizon,
+        norm=None if wish is None else wish.request,
+        norm_below=settings.norm_below,
+        premise_rates=partial(premise_rates, plant, model),
     )
 
 
@@ -219,6 +387,9 @@ class _Question:
         return design
 
     def gains(self, design: Design, *notes: str) -> FoundGains:
+        if design.found and design.relaxation != self.relaxations[0] != "auto":
+            richer = f"all pairs of rules have no gains at this rate, {design.relaxation} has"
+            notes = (*notes, richer)
         return FoundGains(design, (*self.notes, *notes), self.options, explainable=not self.limited)
 
 

@@ -29,6 +29,7 @@ import numpy as np
 from takagi.certificates.design.plant.gains import ONE_GAIN, FoundGains, expanded, find_gains
 from takagi.certificates.document.plant_embedding import unknown_premises
 from takagi.models.arrays import Floats, Indices
+from takagi.models.plant.design_settings import NORMS
 from takagi.models.ts.model import TSModel
 
 if TYPE_CHECKING:
@@ -113,6 +114,9 @@ def _gains_of(
     premises: list[int], plant: Plant, model: TSModel, settings: PlantSettings, subject: str
 ) -> FoundGains | None:
     """Return gains that depend on these premises; None where the smaller model has none."""
+    if settings.objective in NORMS or settings.feedback:
+        # The smaller model has no disturbance, nor the premises that say what is measured.
+        return None
     smaller, rules = model_of_premises(model, premises)
     gains = find_gains(plant, smaller, settings)
     if not gains.design.found:

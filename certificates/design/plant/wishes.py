@@ -48,6 +48,7 @@ from numpy.typing import NDArray
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.plant.design_settings import NORMS
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
@@ -206,7 +207,9 @@ def needs_starts(settings: PlantSettings) -> bool:
     """Return whether limited inputs need starts for what is asked, and none were given."""
     wishes = (settings.damping, settings.fastest, settings.gain_bound)
     return not settings.initial and (
-        settings.decay_rate == "max" or any(wish is not None for wish in wishes)
+        settings.decay_rate == "max"
+        or settings.objective in (*NORMS, "effort")
+        or any(wish is not None for wish in wishes)
     )
 
 
@@ -224,8 +227,8 @@ def largest_set(model: TSModel, box: Floats, input_limit: Floats) -> Design:
         first = missing[0].partition(" [")[0]
         raise ModelError(
             f"state {first} has neither a range nor a start, and with limited inputs damping, "
-            f'fastest, gain_bound and decay_rate = "max" need one; give {first} a range, or '
-            f"initial = {{ {first} = half-width }}"
+            f'fastest, gain_bound, an objective and decay_rate = "max" need one; give {first} a '
+            f"range, or initial = {{ {first} = half-width }}"
         )
     return attraction_pdc(
         model, input_limit=input_limit, state_box=box, saturation=None, measure=box
@@ -239,6 +242,24 @@ def largest_multiple(design: Design, box: Floats) -> float:
     corners = corners_of_box(box)
     values = np.einsum("ki,ij,kj->k", corners, np.asarray(design.require()[1]), corners)
     return float(1 / np.sqrt(values.max()))
+
+
+def held_from(model: TSModel, initial: list[float], input_limit: Floats, gains: Floats) -> bool:
+    """Return whether a proved set, in which the inputs keep their limits, holds the initial box.
+
+    Parameters
+    ----------
+    initial : (n,) half-widths.
+    """
+    from takagi.certificates.requests.invariant_ellipsoid import InputLimits
+    from takagi.certificates.requests.loop.loop import ClaimedLoop
+    from takagi.lmi.gains.requirements.limits import corners_of_box
+
+    starts = corners_of_box(np.asarray(initial))
+    attempt = InputLimits(input_limit).attempt(ClaimedLoop.of(model, gains))
+    P, level = np.asarray(attempt.claim["P"], dtype=np.float64), float(attempt.claim["level"])
+    values = np.einsum("ki,ij,kj->k", starts, P, starts)
+    return attempt.proved and bool(np.all(values <= level))
 
 
 @dataclass(frozen=True, slots=True)

@@ -87,10 +87,17 @@ class PlantWork:
     def rounded(self, gains: FoundGains, observer: ConstantObserver | None = None) -> PlantDesign:
         """Return the design with gains of as few digits as can be proved."""
         last: PlantDesign | None = None
+        work = self
+        if gains.input_share < 1 and self.requirements.input_limits is not None:
+            limits = gains.input_share * self.requirements.input_limits
+            requirements = replace(
+                self.requirements, input_limits=limits, shape=np.asarray(gains.design.P)
+            )
+            work = replace(self, requirements=requirements)
         for digits in DIGITS:
             K = rounded_gains(np.asarray(gains.design.require()[0]), digits)
             notes = (*gains.notes, f"gains to {digits} significant digits")
-            last = self.certified(K, gains.design, notes, observer=observer)
+            last = work.certified(K, gains.design, notes, observer=observer)
             if not _may_be_the_digits(last):
                 break
         assert last is not None  # there is always a number of digits

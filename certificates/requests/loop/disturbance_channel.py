@@ -21,7 +21,10 @@ ENTRANCES = ("disturbances", "inputs")
 
 
 def channel_evidence(
-    loop: ClaimedLoop, disturbance: str | None, output: Output | None
+    loop: ClaimedLoop,
+    disturbance: str | None,
+    output: Output | None,
+    entering: Sequence[int] | None = None,
 ) -> dict[str, Any]:
     """Return what the claim states about the channel.
 
@@ -30,6 +33,7 @@ def channel_evidence(
     disturbance : "disturbances" (E), "inputs" (w is added to u); None takes the first
         that the model has.
     output : see ``Output``; None takes the model's.
+    entering : numbers of the model's disturbances, the others at rest; None takes all.
 
     Raises
     ------
@@ -38,6 +42,8 @@ def channel_evidence(
     """
     model = loop.model
     evidence: dict[str, Any] = {"disturbance": entrance_of(loop, disturbance)}
+    if entering is not None and len(entering) < len(loop.exact.disturbances):
+        evidence["entering"] = [loop.exact.disturbances[k] for k in entering]
     if output is None:
         if not loop.exact.C:
             raise ModelError(

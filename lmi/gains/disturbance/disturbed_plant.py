@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import check_stabilisable, sample_time_of, vertex_stack
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.term import Array
 from takagi.lmi.cone.balance import state_units
 from takagi.models.arrays import Floats
@@ -41,6 +42,7 @@ class DisturbedPlant:
     C, D12, D11 : (r, p, n), (r, p, m), (r, p, q).
     sample_time : T in s; None for continuous time.
     premises, rules : the model's, for relaxations that know products of memberships.
+    region : of the undisturbed loop's eigenvalues, in 1/s and continuous time; None for none.
     """
 
     A: Floats
@@ -52,6 +54,7 @@ class DisturbedPlant:
     sample_time: float | None
     premises: Sequence[Premise] = ()
     rules: Sequence[tuple[int, ...]] = ()
+    region: EigenvalueRegion | None = None
 
     @property
     def reaching(self) -> DisturbedPlant:
@@ -80,6 +83,7 @@ class DisturbedPlant:
             C=self.C @ T / output,
             D12=self.D12 * tau / output,
             D11=self.D11 * (disturbance / output),
+            region=None if self.region is None else self.region.slowed(rate),
         )
 
     def fed_back(self, K: Floats) -> DisturbedPlant:

@@ -139,11 +139,11 @@ def regulated(
 ) -> tuple[DisturbanceCoordinates, Condition, Outcome] | None:
     """Return gains within the tolerance of the least objective, or of nothing where that is zero.
 
-    None where the task is another one (several rules, discrete time, limits, a decay rate), or
+    None where the task is another one (several rules, discrete time, limits, a rate or region), or
     where no weight leads there: the infimum of singular plants is reached by no gains.
     """
     plant = task.plant
-    alone = len(plant.A) == 1 and plant.sample_time is None
+    alone = len(plant.A) == 1 and plant.sample_time is None and plant.region is None
     if not alone or task.limits is not None or task.decay_rate > 0:
         return None
     natural = guessed_regulator(plant, ALL)

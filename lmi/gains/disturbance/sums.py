@@ -26,7 +26,7 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.lmi.expressions.expression import Expression, Parameter, matrix
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
-from takagi.lmi.gains.requirements.closed_loop import closed_loop
+from takagi.lmi.gains.requirements.closed_loop import closed_loop, region_sums
 from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
 from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
 from takagi.lmi.sums.relaxations import relaxation_named
@@ -110,7 +110,7 @@ def disturbed_condition(
     name: str,
     source: str,
 ) -> Condition:
-    """Pose Q > 0, the double sums, the statements, decay without w where it is asked for, limits.
+    """Pose Q > 0, the double sums, the statements, what is asked of the loop without w, limits.
 
     Parameters
     ----------
@@ -136,6 +136,9 @@ def disturbed_condition(
             corners=corners_of(plant),
         )
         decay = relaxed(replace(loop, name="decay"))[1]
+    if plant.region is not None:
+        parts = region_sums(plant.A, plant.B, Q, M, plant.region, corners=corners_of(plant))
+        decay += tuple(lmi for part in parts for lmi in relaxed(part)[1])
     return pose(
         positive_definite(Q),
         *(lmi for double_sum in sums for lmi in relaxed(double_sum)[1]),

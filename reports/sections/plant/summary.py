@@ -122,10 +122,12 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
     beside = regulator(design)
     rows = [
         _settles(loop, beside),
+        _scheduled(design, loop),
         _safe_start(loop, beside),
         _in_samples(design, loop),
         _overshoot(design, loop),
         _follows(design),
+        _norm(design),
         _disturbance(design),
         _input(design, loop),
         _margins(loop, beside),
@@ -326,6 +328,51 @@ def _follows(design: PlantDesign) -> SummaryRow | None:
         numbers.append(Number(reference.name, reach / size, unit, min(share, 1.0)))
     partial = any(number.share is not None and number.share < ALL_OF_RANGE for number in numbers)
     return SummaryRow("follows", tuple(phrases), tuple(numbers), partial=partial)
+
+
+def _scheduled(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
+    """Return the decay that is proved by a function of the weights, and what it assumes."""
+    for claim in proved_claims(design.document, design.checked, "fuzzy-decay"):
+        number, unit = rate_in_file_units(loop.plant, float(Fraction(str(claim["decay_rate"]))))
+        phrases = [f"all motions, by V = x'P(h)x, decay rate >= {at_least(number)} {unit}"]
+        if any(claim.get("rates") or ()):
+            phrases.append("while the weights keep to the rates of the claim")
+        row = SummaryRow("decays", tuple(phrases), (Number("decay rate", number, unit),))
+        return replace(row, claim=str(claim["name"]), assumes=tuple(assumptions(loop, claim)))
+    return None
+
+
+# Kind -> member of the norm, of claims about an output of their own: those that were asked for.
+_NORMS = {"l2-gain": "gain", "h2-norm": "norm", "peak": "gain"}
+
+
+def _norm(design: PlantDesign) -> SummaryRow | None:
+    """Return the proved norm from disturbances to performance that was asked for."""
+    phrases, numbers, below = [], [], design.settings.norm_below
+    claim_name = ""
+    for kind, member in _NORMS.items():
+        for claim in proved_claims(design.document, design.checked, kind):
+            if "output" not in claim:
+                continue
+            claim_name, unit = str(claim["name"]), unit_of(str(claim["name"]))
+            value = float(Fraction(str(claim[member])))
+            phrases.append(f"{name_of(claim_name)} <= {at_most(value)}{behind(unit)}")
+            if kind == "peak":
+                phrases.append(
+                    f"for |w| <= {at_least(float(Fraction(str(claim['disturbance_norm']))))}"
+                )
+            numbers.append(Number(name_of(claim_name), value, unit))
+    missed = below is not None and all(number.value > below for number in numbers)
+    if missed and numbers:
+        phrases.append(f"not the {below:g} that was asked for")
+    return SummaryRow(
+        "norm",
+        tuple(phrases),
+        tuple(numbers),
+        partial=missed,
+        shortfall="more than asked for",
+        claim=claim_name,
+    )
 
 
 def _disturbance(design: PlantDesign) -> SummaryRow | None:
