@@ -309,7 +309,8 @@ def _states_used(gains: dict[str, Any], states: set[str]) -> set[str]:
             return states
         for premise in premises:
             used |= set(_IDENTIFIER.findall(str(_object(premise).get("expression"))))
-    return used & states
+    # A state that does not rest at 0 stands in the law as its deviation.
+    return {name.removeprefix("delta_") for name in used} & states | used & states
 
 
 def _names(listed: Any, where: str, path: Path) -> set[str]:

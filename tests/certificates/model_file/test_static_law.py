@@ -30,6 +30,7 @@ def test_gains_of_zero_use_no_state() -> None:
     compared()
     compared(K=ONE_GAIN, premises=OF_V)
     compared(FILE | {"measured": ["v", "x"]}, K=[[[1, 1]], [[2, 3]]], premises=OF_V)
+    compared(state_names=["delta_x [m]", "delta_v [m/s]"])
     # The integral of a reference is a state of the law.
     compared(state_names=["x [m]", "xi [m s]"], K=[[[1, 5]], [[2, 5]]])
 
@@ -48,6 +49,9 @@ def test_gains_of_zero_use_no_state() -> None:
         {"K": None},
         {"K": []},
         {"state_names": ["v [m/s]", "x [m]"]},
+        # States that do not rest at 0 stand in a law as their deviations.
+        {"state_names": ["delta_x [m]", "delta_v [m/s]"], "K": [[[1.5, 0.5]]]},
+        {"premises": [{"name": "z1", "expression": "(delta_v + v_rest)^2"}]},
     ],
 )
 def test_another_state_is_another_law(changes: dict[str, Any]) -> None:
