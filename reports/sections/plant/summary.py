@@ -335,9 +335,16 @@ def _scheduled(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     for claim in proved_claims(design.document, design.checked, "fuzzy-decay"):
         number, unit = rate_in_file_units(loop.plant, float(Fraction(str(claim["decay_rate"]))))
         phrases = [f"all motions, by V = x'P(h)x, decay rate >= {at_least(number)} {unit}"]
-        if any(claim.get("rates") or ()):
+        rated = any(claim.get("rates") or ())
+        if rated:
             phrases.append("while the weights keep to the rates of the claim")
-        row = SummaryRow("decays", tuple(phrases), (Number("decay rate", number, unit),))
+        row = SummaryRow(
+            "decays",
+            tuple(phrases),
+            (Number("decay rate", number, unit),),
+            partial=rated,
+            shortfall="these rates are assumed, not proved",
+        )
         return replace(row, claim=str(claim["name"]), assumes=tuple(assumptions(loop, claim)))
     return None
 
