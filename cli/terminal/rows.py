@@ -49,7 +49,9 @@ def summary_lines(row: SummaryRow) -> list[str]:
     if row.regulator:
         text += f"; {unbroken(row.regulator)}"
     if row.partial:
-        text += f"{_TIE}<-{_TIE}{unbroken(row.shortfall)}"
+        # Tied to its figures, unless both together would be too long for a line.
+        tie = _TIE if len(row.parts[-1]) + len(row.shortfall) < WIDTH - len(INDENT) - 4 else " "
+        text += f"{tie}<-{_TIE}{unbroken(row.shortfall)}"
     return coloured(row_lines(row.name, text), "yellow" if row.partial else None)
 
 
