@@ -94,8 +94,8 @@ def run_command(
 ) -> int:
     """Parse ``arguments`` by the signature of ``function``, call it, return its exit status.
 
-    The docstring of ``function`` is the help of ``takagi <name> --help``.  Misuse prints the usage
-    and returns 2.
+    The docstring of ``function`` is the help of ``takagi <name> --help``; ``--all-options`` is the
+    same with all grouped options explained.  Misuse prints the usage and returns 2.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def run_command(
     # Imported here: `takagi --help` and `takagi check` do without typer.
     import typer
 
-    from takagi.cli.grouped_help import GroupedCommand
+    from takagi.cli.grouped_help import EVERY, GroupedCommand
 
     signature = _joined(function, options)
 
@@ -123,9 +123,15 @@ def run_command(
         add_completion=False,
         rich_markup_mode=None,  # plain text, the same in `check`, which does without typer
         pretty_exceptions_enable=False,
-        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+        context_settings={
+            "help_option_names": ["-h", "--help"],
+            "max_content_width": 100,
+            "obj": EVERY in arguments,
+        },
     )
     application.command(name, cls=GroupedCommand)(command)
+    if EVERY in arguments:
+        arguments = ["--help"]
     as_json = "--json" in arguments
     try:
         status = application(

@@ -6,6 +6,7 @@ import errno
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -244,3 +245,15 @@ def test_a_bar_appears_though_the_work_tells_nothing() -> None:
         assert stream.written.wait(timeout=10.0)
 
     assert "Design: region 2" in stream.getvalue()
+
+
+def test_the_help_of_many_options_is_short_and_complete(capsys: Capture) -> None:
+    """At most 60 lines that name every option; --all-options explains each of them."""
+    assert main(["design", "--help"]) == 0
+    short = capsys.readouterr().out
+    assert main(["design", "--all-options"]) == 0
+    long = capsys.readouterr().out
+    assert len(short.splitlines()) <= 60 < len(long.splitlines())
+    named = set(re.findall(r"--[a-z][a-z-]+", long)) - {"--all-options"}
+    assert named <= set(re.findall(r"--[a-z][a-z-]+", short))
+    assert {"--law", "--settle", "--objective"} <= named
