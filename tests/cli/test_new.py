@@ -227,6 +227,10 @@ def test_a_plant_of_matrices_is_proved() -> None:
         (["a.toml", "--equation", "x = 1"], "no state was given"),
         (["a.toml", "--state", "x"], "no equation for x was given"),
         (["a.toml", "--state", "x", "--state", "x = m"], "--state of x was given twice"),
+        (
+            ["a.toml", "--state", "x = -1...1", "--equation", "x = -x", "--no-units"],
+            "unit '-1...1'",
+        ),
         (["a.toml", "--state", "x!"], "'x!' was given; \"theta = -60..60 deg\""),
         (["a.toml", "--state", "x", "--equation", "-x"], '"theta = omega" is the form'),
         (
