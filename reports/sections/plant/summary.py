@@ -127,7 +127,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
         _in_samples(design, loop),
         _overshoot(design, loop),
         _follows(design),
-        _norm(design),
+        _norm(design, loop),
         _disturbance(design),
         _input(design, loop),
         _margins(loop, beside),
@@ -353,15 +353,16 @@ def _scheduled(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
 _NORMS = {"l2-gain": "gain", "h2-norm": "norm", "peak": "gain"}
 
 
-def _norm(design: PlantDesign) -> SummaryRow | None:
+def _norm(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     """Return the proved norm from disturbances to performance that was asked for."""
     phrases, numbers, below = [], [], design.settings.norm_below
-    claim_name = ""
+    claim_name, assumes = "", tuple[str, ...]()
     for kind, member in _NORMS.items():
         for claim in proved_claims(design.document, design.checked, kind):
             if "output" not in claim:
                 continue
             claim_name, unit = str(claim["name"]), unit_of(str(claim["name"]))
+            assumes = tuple(assumptions(loop, claim))
             value = float(Fraction(str(claim[member])))
             phrases.append(f"{name_of(claim_name)} <= {at_most(value)}{behind(unit)}")
             if kind == "peak":
@@ -379,6 +380,7 @@ def _norm(design: PlantDesign) -> SummaryRow | None:
         partial=missed,
         shortfall="more than asked for",
         claim=claim_name,
+        assumes=assumes,
     )
 
 
@@ -591,6 +593,8 @@ def assumptions(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
     moving = any(not variable.schedules for variable in loop.plant.disturbances)
     if moving and not claim.get("disturbance_bounds") and kind not in _DISTURBED:
         phrases.append("no disturbance")
+    if "entering" in claim:
+        phrases.append("no other disturbance")
     if kind == "tracking":
         phrases.append("other signals constant, in their ranges")
     if claim.get("membership_rates") or (kind.startswith("fuzzy") and any(claim.get("rates", ()))):
