@@ -365,6 +365,8 @@ def _norm(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
             assumes = tuple(assumptions(loop, claim))
             value = float(Fraction(str(claim[member])))
             phrases.append(f"{name_of(claim_name)} <= {at_most(value)}{behind(unit)}")
+            if "entering" in claim:
+                phrases.append("the other disturbances at rest")
             if kind == "peak":
                 phrases.append(
                     f"for |w| <= {at_least(float(Fraction(str(claim['disturbance_norm']))))}"

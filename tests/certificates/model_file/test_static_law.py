@@ -51,7 +51,10 @@ def test_gains_of_zero_use_no_state() -> None:
     compared(FILE | {"measured": ["v", "x"]}, K=[[[1, 1]], [[2, 3]]], premises=OF_V)
     compared(plant=ELSEWHERE, state_names=["delta_x [m]", "delta_v [m/s]"])
     # The integral of a reference is a state of the law.
-    integrating = {"state_names": ["x [m]", "v [m/s]", "xi [m s]"], "K": [[[1, 0, 5]]]}
+    integrating: dict[str, Any] = {
+        "state_names": ["x [m]", "v [m/s]", "xi [m s]"],
+        "K": [[[1, 0, 5]]],
+    }
     compared(plant=INTEGRATING, references=[{"follow": "x"}], **integrating)
 
 
@@ -92,7 +95,7 @@ def test_another_state_is_another_law(changes: dict[str, Any]) -> None:
 def test_a_deviation_under_any_name_is_its_state(symbol: str) -> None:
     """A certificate chooses the names of deviations, in labels and in premises."""
     plant = plant_nodes(("x", "delta_x", "m"), ("v", symbol, "m/s"), others=("x_rest", "v_rest"))
-    names = {"state_names": ["delta_x [m]", f"{symbol} [m/s]"]}
+    names: dict[str, Any] = {"state_names": ["delta_x [m]", f"{symbol} [m/s]"]}
     compared(plant=plant, **names)
     for changes in (
         {"K": [[[1.5, 0.5]]]},
