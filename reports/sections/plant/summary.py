@@ -334,7 +334,8 @@ def _scheduled(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     """Return the decay that is proved by a function of the weights, and what it assumes."""
     for claim in proved_claims(design.document, design.checked, "fuzzy-decay"):
         number, unit = rate_in_file_units(loop.plant, float(Fraction(str(claim["decay_rate"]))))
-        phrases = [f"all motions, by V = x'P(h)x, decay rate >= {at_least(number)} {unit}"]
+        motions = f"all motions{' that stay in the ranges' if loop.model.box else ''}"
+        phrases = [f"{motions}, by V = x'P(h)x, decay rate >= {at_least(number)} {unit}"]
         rated = any(claim.get("rates") or ())
         if rated:
             phrases.append("while the weights keep to the rates of the claim")
