@@ -187,8 +187,7 @@ def _traced(
     for name, row in outputs.items():
         if states.get(name, row) != row:
             raise ModelError(
-                f"outputs: {name} is {row}, and a state has this name; name one of them "
-                "otherwise"
+                f"outputs: {name} is {row}, and a state has this name; name one of them otherwise"
             )
     shown = {name: row for name, row in outputs.items() if row not in states.values()}
     return rows, shown, parameters

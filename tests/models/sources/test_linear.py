@@ -20,6 +20,7 @@ from takagi.models import (
     from_control,
     from_csv,
     from_mat,
+    load_model,
     plant_text,
     sector_model,
     statespace,
@@ -136,3 +137,10 @@ def test_numbers_are_the_decimals_that_they_print_as() -> None:
 
     assert isinstance(plant, Plant)
     assert plant.equations[0] == sp.Rational(1, 10) * plant.states[0].symbol
+
+
+def test_a_sample_time_of_many_digits_is_read_again(tmp_path: Path) -> None:
+    path = tmp_path / "sampled.toml"
+    path.write_text(plant_text(from_arrays([[0.5]], [[1]], sample_time=1 / 30)), encoding="utf-8")
+
+    assert load_model(path).sample_time == 1 / 30
