@@ -20,11 +20,11 @@ from takagi.models import (
     from_control,
     from_csv,
     from_mat,
-    load_model,
     plant_text,
     sector_model,
     statespace,
 )
+from takagi.models.plant_files.loader import load_plant
 from tests.plant_files import filed_plant
 
 A = np.array([[0, 1, 0], [17.3, -0.1, 0.25], [0, 3e-7, -2]])
@@ -143,4 +143,4 @@ def test_a_sample_time_of_many_digits_is_read_again(tmp_path: Path) -> None:
     path = tmp_path / "sampled.toml"
     path.write_text(plant_text(from_arrays([[0.5]], [[1]], sample_time=1 / 30)), encoding="utf-8")
 
-    assert load_model(path).sample_time == 1 / 30
+    assert load_plant(path).sample_time == 1 / 30
