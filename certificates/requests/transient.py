@@ -107,10 +107,15 @@ class Transient:
 
 
 def _whole(time: float, step: float | None) -> float:
-    """Return the time rounded up, to whole samples in discrete time."""
+    """Return the time rounded up, to whole samples in discrete time.
+
+    Of a step with many digits a multiple may have too many for a float: the next that has not.
+    """
     if step is None:
         return rounded_up(time, 4)
-    return float(Decimal(repr(step)) * int(np.ceil(time / step)))
+    exact, least = Decimal(repr(step)), int(np.ceil(time / step))
+    multiples = (exact * count for count in range(least, 10 * least + 1))
+    return next((float(t) for t in multiples if Decimal(repr(float(t))) == t), float(exact * least))
 
 
 def _claim(P: Floats, rate: float, scales: Floats, lower: float, kappa: float) -> dict[str, Any]:

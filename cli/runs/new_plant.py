@@ -19,7 +19,8 @@ Entries = dict[str, Any]
 # What each option of `takagi new` that describes a plant holds: texts as they are typed.
 Options = Mapping[str, Any]
 _NUMBER = r"[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?"
-_SPAN = rf"({_NUMBER})\s*\.\.\s*({_NUMBER})"
+# Of "-1...1" the last dot would begin a decimal: [-1, 0.1].
+_SPAN = rf"({_NUMBER})\s*\.\.(?!\.)\s*({_NUMBER})"
 _NAME = r"([A-Za-z]\w*)"
 _VARIABLE = re.compile(
     rf"\s*{_NAME}\s*(?:=\s*(?:{_SPAN})?\s*([^,:]*?))?\s*(?:,\s*rest\s+([^,:]+?))?\s*(?::\s*(.*))?",

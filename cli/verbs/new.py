@@ -173,6 +173,8 @@ def _text_of_matrices(
     if "sample_time" in given:
         names["sample_time"] = given["sample_time"]
     if "from_fast_lin" in given:
+        if "sample_time" in given:
+            raise ModelError("--sample-time was given, and a .lin file is about x'; leave it out")
         plant = from_lin(given["from_fast_lin"], **names)
     elif "from_mat" in given:
         plant = from_mat(given["from_mat"], **names)

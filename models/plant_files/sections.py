@@ -94,6 +94,8 @@ def seconds(document: Document, field: str, value: Decimal | str) -> Fraction:
     ModelError : with file, line and field: a time that is not above 0, or a unit that is not one of
         time.
     """
+    if isinstance(value, Decimal) and 0 < value < 10**99 and value.adjusted() > -99:
+        return Fraction(value)
     written = str(value)
     match = TIME.fullmatch(written)
     if match is None or not float(match[1]) > 0:

@@ -9,6 +9,7 @@ taken unseen.
 from __future__ import annotations
 
 import operator
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -80,6 +81,8 @@ def from_control(
         what: signal_names(getattr(system, f"{what}_labels"))
         for what in ("state", "input", "output")
     }
+    if repeated := [name for name, count in Counter(names["output"]).items() if count > 1]:
+        raise ModelError(f"outputs: {repeated[0]} is the name of two; give each a name of its own")
     for name in disturbances:
         if name not in names["input"]:
             raise ModelError(
@@ -108,7 +111,7 @@ def from_control(
 def _check_values(
     system: control.NonlinearIOSystem, plant: Plant, order: Sequence[str], points: int = 8
 ) -> None:
-    """Refuse rows that differ from the function's values: it may look at types, or at the outside.
+    """Refuse rows that differ from a function's values: it may look at types, or at the outside.
 
     The points are drawn from the ranges, and from 1 about the rest where there is none.
     """
@@ -120,19 +123,29 @@ def _check_values(
         else (float(v.range.lower), float(v.range.upper))
         for v in listed
     ]
-    rows = numeric(plant.equations, [v.symbol for v in listed], plant.rationals)
-    n, (update, _) = len(plant.states), _functions(system)
+    arguments = [v.symbol for v in listed]
+    n, (update, output) = len(plant.states), _functions(system)
+    outputs = {y.name: y.expression for y in plant.outputs}
+    shown = signal_names(system.output_labels) if output is not None else []
+    places = [k for k, name in enumerate(shown) if name in outputs]
+    rows = numeric(plant.equations, arguments, plant.rationals)
+    read = numeric([outputs[shown[k]] for k in places], arguments, plant.rationals)
     low, high = np.transpose(ends)
     for point in np.random.default_rng(1).uniform(low, high, (points, len(ends))):
-        true = np.ravel(update(0.0, point[:n], point[n:], system.params))
-        with np.errstate(all="ignore"):
-            traced = rows(*point)
-        if not np.allclose(traced, true, rtol=1e-6, atol=1e-9, equal_nan=True):
-            values = dict(zip(order, map(float, point), strict=True))
-            raise ModelError(
-                f"the update function gives {true} at {values}, and its expressions {traced}: it "
-                "is another function of symbols than of numbers; give the equations to from_sympy"
-            )
+        at = (0.0, point[:n], point[n:], system.params)
+        functions = [("update", rows, np.ravel(update(*at)))]
+        if output is not None and places:
+            functions.append(("output", read, np.ravel(output(*at))[places]))
+        for what, expressions, true in functions:
+            with np.errstate(all="ignore"):
+                traced = expressions(*point)
+            if not np.allclose(traced, true, rtol=1e-6, atol=1e-9, equal_nan=True):
+                values = dict(zip(order, map(float, point), strict=True))
+                raise ModelError(
+                    f"the {what} function gives {true} at {values}, and its expressions {traced}: "
+                    "it is another function of symbols than of numbers; give the equations to "
+                    "from_sympy"
+                )
 
 
 def _functions(system: control.NonlinearIOSystem) -> tuple[Function, Function | None]:
@@ -169,9 +182,15 @@ def _traced(
         given, parameters = dict(system.params), {}
         rows = _called(update, "update", x, u, given)
     values = [] if output is None else _called(output, "output", x, u, given)
-    states = {entry.expression for entry in x}
-    outputs = zip(names["output"] if values else [], values, strict=True)
-    return rows, {name: row for name, row in outputs if row not in states}, parameters
+    outputs = dict(zip(names["output"] if values else [], values, strict=True))
+    states = dict(zip(names["state"], (entry.expression for entry in x), strict=True))
+    for name, row in outputs.items():
+        if states.get(name, row) != row:
+            raise ModelError(
+                f"outputs: {name} is {row}, and a state has this name; name one of them otherwise"
+            )
+    shown = {name: row for name, row in outputs.items() if row not in states.values()}
+    return rows, shown, parameters
 
 
 def _called(

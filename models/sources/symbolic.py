@@ -180,6 +180,13 @@ def _expression(row: Any, *, symbol_of: Mapping[str, sp.Symbol], place: str) -> 
             "equations are texts"
         )
     expression = sp.sympify(row)
+    for part in expression.atoms(sp.core.function.AppliedUndef):
+        if type(part).__name__ in symbol_of and not all(a.is_Symbol for a in part.args):
+            raise ModelError(
+                f"{place}: {part} was given; a plant knows {type(part).__name__} at the present "
+                "time alone: write what is delayed or fixed as a state, a disturbance or a "
+                "parameter of its own"
+            )
     renamed = {
         part: symbol_of[name]
         for part in expression.atoms(sp.Symbol, sp.core.function.AppliedUndef)

@@ -216,6 +216,10 @@ def test_a_plant_of_matrices_is_proved() -> None:
         (["a.toml", "--from-linear"], "the files of matrices and --from-linear go together"),
         (["a.toml", "--from-mat", "x.mat"], "x.mat: cannot be read (no such file)"),
         (["a.toml", "--from-fast-lin", "x.lin"], "x.lin: no such file"),
+        (
+            ["a.toml", "--from-fast-lin", "x.lin", "--sample-time", "0.1"],
+            "--sample-time was given, and a .lin file is about x'",
+        ),
         (["a.toml", "--from-rosco", "x"], "x: no such file or folder"),
         (
             ["a.toml", "--from-mat", "x.mat", "--from-rosco", "x"],
@@ -227,6 +231,10 @@ def test_a_plant_of_matrices_is_proved() -> None:
         (["a.toml", "--equation", "x = 1"], "no state was given"),
         (["a.toml", "--state", "x"], "no equation for x was given"),
         (["a.toml", "--state", "x", "--state", "x = m"], "--state of x was given twice"),
+        (
+            ["a.toml", "--state", "x = -1...1", "--equation", "x = -x", "--no-units"],
+            "unit '-1...1'",
+        ),
         (["a.toml", "--state", "x!"], "'x!' was given; \"theta = -60..60 deg\""),
         (["a.toml", "--state", "x", "--equation", "-x"], '"theta = omega" is the form'),
         (

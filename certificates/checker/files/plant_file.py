@@ -64,7 +64,7 @@ def compare_plant(model: Any, path: Path, gains: Any = None, *, narrower: bool =
     if file.get("kind") != "plant":
         raise OtherModel(f"{path}: the certificate is about a plant, this is no plant file")
     words = Comparison(model, plant, file, path, narrower=narrower).whole()
-    compare_measured(gains, file, path)
+    compare_measured(gains, file, path, plant)
     return words
 
 

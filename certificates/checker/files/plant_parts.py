@@ -37,9 +37,12 @@ from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.kernel.reader import Number, read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.graph import FUNCTIONS
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
 ADDED = ("_idle", "_effort_rest", "_rest")
+# A name in a formula; not the exponent of a number such as 1e-3.
+_IDENTIFIER = re.compile(r"(?<![A-Za-z0-9_.])[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 
 
 class Comparison(Protocol):
@@ -247,16 +250,18 @@ def _per_second(unit: str) -> str:
     return f"{top}/({bottom.strip('()')} s)" if slash else f"{unit}/s"
 
 
-def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
+def compare_measured(gains: Any, file: dict[str, Any], path: Path, plant: PlantNodes) -> None:
     """Compare what the law measures with what the plant file lists; the order means nothing.
 
     Without gains there is no law, and nothing is compared.  A law of states alone measures what the
-    file lists by the states' names if it uses no other state: its gains on the others are zero, and
-    no premise has another state in it where rules have gains of their own.
+    file lists by the states' names if it uses no other state: its gains on the others are zero,
+    none is in a premise where rules have gains of their own, none is in what a reference follows,
+    and none in the effectiveness of an actuator behind a blend.
 
     Parameters
     ----------
     file : what the file at ``path`` says, numbers and texts as ``read_toml`` returns them.
+    plant : the certificate's, whose states the law names.
 
     Raises
     ------
@@ -272,9 +277,11 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
         ours = _names(measured, "gains.observer.measured", path)
     if theirs == ours:
         return
-    every = set(file.get("states", ()))
-    if theirs is not None and ours is None and theirs >= _states_used(gains, every):
-        return
+    if theirs is not None and ours is None:
+        every = set(_object(file.get("states")))
+        used = _states_used(gains, plant)
+        if (every if used is None else used & every) <= theirs - _other_outputs(file):
+            return
     if ours is None:
         why = f"the law has all states, the field measured lists {_told(theirs)} alone"
     elif theirs is None:
@@ -286,31 +293,54 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
     raise other_plant(path, why)
 
 
-_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+def _other_outputs(file: dict[str, Any]) -> set[str]:
+    """Return the names whose output in the file has an expression other than this name."""
+    measured = file.get("measured")
+    entries = [(str(e.get("name")), e) for e in map(_object, _entries(measured)) if e]
+    expressions = [*_object(file.get("outputs")).items(), *entries]
+    return {
+        name
+        for name, entry in expressions
+        if str(_object(entry).get("expression", name)).strip() != name
+    }
 
 
-def _states_used(gains: dict[str, Any], states: set[str]) -> set[str]:
-    """Return which of the file's states a law without observer uses; all where that is unclear.
+def _states_used(gains: dict[str, Any], plant: PlantNodes) -> set[str] | None:
+    """Return which states a law without observer uses; None, for all, where that is unclear.
 
-    The integrals of references are states of the law itself.
+    The integrals of references, and an effort, are states of the law itself.  A state that does not
+    rest at 0 stands in the law as its deviation, under a name of the certificate.
     """
-    labels = gains.get("state_names")
     try:
         K = read_stack(gains, "K", "gains")
     except CertificateError:
-        return states
-    if not isinstance(labels, list) or len(labels) != K[0].shape[1]:
-        return states
-    names = [str(label).partition(" [")[0] for label in labels]
-    used = {name for j, name in enumerate(names) if any(row[j] for M in K for row in M.rows)}
+        return None
+    if gains.get("state_names") != [state.label for state in plant.states]:
+        return None
+    columns = range(min(K[0].shape[1], len(plant.states)))
+    used = {plant.states[j].name for j in columns if any(row[j] for M in K for row in M.rows)}
+    formulas = [_object(r).get("follow") for r in _entries(gains.get("references"))]
+    blending = gains.get("blending")
+    if blending is not None:
+        actuators = (_object(_object(blending).get(key)) for key in ("low", "high"))
+        formulas += [actuator.get("effectiveness") for actuator in actuators]
     if any(M != K[0] for M in K):
-        premises = gains.get("premises")
-        if not isinstance(premises, list) or not premises:
-            return states
-        for premise in premises:
-            used |= set(_IDENTIFIER.findall(str(_object(premise).get("expression"))))
-    # A state that does not rest at 0 stands in the law as its deviation.
-    return {name.removeprefix("delta_") for name in used} & states | used & states
+        premises = _entries(gains.get("premises"))
+        formulas += [_object(p).get("expression") for p in premises] or [None]
+    state_of = {name: state.name for state in plant.states for name in (state.name, state.symbol)}
+    known = {*plant.premise_scope.names, *plant.premise_scope.tables, *FUNCTIONS, "pi"}
+    for formula in formulas:
+        if type(formula) is not str:
+            return None
+        names = set(_IDENTIFIER.findall(formula))
+        if not names <= known:
+            return None
+        used |= {state_of[name] for name in names & state_of.keys()}
+    return used
+
+
+def _entries(listed: Any) -> list[Any]:
+    return listed if isinstance(listed, list) else []
 
 
 def _names(listed: Any, where: str, path: Path) -> set[str]:

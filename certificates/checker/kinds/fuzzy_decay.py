@@ -69,6 +69,11 @@ HIGHEST, MOST_CORNERS = 8, 4096
 class WeightedFunctionClaim(LoopClaim):
     """A claim by V = x'P(w)x; a subclass has the polynomials that must be positive definite."""
 
+    def __post_init__(self) -> None:
+        rates = None if self.loop.is_discrete else self.claim.get("rates")
+        if isinstance(rates, list) and any(row is not None for row in rates):
+            object.__setattr__(self, "assumes", ("the weights keep to the rates of the claim",))
+
     @property
     @abstractmethod
     def function(self) -> ScheduledFunction:

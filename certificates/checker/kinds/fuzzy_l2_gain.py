@@ -41,6 +41,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import ClassVar
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kinds.disturbance_channel import channel_stacks
@@ -67,6 +68,7 @@ from takagi.certificates.checker.words.rounded import at_most
 class FuzzyL2Gain(WeightedFunctionClaim):
     """|y|_2 <= gain |d|_2 along the loop, by V = x'P(w)x; see the module."""
 
+    asks: ClassVar[tuple[str, ...]] = ("disturbance", "entering", "output")
     gain: Fraction = number("-", better="smaller", positive=True)
 
     @cached_property

@@ -273,8 +273,16 @@ def laws_beside_regulator(
         candidates += _regulators(contest, first)
     best = max(candidates, key=lambda law: law.rank)
     note = _note(best, contest)
-    chosen = replace(best.gains, notes=(*best.gains.notes, *note), sizes=sizes)
+    notes = best.gains.notes
+    if best is not judged:
+        notes = (*notes[:-1], f"{notes[-1]}{_no_worse(best)}")
+    chosen = replace(best.gains, notes=(*notes, *note), sizes=sizes)
     return (chosen,) if best is judged else (chosen, replace(first, sizes=sizes))
+
+
+def _no_worse(best: Judged) -> str:
+    """Return what a law was taken for; "" where it is worse than LQR."""
+    return ", so that the law is no worse than LQR" if best.larger and best.fast else ""
 
 
 def _search_time(contest: Contest) -> float:
@@ -395,7 +403,7 @@ def _law_at(contest: Contest, first: FoundGains, rate: float) -> Judged | None:
     )
     if not design.found:
         return None
-    taken = f"a rate of {rate:.4g} 1/s was taken in its place, so that the law is no worse than LQR"
+    taken = f"a rate of {rate:.4g} 1/s was taken in its place"
     notes = (*first.notes, in_file_rates(taken, contest.plant))
     return contest.judged(FoundGains(design, notes, {}, explainable=False))
 
@@ -421,7 +429,7 @@ def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
         design = Design(
             gains=K, P=law.P, decay_rate=0.0, margin=np.nan, relaxation="", answer=answer
         )
-        taken = f"LQR's gains {words} were taken in its place: better in set and settling"
+        taken = f"LQR's gains {words} were taken in its place"
         notes = (*first.notes, taken)
         yield replace(law, gains=FoundGains(design, notes, {}, explainable=False))
 

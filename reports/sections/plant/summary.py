@@ -127,7 +127,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
         _in_samples(design, loop),
         _overshoot(design, loop),
         _follows(design),
-        _norm(design),
+        _norm(design, loop),
         _disturbance(design),
         _input(design, loop),
         _margins(loop, beside),
@@ -334,7 +334,8 @@ def _scheduled(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     """Return the decay that is proved by a function of the weights, and what it assumes."""
     for claim in proved_claims(design.document, design.checked, "fuzzy-decay"):
         number, unit = rate_in_file_units(loop.plant, float(Fraction(str(claim["decay_rate"]))))
-        phrases = [f"all motions, by V = x'P(h)x, decay rate >= {at_least(number)} {unit}"]
+        motions = f"all motions{' that stay in the ranges' if loop.model.box else ''}"
+        phrases = [f"{motions}, by V = x'P(h)x, decay rate >= {at_least(number)} {unit}"]
         rated = any(claim.get("rates") or ())
         if rated:
             phrases.append("while the weights keep to the rates of the claim")
@@ -353,17 +354,20 @@ def _scheduled(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
 _NORMS = {"l2-gain": "gain", "h2-norm": "norm", "peak": "gain"}
 
 
-def _norm(design: PlantDesign) -> SummaryRow | None:
+def _norm(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     """Return the proved norm from disturbances to performance that was asked for."""
     phrases, numbers, below = [], [], design.settings.norm_below
-    claim_name = ""
+    claim_name, assumes = "", tuple[str, ...]()
     for kind, member in _NORMS.items():
         for claim in proved_claims(design.document, design.checked, kind):
             if "output" not in claim:
                 continue
             claim_name, unit = str(claim["name"]), unit_of(str(claim["name"]))
+            assumes = tuple(assumptions(loop, claim))
             value = float(Fraction(str(claim[member])))
             phrases.append(f"{name_of(claim_name)} <= {at_most(value)}{behind(unit)}")
+            if "entering" in claim:
+                phrases.append("the other disturbances at rest")
             if kind == "peak":
                 phrases.append(
                     f"for |w| <= {at_least(float(Fraction(str(claim['disturbance_norm']))))}"
@@ -379,6 +383,7 @@ def _norm(design: PlantDesign) -> SummaryRow | None:
         partial=missed,
         shortfall="more than asked for",
         claim=claim_name,
+        assumes=assumes,
     )
 
 
@@ -591,6 +596,8 @@ def assumptions(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
     moving = any(not variable.schedules for variable in loop.plant.disturbances)
     if moving and not claim.get("disturbance_bounds") and kind not in _DISTURBED:
         phrases.append("no disturbance")
+    if "entering" in claim:
+        phrases.append("no other disturbance")
     if kind == "tracking":
         phrases.append("other signals constant, in their ranges")
     if claim.get("membership_rates") or (kind.startswith("fuzzy") and any(claim.get("rates", ()))):

@@ -23,6 +23,7 @@ from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import law_members, observer_member, plant_data
 from takagi.models import sector_model
 from takagi.models.plant_files.loader import PlantFile, load_plant
+from tests.certificates.model_file.test_static_law import plant_nodes
 
 LISTED = 'measured = ["y"]'
 PLANT = f"""
@@ -45,7 +46,8 @@ x = "-x - x^3/2 + u"
 
 def compared(gains: Any, path: Path) -> None:
     """Compare a law with the field of a file."""
-    compare_measured(gains, tomllib.loads(path.read_text("utf-8"), parse_float=Decimal), path)
+    file = tomllib.loads(path.read_text("utf-8"), parse_float=Decimal)
+    compare_measured(gains, file, path, plant_nodes(("x", "x", "-")))
 
 
 def filed(folder: Path, listed: str) -> Path:

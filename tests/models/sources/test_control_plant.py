@@ -147,3 +147,32 @@ def test_a_linear_system_may_have_units_and_be_measured() -> None:
 
 def test_a_plant_from_a_function_is_one_from_sympy() -> None:
     assert isinstance(from_control(system_of(many)), Plant)
+
+
+@pytest.mark.parametrize(
+    ("C", "names", "told"),
+    [
+        ([[0, 1], [1, 0]], ["q", "w"], "outputs: q is w, and a state has this name"),
+        ([[2, 0], [0, 1]], ["q", "w"], r"outputs: q is 2\*q, and a state has this name"),
+        ([[2, 0], [0, 3]], ["y[0]", "y_0"], "outputs: y_0 is the name of two"),
+    ],
+)
+def test_an_output_under_the_name_of_another_is_refused(
+    C: Any, names: list[str], told: str
+) -> None:
+    """``measured`` would be about the state, and of two outputs one would be lost."""
+    system = control.ss(
+        [[0, 1], [2, 0]], [[0], [3]], C, [[0], [0]], states=["q", "w"], outputs=names
+    )
+    with pytest.raises(ModelError, match=told):
+        from_control(system)
+
+
+def test_an_output_that_looks_at_types_is_refused() -> None:
+    def output(t: Any, x: Any, u: Any, params: Mapping[str, Any]) -> Any:
+        return [x[0], (3 if isinstance(x[0], float) else 2) * x[1]]
+
+    names = {"states": ["q", "w"], "inputs": ["u"], "outputs": ["q", "y"]}
+    system = control.nlsys(lambda t, x, u, params: [x[1], u[0] - x[0]], output, **names)
+    with pytest.raises(ModelError, match="the output function gives"):
+        from_control(system)

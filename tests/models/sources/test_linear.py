@@ -24,6 +24,7 @@ from takagi.models import (
     sector_model,
     statespace,
 )
+from takagi.models.plant_files.loader import load_plant
 from tests.plant_files import filed_plant
 
 A = np.array([[0, 1, 0], [17.3, -0.1, 0.25], [0, 3e-7, -2]])
@@ -136,3 +137,10 @@ def test_numbers_are_the_decimals_that_they_print_as() -> None:
 
     assert isinstance(plant, Plant)
     assert plant.equations[0] == sp.Rational(1, 10) * plant.states[0].symbol
+
+
+def test_a_sample_time_of_many_digits_is_read_again(tmp_path: Path) -> None:
+    path = tmp_path / "sampled.toml"
+    path.write_text(plant_text(from_arrays([[0.5]], [[1]], sample_time=1 / 30)), encoding="utf-8")
+
+    assert load_plant(path).sample_time == 1 / 30

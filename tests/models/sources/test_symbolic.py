@@ -145,3 +145,13 @@ def test_a_plant_with_more_than_a_plant_s_file_is_refused(name: str) -> None:
 
     with pytest.raises(ModelError, match="copy its file"):
         plant_text(plant)
+
+
+@pytest.mark.parametrize("time", ["t - 1", "0", "2*t"])
+def test_a_state_at_another_time_is_not_the_state(time: str) -> None:
+    """A delay, or an initial value, would become the present value."""
+    (q,) = dynamicsymbols("q,")
+    other = q.subs(sp.Symbol("t"), sp.sympify(time))
+    with pytest.raises(ModelError, match="knows q at the present time alone"):
+        from_sympy([-other], [q])
+    assert from_sympy([-q], [q]).equations == (-sp.Symbol("q", real=True),)
