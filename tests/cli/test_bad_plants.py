@@ -5,6 +5,7 @@ Every file here is a plant of some lines with one thing wrong, or with a wish th
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -216,12 +217,14 @@ def test_a_wish_that_cannot_be_had_says_first_what_to_change(
 def test_a_disturbance_beyond_what_is_withstood_is_told_beside_the_file_s(
     tmp_path: Path, capsys: Capture
 ) -> None:
-    """x' = x + u + w, |u| <= 2 on |x| <= 1: a set under |w| <= 0.75, where the file has 1.5."""
-    text = plant(X, U, 'x = "x + u + w"', "[disturbances]\nw = { range = [-1.5, 1.5] }")
+    """x' = x + u + w, |u| <= 2 on |x| <= 1: no set is withstood beyond |w| < 2; the file has 3."""
+    text = plant(X, U, 'x = "x + u + w"', "[disturbances]\nw = { range = [-3, 3] }")
 
     assert designed(text, tmp_path) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "w up to 0.75: 50 % of the stated 1.5" in said
+    told = re.search(r"w up to ([0-9.]+): ([0-9]+) % of the stated 3 <- less than stated", said)
+    assert told is not None and 1.2 <= float(told[1]) < 2
+    assert int(told[2]) == pytest.approx(float(told[1]) / 0.03, abs=1)
 
 
 def test_files_of_another_kind_are_named(tmp_path: Path, capsys: Capture) -> None:
