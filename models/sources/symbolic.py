@@ -117,8 +117,8 @@ def from_sympy(
     )
     if units is not None and compare_units:
         plant = _checked(plant)
-    wanted = {symbol_of[key]: None for key, value in rest_of.items() if value is None}
-    return solve_rest(plant, wanted) if wanted else plant
+    rests_sought = {symbol_of[key]: None for key, value in rest_of.items() if value is None}
+    return solve_rest(plant, rests_sought) if rests_sought else plant
 
 
 def _name(given: Any) -> str:

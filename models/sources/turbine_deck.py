@@ -158,18 +158,16 @@ def turbine_files(
             "(ROSCO's toolbox writes one, by write_rotor_performance)"
         )
     files = {f"{stem}.toml": _toml(deck, figures, stem), **_tables(deck, stem)}
-    least = _least_pitch(files)
-    if least is not None and not figures["pitch.minimum"].source.startswith("given"):
+    smallest_pitch = _least_pitch(files)
+    if smallest_pitch is not None and not figures["pitch.minimum"].source.startswith("given"):
         fine = figures["pitch.minimum"]
-        why = (
-            f"chosen: {degrees(least):.4g} deg; with {fine.value:.4g} rad ({fine.source}) the rotor"
-        )
+        why = f"chosen: {degrees(smallest_pitch):.4g} deg; with {fine.value:.4g} rad ({fine.source}) the rotor"
         figures["pitch.minimum"] = DeckFigure(
-            least, f"{why} does not shed torque by pitch at rated wind", True
+            smallest_pitch, f"{why} does not shed torque by pitch at rated wind", True
         )
         files[f"{stem}.toml"] = _toml(deck, figures, stem)
-        least = _least_pitch(files)
-    if least is not None:
+        smallest_pitch = _least_pitch(files)
+    if smallest_pitch is not None:
         _least_pitch(files, final=True)
     assumed = [
         f"{path} = {figures[path].value:.6g} {unit}, {figures[path].source}"
@@ -266,8 +264,8 @@ def _entry(text: str, key: str, *, yaml: bool = False) -> str | None:
 
 def _columns(text: str, names: str) -> Floats | None:
     """Return columns of the table below a line with their names, (columns, rows)."""
-    wanted, lines = names.split(), iter(text.splitlines())
-    header = next((line.split() for line in lines if set(wanted) <= set(line.split())), None)
+    columns, lines = names.split(), iter(text.splitlines())
+    header = next((line.split() for line in lines if set(columns) <= set(line.split())), None)
     if header is None:
         return None
     rows: list[list[float]] = []
@@ -277,7 +275,7 @@ def _columns(text: str, names: str) -> Floats | None:
         except ValueError:
             if rows:
                 break
-    return np.array([[row[header.index(name)] for row in rows if row] for name in wanted])
+    return np.array([[row[header.index(name)] for row in rows if row] for name in columns])
 
 
 def _figures(deck: Deck, stated: Figures) -> Figures:

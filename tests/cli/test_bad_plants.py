@@ -222,9 +222,9 @@ def test_a_disturbance_beyond_what_is_withstood_is_told_beside_the_file_s(
 
     assert designed(text, tmp_path) == 0
     said = " ".join(capsys.readouterr().out.split())
-    told = re.search(r"w up to ([0-9.]+): ([0-9]+) % of the stated 3 <- less than stated", said)
-    assert told is not None and 1.2 <= float(told[1]) < 2
-    assert int(told[2]) == pytest.approx(float(told[1]) / 0.03, abs=1)
+    proved = re.search(r"w up to ([0-9.]+): ([0-9]+) % of the stated 3 <- less than stated", said)
+    assert proved is not None and 1.2 <= float(proved[1]) < 2
+    assert int(proved[2]) == pytest.approx(float(proved[1]) / 0.03, abs=1)
 
 
 def test_files_of_another_kind_are_named(tmp_path: Path, capsys: Capture) -> None:
