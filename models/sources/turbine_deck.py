@@ -161,7 +161,10 @@ def turbine_files(
     smallest_pitch = _least_pitch(files)
     if smallest_pitch is not None and not figures["pitch.minimum"].source.startswith("given"):
         fine = figures["pitch.minimum"]
-        why = f"chosen: {degrees(smallest_pitch):.4g} deg; with {fine.value:.4g} rad ({fine.source}) the rotor"
+        why = (
+            f"chosen: {degrees(smallest_pitch):.4g} deg; with {fine.value:.4g} rad "
+            f"({fine.source}) the rotor"
+        )
         figures["pitch.minimum"] = DeckFigure(
             smallest_pitch, f"{why} does not shed torque by pitch at rated wind", True
         )
