@@ -384,15 +384,21 @@ def test_what_cannot_be_answered_is_refused(
 
 
 @pytest.mark.slow
-def test_the_nrel_turbine_with_a_wider_gain_margin_in_light_wind(
+def test_the_nrel_turbine_keeps_a_gain_margin_that_a_fast_wind_filter_misses(
     reduced: bool,
 ) -> None:
-    """At 3 m/s torque may grow by 1.23; 1.5 is kept by a slower wind filter alone."""
-    if reduced:
-        pytest.skip("takes a minute: without TAKAGI_REDUCED")
-    found = settings_with_margins(nrel5mw(), START, asked_margins("gain 1.5"))
+    """A wind filter of 6 s leaves pitch a gain of 1.22 at 11.6 m/s, and the default 1.85.
 
-    assert isinstance(found, KeptMargins)
-    assert found.settings == replace(START, wind_filter=found.settings.wind_filter)
-    assert 15.0 <= found.settings.wind_filter <= 24.0
-    assert "at 3 m/s (inertia 0.9 of nominal" in found.notes[0]
+    From 6 s the search for 1.5 ends with a slower filter; from the default it changes nothing.
+    """
+    if reduced:
+        pytest.skip("takes minutes: without TAKAGI_REDUCED")
+    fast = replace(START, wind_filter=6.0)
+    slower = settings_with_margins(nrel5mw(), fast, asked_margins("gain 1.5"))
+    unchanged = settings_with_margins(nrel5mw(), START, asked_margins("gain 1.5"))
+
+    assert isinstance(slower, KeptMargins)
+    assert isinstance(unchanged, KeptMargins)
+    assert slower.settings.wind_filter > 6.0
+    assert "gain margin of pitch is 1.22" in slower.notes[0]
+    assert unchanged.settings == START
