@@ -50,6 +50,7 @@ from takagi.certificates.design.plant.gains import (
 )
 from takagi.certificates.design.plant.many_rules import work_of
 from takagi.certificates.design.plant.plain_words import in_file_rates
+from takagi.certificates.design.plant.wishes import NO_RATE
 from takagi.certificates.document.plant_embedding import blend_of, plant_and_claim
 from takagi.certificates.requests.invariant_ellipsoid import set_in_floats, withstood_share
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -403,9 +404,14 @@ def _law_at(contest: Contest, first: FoundGains, rate: float) -> Judged | None:
     )
     if not design.found:
         return None
-    taken = f"a rate of {rate:.4g} 1/s was taken in its place"
-    notes = (*first.notes, in_file_rates(taken, contest.plant))
+    used = f"{rate:.4g} 1/s was used in place of {first.design.decay_rate:.4g} 1/s"
+    notes = (*_without_rate(first.notes), in_file_rates(f"{NO_RATE}; {used}", contest.plant))
     return contest.judged(FoundGains(design, notes, {}, explainable=False))
+
+
+def _without_rate(notes: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the notes without that about the rate of the law that was found first."""
+    return tuple(note for note in notes if not note.startswith(NO_RATE))
 
 
 def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
@@ -429,8 +435,7 @@ def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
         design = Design(
             gains=K, P=law.P, decay_rate=0.0, margin=np.nan, relaxation="", answer=answer
         )
-        taken = f"LQR's gains {words} were taken in its place"
-        notes = (*first.notes, taken)
+        notes = (*_without_rate(first.notes), f"{NO_RATE}; LQR's gains {words} were used")
         yield replace(law, gains=FoundGains(design, notes, {}, explainable=False))
 
 

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
 
 HALVINGS = 7
 REACH_STEPS, REACH_DOUBLINGS = 64, 40  # of a time, and of the times that are tried about 1 s
+NO_RATE = "decay rate not given"  # with which the note begins that says what was used
 ABSURD = 100  # times slower than the inputs could be
 
 
@@ -96,9 +97,9 @@ def moderate(
         best = faster
     if best.decay_rate == 0:
         why = "none that was tried has gains" if rates else "its poles give the plant no time scale"
-        return best, f"decay rate not given; the target is 0: {why}"
+        return best, f"{NO_RATE}; the target is 0: {why}"
     cost = f"shrinks the set below {price.starts_kept:.0%}" if for_set else _dearer(price)
-    note = f"decay rate not given; {best.decay_rate:.4g} 1/s was used as the target"
+    note = f"{NO_RATE}; {best.decay_rate:.4g} 1/s was used as the target"
     if faster is not best:
         note += f"; twice as fast {cost if faster.found else 'has no gains'}"
     return best, note
