@@ -50,7 +50,7 @@ from takagi.certificates.design.plant.gains import (
 )
 from takagi.certificates.design.plant.many_rules import work_of
 from takagi.certificates.design.plant.plain_words import in_file_rates
-from takagi.certificates.design.plant.wishes import NO_RATE
+from takagi.certificates.design.plant.wishes import NO_RATE, TRIED_RATES
 from takagi.certificates.document.plant_embedding import blend_of, plant_and_claim
 from takagi.certificates.requests.invariant_ellipsoid import set_in_floats, withstood_share
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -111,7 +111,7 @@ class Judged:
 
     Attributes
     ----------
-    gains : with the notes about them.
+    gains : with the notes about them; of a law other than the first, one: what was used.
     K : (r, m, n), rounded as they are emitted.
     P : (n, n), of the set {x' P x <= 1}.
     size : volume of the set, and the largest multiple of the ranges in it, as lengths.
@@ -276,7 +276,8 @@ def laws_beside_regulator(
     note = _note(best, contest)
     notes = best.gains.notes
     if best is not judged:
-        notes = (*notes[:-1], f"{notes[-1]}{_no_worse(best)}")
+        (used,) = notes
+        notes = _with_rate(first.notes, f"{used}{_no_worse(best)}")
     chosen = replace(best.gains, notes=(*notes, *note), sizes=sizes)
     return (chosen,) if best is judged else (chosen, replace(first, sizes=sizes))
 
@@ -405,13 +406,20 @@ def _law_at(contest: Contest, first: FoundGains, rate: float) -> Judged | None:
     if not design.found:
         return None
     used = f"{rate:.4g} 1/s was used in place of {first.design.decay_rate:.4g} 1/s"
-    notes = (*_without_rate(first.notes), in_file_rates(f"{NO_RATE}; {used}", contest.plant))
-    return contest.judged(FoundGains(design, notes, {}, explainable=False))
+    used = in_file_rates(used, contest.plant)
+    return contest.judged(FoundGains(design, (used,), {}, explainable=False))
 
 
-def _without_rate(notes: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the notes without that about the rate of the law that was found first."""
-    return tuple(note for note in notes if not note.startswith(NO_RATE))
+def _with_rate(notes: tuple[str, ...], used: str) -> tuple[str, ...]:
+    """Return the notes with what was used in place of the first law's rate.
+
+    The advice to give ranges to the states that have none stays.
+    """
+
+    def changed(note: str) -> str:
+        return f"{NO_RATE}; {used}" + "".join(note.partition(f"; {TRIED_RATES}")[1:])
+
+    return tuple(changed(note) if note.startswith(NO_RATE) else note for note in notes)
 
 
 def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
@@ -435,8 +443,8 @@ def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
         design = Design(
             gains=K, P=law.P, decay_rate=0.0, margin=np.nan, relaxation="", answer=answer
         )
-        notes = (*_without_rate(first.notes), f"{NO_RATE}; LQR's gains {words} were used")
-        yield replace(law, gains=FoundGains(design, notes, {}, explainable=False))
+        used = f"LQR's gains {words} were used"
+        yield replace(law, gains=FoundGains(design, (used,), {}, explainable=False))
 
 
 def _note(best: Judged, contest: Contest) -> tuple[str, ...]:

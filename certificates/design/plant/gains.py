@@ -30,6 +30,7 @@ from takagi.certificates.design.plant.wishes import (
     PRICES,
     SHARES,
     SMALLER,
+    TRIED_RATES,
     Price,
     crossing_rates,
     gain_size,
@@ -276,7 +277,7 @@ def _not_absurdly_slow(
         return slowest, note
     free = ", ".join(v.name for v, half in zip(plant.states, box, strict=True) if np.isinf(half))
     return faster, (
-        f"{choice}; the rates that were tried follow from {time:.3g} s, in which the inputs bring "
+        f"{choice}; {TRIED_RATES} follow from {time:.3g} s, in which the inputs bring "
         f"the states with a range to their ends, because {free} have none: give them ranges, or "
         "--settle"
     )

@@ -58,6 +58,7 @@ if TYPE_CHECKING:
 HALVINGS = 7
 REACH_STEPS, REACH_DOUBLINGS = 64, 40  # of a time, and of the times that are tried about 1 s
 NO_RATE = "decay rate not given"  # with which the note begins that says what was used
+TRIED_RATES = "the rates that were tried"  # with which its advice about ranges begins
 ABSURD = 100  # times slower than the inputs could be
 
 
