@@ -21,7 +21,7 @@ from takagi.certificates.document.certificate_file import (
     dumps,
     provenance,
 )
-from takagi.certificates.document.decimals import rounded_up
+from takagi.certificates.document.model_data import rounded_up
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.attempts import (
     attempted,

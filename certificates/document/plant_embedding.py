@@ -21,7 +21,7 @@ import numpy as np
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
-from takagi.certificates.document.decimals import rounded_up
+from takagi.certificates.document.model_data import rounded_up
 from takagi.models.arrays import Floats
 from takagi.models.blending.blending import EFFORT, RATE, SHARE
 from takagi.models.errors import ModelError

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.document.decimals import DIGITS, rounded_down, short
+from takagi.certificates.document.model_data import DIGITS, rounded_down, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.single_matrix import (
     cannot_decrease,

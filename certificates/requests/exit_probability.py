@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.document.decimals import (
+from takagi.certificates.document.model_data import (
     floats,
     rounded_down,
     rounded_up,

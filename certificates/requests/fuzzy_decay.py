@@ -24,7 +24,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.fuzzy_decay import FuzzyDecay as CheckedFuzzyDecay
 from takagi.certificates.checker.kinds.simplex_polynomial import Polynomial
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.document.decimals import DIGITS, rounded_down, rounded_up, short
+from takagi.certificates.document.model_data import DIGITS, rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.weight_pieces import (
     Corners,
@@ -111,7 +111,7 @@ class FuzzyDecay:
 
         Not used if P may not depend on any weight: ``Decay`` covers this and has its own pieces.
         """
-        from takagi.lmi.varying.membership_points import function_at_points
+        from takagi.lmi.varying.parameter_condition import function_at_points
 
         idle = self._claim(loop, None, 0.0, DIGITS[0], 0)
         solver = ""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.document.decimals import DIGITS, rounded_up
+from takagi.certificates.document.model_data import DIGITS, rounded_up
 from takagi.certificates.requests.fuzzy_decay import refuse_without_weights, scheduled_function
 from takagi.certificates.requests.loop.disturbance_channel import Output, channel_evidence
 from takagi.certificates.requests.loop.loop import ClaimedLoop

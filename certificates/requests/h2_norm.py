@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.document.decimals import rounded_up, short
+from takagi.certificates.document.model_data import rounded_up, short
 from takagi.certificates.requests.loop.disturbance_channel import (
     Output,
     Path,

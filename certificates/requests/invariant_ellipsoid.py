@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.input_rate import membership_corners, motion_rows
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
-from takagi.certificates.document.decimals import (
+from takagi.certificates.document.model_data import (
     floats,
     rounded_down,
     rounded_up,

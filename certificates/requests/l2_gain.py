@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
-from takagi.certificates.document.decimals import rounded_down, rounded_up, short
+from takagi.certificates.document.model_data import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.disturbance_channel import (
     Output,
     Path,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.observed_loop import ranges_kept, starts, whole_loops
 from takagi.certificates.checker.kinds.observer import error_loops, joint_loops, secant_loops
-from takagi.certificates.document.decimals import (
+from takagi.certificates.document.model_data import (
     DIGITS,
     as_read,
     floats,

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
-from takagi.certificates.document.decimals import rounded_down, rounded_up, short
+from takagi.certificates.document.model_data import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.disturbance_channel import (
     Output,
     Path,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.document.decimals import rounded_down, short
+from takagi.certificates.document.model_data import rounded_down, short
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.invariant_ellipsoid import candidate_set
 from takagi.certificates.requests.loop.loop import ClaimedLoop

@@ -13,7 +13,7 @@ import numpy as np
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.document.decimals import rounded_down, rounded_up, short
+from takagi.certificates.document.model_data import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt
 from takagi.lmi.analysis.start_set import tracking_function

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.document.decimals import rounded_down, rounded_up, short
+from takagi.certificates.document.model_data import rounded_down, rounded_up, short
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import state_halves

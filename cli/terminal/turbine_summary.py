@@ -39,7 +39,7 @@ def as_text(design: TurbineDesign, *, every_claim: bool = False) -> str:
 
     A claim that is not proved is quoted in full in any case.
     """
-    from takagi.reports.loops.overlap_claims import synthesis_words
+    from takagi.reports.loops.plant_claims import synthesis_words
     from takagi.reports.sections.turbine.summary import summary_rows
 
     checked = design.checked
@@ -66,7 +66,7 @@ def as_text(design: TurbineDesign, *, every_claim: bool = False) -> str:
 
 def _synthesis(design: TurbineDesign) -> dict[str, Any] | None:
     """Return how the gains were found, as plain data."""
-    from takagi.reports.loops.overlap_claims import objective_name
+    from takagi.reports.loops.plant_claims import objective_name
 
     synthesis = design.synthesis
     if synthesis is None or synthesis.joint is None:

@@ -62,7 +62,7 @@ def sweep(
     with progress(f"takagi sweep {model}") as tell:
         from takagi.certificates.sweep.sweep import run_sweep
         from takagi.reports.output import write_folder
-        from takagi.reports.sweep.maps import sweep_files
+        from takagi.reports.sweep.campaigns import sweep_files
 
         with finished_results_kept(out, "points"):
             result = run_sweep(

@@ -19,7 +19,7 @@ from takagi.models.equations.derivation_step import Step
 from takagi.models.plant.plant import Plant
 from takagi.reports.figures.plant.weights import premise_curves, weights_figure
 from takagi.reports.figures.style import figure_to_svg
-from takagi.reports.page.readable_latex import readable
+from takagi.reports.page.mathml import readable
 from takagi.reports.sections.plant.plant import (
     derivation_steps,
     equations_latex,

@@ -352,7 +352,7 @@ class RunTimeBlending:
     def _compiled(self, actuator: Actuator) -> Callable[..., float]:
         import sympy as sp
 
-        from takagi.models.float_function import float_function
+        from takagi.models.ranges.float_value import float_function
 
         symbols = [v.symbol for v in self.blending.plant.states]
         b = sp.sympify(actuator.effectiveness).subs(self._values())

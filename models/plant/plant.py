@@ -482,7 +482,7 @@ def numeric(
     """
     import sympy as sp
 
-    from takagi.models.float_function import float_function
+    from takagi.models.ranges.float_value import float_function
 
     expressions = [sp.sympify(row).subs(values) for row in rows]
     function = float_function(symbols, expressions)

@@ -15,9 +15,9 @@ import sympy as sp
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.float_function import float_function
 from takagi.models.intervals.interval import Interval, exact
 from takagi.models.ranges.cell_search import Cell, searched
+from takagi.models.ranges.float_value import float_function
 
 if TYPE_CHECKING:
     from takagi.models.intervals.interval import Number

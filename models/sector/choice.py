@@ -15,11 +15,11 @@ from takagi.models.arrays import Floats
 from takagi.models.equations.equations import BoundedNumber, Equations, Factored
 from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
-from takagi.models.float_function import float_function
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import CHOICES, Choice
 from takagi.models.ranges.domain import moved_into
 from takagi.models.ranges.expression_range import expression_range
+from takagi.models.ranges.float_value import float_function
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.factored_form import (
     EntryIndex,

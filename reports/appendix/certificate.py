@@ -1,10 +1,12 @@
-"""The certificate as it was written: claims, P, cells, and the checker's sentences."""
+"""The certificate as it was written: claims as theorems, each matrix once, cells, sentences."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.reports.appendix.tex import (
     Tex,
@@ -12,9 +14,11 @@ from takagi.reports.appendix.tex import (
     decimal,
     escape,
     interval,
+    listed,
+    matrix,
     range_text,
 )
-from takagi.reports.appendix.theorems import theorems_context
+from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.page.rounded_bounds import at_least, at_most_to
 
 _RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
@@ -140,3 +144,83 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
 def _winds(cell: Mapping[str, Any]) -> Tex:
     low, high = cell["wind"]
     return Tex(f"{decimal(low)} to {decimal(high)}")
+
+
+# Of a function of the weights so many matrices are printed.
+MOST_MATRICES = 8
+
+
+def theorems_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
+    """Return the claims in their order, and the different matrices P among them.
+
+    ``theorems`` has (claim, macro, title, proved, verdict, sentence, text): macro is the name of
+    the kind in the templates; a kind without one is stated by its sentence.  The claim has the
+    member ``number`` of its P.  ``matrices`` has (number,
+    P exactly as emitted, its levels).
+    """
+    rows: list[dict[str, Any]] = []
+    numbers: dict[str, tuple[Tex, list[Tex]]] = {}
+    for claim, result in zip(document.get("claims", ()), checked.claims, strict=False):
+        kind, P = str(claim.get("kind")), claim.get("P")
+        words = KINDS_IN_WORDS.get(kind)
+        members = dict(claim)
+        if is_matrix(P):
+            key = json.dumps(P)
+            _, levels = numbers.setdefault(key, (matrix(P, exactly=True), []))
+            members["number"] = list(numbers).index(key) + 1
+            if "level" in claim and (level := decimal(claim["level"])) not in levels:
+                levels.append(level)
+        if kind.startswith("fuzzy"):
+            members |= _weighted(claim)
+        members["same"] = _same_set(claim, rows)
+        rows.append(
+            {
+                "claim": members,
+                "macro": kind.replace("-", "_"),
+                "title": Tex(words.title) if words else escape(result.name),
+                "proved": result.verdict.name == "PROVED",
+                "verdict": result.verdict.name,
+                "sentence": result.text,
+                "text": f"{result.name}: {result.text}",
+            }
+        )
+    return {
+        "theorems": rows,
+        "matrices": [(k, *entry) for k, entry in enumerate(numbers.values(), start=1)],
+    }
+
+
+def _weighted(claim: Mapping[str, Any]) -> dict[str, Any]:
+    """Return P(w) of a claim for its theorem: its matrices by exponents, and rates of weights."""
+    rates = claim.get("rates", ())
+    matrices = [
+        (Tex("".join(f"({listed(powers)})" for powers in coefficient["powers"])),
+         matrix(coefficient["matrix"], exactly=True))
+        for coefficient in claim["P"]
+    ]  # fmt: skip
+    return {
+        "shown": matrices[:MOST_MATRICES],
+        "hidden": max(len(matrices) - MOST_MATRICES, 0),
+        "of_premises": len(claim["degrees"]) > 1,
+        "rates": [Tex(r"\text{any}") if row is None else listed(row) for row in rates],
+        "bounded": any(row is not None for row in rates),
+    }
+
+
+def _same_set(claim: Mapping[str, Any], rows: list[dict[str, Any]]) -> int | None:
+    """Return the number of the theorem before that proves this claim's set to be invariant."""
+    members = ("P", "level", "multiplier", "disturbance", "disturbance_bounds", "disturbance_norm")
+    for number, row in enumerate(rows, start=1):
+        earlier = row["claim"]
+        if row["macro"] == "invariant_ellipsoid" and row["proved"]:
+            if all(claim.get(member) == earlier.get(member) for member in members):
+                return number
+    return None
+
+
+def is_matrix(value: Any) -> bool:
+    """Return whether this is a matrix of numbers; some claims have P in another form."""
+    return bool(value) and isinstance(value, list | tuple) and all(
+        isinstance(row, list | tuple) and row and all(isinstance(x, int | float) for x in row)
+        for row in value
+    )  # fmt: skip

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.reports.appendix.regional import vertex_lines
-from takagi.reports.appendix.synthesis import posed_design
+from takagi.reports.appendix.certificate import theorems_context
+from takagi.reports.appendix.regional import posed_design, vertex_lines
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
@@ -22,9 +22,8 @@ from takagi.reports.appendix.tex import (
     unit,
     with_decimals,
 )
-from takagi.reports.appendix.theorems import theorems_context
 from takagi.reports.loops.plant_local import PlantLocalLoop
-from takagi.reports.page.readable_latex import readable, shortens
+from takagi.reports.page.mathml import readable, shortens
 from takagi.reports.page.rounded_bounds import at_most
 from takagi.reports.page.text import name_of
 from takagi.reports.sections.plant.gains import gain_columns

@@ -156,7 +156,7 @@ def measured_outputs(plant: Plant) -> Callable[[Floats, Floats], Floats]:
     """Return (x, u) -> y of what is measured, from the plant's own expressions."""
     import sympy as sp
 
-    from takagi.models.float_function import float_function
+    from takagi.models.ranges.float_value import float_function
 
     assert plant.measured is not None  # only such a law has an observer
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}

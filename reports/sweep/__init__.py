@@ -1,1 +1,1 @@
-"""Page, data and figure of a sweep (``maps``), and of campaigns of random runs (``campaigns``)."""
+"""Page, data and figure of a sweep , and of campaigns of random runs."""

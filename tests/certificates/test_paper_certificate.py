@@ -298,7 +298,7 @@ def test_the_report_reads_every_number_of_the_checkers_words() -> None:
     from typing import cast
 
     from takagi.certificates import TurbineDesign
-    from takagi.reports.loops.overlap_claims import overlap_claims
+    from takagi.reports.loops.plant_claims import overlap_claims
 
     found = candidate()
     whole = document(found.law, published_claim(found))

@@ -11,8 +11,8 @@ from takagi.certificates import Claim, DesignSettings, TurbineDesign, Verdict
 from takagi.certificates.design.turbine.result import claim_summary
 from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models import nrel5mw
-from takagi.reports.loops import overlap_claims as overlap_module
-from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
+from takagi.reports.loops import plant_claims as overlap_module
+from takagi.reports.loops.plant_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.sections.turbine.cells import gains_section
 from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
 from tests.reports.html_page import HtmlPage, checked_as, text_of

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 from takagi.models import ModelError
 from takagi.models.files.library import built_in_kinds
-from takagi.reports.page.mathml import mathml
-from takagi.reports.page.readable_latex import readable, shortens
+from takagi.reports.page.mathml import mathml, readable, shortens
 from takagi.reports.sections.plant.plant import equations_latex
 from tests.models.library_plants import model_of, plant_of
 

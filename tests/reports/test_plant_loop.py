@@ -15,7 +15,7 @@ from takagi.reports.figures.plant.proved_set import ellipse, planes
 from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_local import local_loops
 from takagi.reports.loops.plant_loop import largest_commands, plant_loop
-from takagi.reports.sections.plant.certificate import set_section
+from takagi.reports.sections.plant.claims import set_section
 from takagi.reports.sections.plant.gains import gain_columns
 from takagi.reports.sections.plant.loops import loops_section
 from tests.plant_rates import plant_rate

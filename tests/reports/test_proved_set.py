@@ -18,7 +18,7 @@ from takagi.models import Interval, Plant, Variable
 from takagi.reports.figures.plant.proved_set import pairs, section, set_figure
 from takagi.reports.loops.plant_claims import half_widths, overshoots, settling_time
 from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.sections.plant.certificate import set_section
+from takagi.reports.sections.plant.claims import set_section
 from tests.reports.plant_designs import U, V, X, two_integrators
 
 A, B, C, JERK = sp.symbols("a b c u", real=True)

@@ -12,7 +12,7 @@ from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharin
 from takagi.lmi.turbine.one_step.design import OneStepDesign
 from takagi.lmi.turbine.one_step.design_point import ReachedValues
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions
-from takagi.reports.loops.overlap_claims import synthesis_words
+from takagi.reports.loops.plant_claims import synthesis_words
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from takagi.certificates.checker.kernel.reader import (
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.plant.tracking_design import with_ranges
-from takagi.certificates.document.decimals import floats, stack_of
+from takagi.certificates.document.model_data import floats, stack_of
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.tracking import observer_data

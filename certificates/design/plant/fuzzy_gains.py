@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.document.decimals import rounded_up
+from takagi.certificates.document.model_data import rounded_up
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:

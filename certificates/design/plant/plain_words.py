@@ -193,7 +193,7 @@ def _first_without_value(plant: Plant, variable: Variable, end: float) -> tuple[
     """Return a state and the first value, from rest to an end, without a value of its equation."""
     import sympy as sp
 
-    from takagi.models.float_function import float_function
+    from takagi.models.ranges.float_value import float_function
 
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.disturbance_channel import disturbance_channels
-from takagi.certificates.document.decimals import as_read, floats
+from takagi.certificates.document.model_data import as_read, floats
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

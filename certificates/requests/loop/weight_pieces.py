@@ -27,7 +27,7 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.loop.halvings import halved
 from takagi.certificates.checker.loop.polytopic_loop import Blend, PolytopicLoop, Stack
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.document.decimals import stack_of
+from takagi.certificates.document.model_data import stack_of
 from takagi.models.arrays import Floats
 
 Point: TypeAlias = tuple[tuple[int, ...], ...]

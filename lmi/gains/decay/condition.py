@@ -33,8 +33,13 @@ from takagi.lmi.cone.balance import (
 )
 from takagi.lmi.expressions.expression import block, identity
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_unknown
-from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
-from takagi.lmi.gains.requirements.requirements import Requirements, required_sums
+from takagi.lmi.gains.requirements.limits import (
+    GivenLimits,
+    Limits,
+    Requirements,
+    limit_lmis,
+    required_sums,
+)
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
 from takagi.models.arrays import Floats

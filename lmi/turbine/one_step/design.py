@@ -33,6 +33,7 @@ from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, invariant_ellipsoid
 from takagi.lmi.turbine.one_step.design_point import (
     DesignPoint,
+    Objective,
     ReachedValues,
     design_point,
     function_value,
@@ -49,7 +50,6 @@ from takagi.lmi.turbine.one_step.loop_of_gains import (
     WindCellCorners,
     functions_at,
 )
-from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw

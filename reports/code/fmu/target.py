@@ -21,8 +21,7 @@ from typing import NamedTuple
 
 from takagi.reports.code.c.source import c_source
 from takagi.reports.code.controller_program import ControllerProgram
-from takagi.reports.code.fmu.description import model_description
-from takagi.reports.code.fmu.model_source import FmuModel, fmu_model, model_header
+from takagi.reports.code.fmu.description import FmuModel, fmu_model, model_description, model_header
 from takagi.reports.code.target_text import filled
 from takagi.reports.code.targets import Exported, ExportSettings
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.reports.figures.plant.weights import hand_over_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.plant_motion import horizon, motions, starts
-from takagi.reports.page.mathml import mathml
-from takagi.reports.page.readable_latex import readable
+from takagi.reports.page.mathml import mathml, readable
 from takagi.reports.page.text import DASH, Section, Table, decimal, significant
 from takagi.reports.sections.plant.plant import equations_latex
 

@@ -57,7 +57,7 @@ def _sections(design: PlantDesign, say: Tell) -> tuple[list[Section], dict[str, 
     from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.loops.plant_motion import motions, starts
     from takagi.reports.sections.plant.blend import blend_section
-    from takagi.reports.sections.plant.certificate import certificate_section, set_section
+    from takagi.reports.sections.plant.claims import certificate_section, set_section
     from takagi.reports.sections.plant.gains import gains_section
     from takagi.reports.sections.plant.loops import loops_section, motion_section
     from takagi.reports.sections.plant.plant import derivation_section, plant_section

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from takagi.models.equations.derivation_step import Step
 from takagi.reports.figures.plant.captioned import Drawn
-from takagi.reports.page.mathml import mathml
-from takagi.reports.page.readable_latex import readable, shortens
+from takagi.reports.page.mathml import mathml, readable, shortens
 from takagi.reports.page.text import Section, Table, decimal
 from takagi.reports.sections.shared import premise_table
 

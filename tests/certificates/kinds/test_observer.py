@@ -11,7 +11,7 @@ import pytest
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.loop_reading import read_model_loop
-from takagi.certificates.document.decimals import as_read
+from takagi.certificates.document.model_data import as_read
 from takagi.certificates.requests import ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc, secant_vertices

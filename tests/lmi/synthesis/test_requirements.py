@@ -15,7 +15,7 @@ from takagi.lmi import (
     pdc_condition,
     relaxation_ladder,
 )
-from takagi.lmi.gains.requirements.requirements import Requirements
+from takagi.lmi.gains.requirements.limits import Requirements
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import pendulum, three_rules
 

@@ -19,8 +19,7 @@ from takagi.cli.main import main
 from takagi.models import ModelError, nrel5mw
 from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.controller_program import ControllerProgram, file_word
-from takagi.reports.code.matlab.step_function import words_of
-from takagi.reports.code.matlab.target import export
+from takagi.reports.code.matlab.target import export, words_of
 from takagi.reports.code.program_reading import controller_program, read_controller
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.targets import ExportSettings, certified

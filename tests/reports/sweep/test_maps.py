@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from takagi.certificates.sweep.sweep import Axis, Sweep
-from takagi.reports.sweep.maps import sweep_files
+from takagi.reports.sweep.campaigns import sweep_files
 
 WHY = "the box leaves the table; reduce the speed error | or the share"
 SPEED = Axis("speed-overlap", "rad/s", (0.02, 0.1))
