@@ -1,1 +1,1 @@
-"""Page, data and figure of a sweep , and of campaigns of random runs."""
+"""Page, data and figure of a sweep, and of campaigns of random runs."""
