@@ -22,13 +22,12 @@ WORDS = MappingProxyType(
         "common-gain": "One gain for all rules: a robust controller without a schedule.",
         "wang-tanaka-griffin": "All pairs of rules. No unknowns of its own; the default.",
         "tuan": (
-            "No unknowns of its own either, $r(r-1)$ sums, and never more conservative than all "
-            "pairs. With `active_rules` $s$ of the rules act at a time, and $2/(s-1)$ stands where "
-            "$2/(r-1)$ does."
+            "$r(r-1)$ sums without unknowns, never more conservative than all pairs. With "
+            "`active_rules` $s$ of the rules act at a time: $2/(s-1)$ in the place of $2/(r-1)$."
         ),
         "tanaka-wang": (
-            "One slack matrix, by which a pair may be worse if each rule alone is better. With "
-            "`active_rules` $s - 1$ stands where $r - 1$ does."
+            "With a slack matrix a pair may be worse if each rule alone is better. With "
+            "`active_rules` $s - 1$ stands in the place of $r - 1$."
         ),
         "kim-lee": "A symmetric slack matrix for each pair; $E_i$ are the block columns of $I$.",
         "liu-zhang": (
@@ -59,15 +58,14 @@ INTRODUCTION = r"""A law whose gains share the memberships of the model leads to
 \quad\text{for all } h_i \ge 0,\ \textstyle\sum_i h_i = 1,
 ```
 
-and a relaxation is a finite set of LMIs that implies it. Every condition above with "rule" and
-"pair" takes the same names, and `relaxation="auto"` tries the relaxations in the order of their
-cost until there are gains. `relaxation_ladder` shows cost and result of each one for a given
-problem. The formulas are printed for compensation in continuous time, with three rules ("product":
-two premises with two corners each).
+and a relaxation is a finite set of LMIs that implies it. `relaxation=` takes the names below, or
+`"auto"`: the relaxations in the order of their cost, until there are gains. `relaxation_ladder`
+shows cost and result of each. The formulas are for `pdc` in continuous time with three rules
+("product": two premises with two corners each).
 """
 
-COSTS = """How many LMIs each makes of one double sum, and, behind a plus, how many variables it
-adds, for n = 4 (premises with two corners each for the products):
+COSTS = """LMIs of one double sum and, after a plus, additional variables, for n = 4 (products:
+premises with two corners each):
 """
 
 
@@ -114,7 +112,7 @@ def _cost(name: str, rules: int) -> str:
         size = relaxation_size(name, rules, _corners(rules), size=4)
     except ModelError:
         return "-"
-    return f"{size.lmis}" + (f" + {size.slack_variables}" if size.slack_variables else "")
+    return f"{size.lmis}" + (f"+{size.slack_variables}" if size.slack_variables else "")
 
 
 def _corners(rules: int) -> Corners:
