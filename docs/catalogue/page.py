@@ -47,7 +47,7 @@ eigenvalues and not proved: [what an answer means](lmi.md#what-an-answer-means).
   $\Theta_{ij}$ has the index $j$. A [relaxation](#relaxations) makes LMIs of it: by default
   $\Theta_{ii} \prec 0$, and $\Theta_{ij} + \Theta_{ji} \prec 0$ for $i < j$.
 - A further form prints only what differs from the first form, or from the one that it names: a
-  line replaces the line of its name, or is added.
+  line replaces the line of its name, or is added. One with "find" or "minimise" is whole.
 - In discrete time a bar divides $A_i - I$ (written $\bar A_i$) and $B_i$ by $s$, and $C_i$,
   $D^{12}_i$, $E_i$ by $\sqrt s$. Any $s > 0$ gives the same inequality.
 - "Cost" counts LMIs (cones) and scalar unknowns of the forms above it, with all pairs of rules.
@@ -111,11 +111,11 @@ def _case(case: Case, text: str, earlier: list[tuple[Case, str]]) -> list[str]:
     if earlier:
         differences = [(other, *changes(text, before)) for other, before in earlier]
         nearest, shown, lacking = min(differences, key=lambda form: len(form[1]))
-        if nearest is not earlier[0][0]:
-            title += f", as {nearest.title[0].lower()}{nearest.title[1:]}"
-        if lacking:
-            title += ", without " + " and ".join(f'"{name}"' for name in lacking)
-        text = shown
+        if len(lacking) <= 1:
+            if nearest is not earlier[0][0]:
+                title += f", as {nearest.title[0].lower()}{nearest.title[1:]}"
+            title += "".join(f', without "{name}"' for name in lacking)
+            text = shown
     where = [f"Where {case.where}.", ""] if case.where else []
     return [title, "", "```math", text, "```", "", *where]
 
