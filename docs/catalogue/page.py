@@ -76,8 +76,8 @@ def anchor(title: str) -> str:
 def _contents() -> str:
     lines = ["## All conditions", ""]
     for title, group in SECTIONS.items():
-        links = "; ".join(f"[{entry.title}](#{anchor(entry.title)})" for entry in group)
-        lines.append(f"- *{title}*: {links}.")
+        links = ", ".join(f"[`{entry.call}`](#{anchor(entry.title)})" for entry in group)
+        lines.append(f"- {title}: {links}")
     return "\n".join(lines) + "\n"
 
 
