@@ -23,11 +23,11 @@ WORDS = MappingProxyType(
         "wang-tanaka-griffin": "All pairs of rules; the default.",
         "tuan": (
             "$r(r-1)$ sums without unknowns, never more conservative than all pairs. With "
-            "`active_rules` $s$ of the rules act at a time: $2/(s-1)$ in the place of $2/(r-1)$, 1 here."
+            "`active_rules` $s$ of the rules act at a time: $2/(s-1)$ stands for $2/(r-1)$, 1 here."
         ),
         "tanaka-wang": (
             "With a slack matrix a pair may be worse if each rule alone is better. With "
-            "`active_rules` $s - 1$ stands in the place of $r - 1$, 2 here."
+            "`active_rules` $s - 1$ stands for $r - 1$, 2 here."
         ),
         "kim-lee": "A symmetric slack matrix for each pair; $E_i$ are the block columns of $I$.",
         "liu-zhang": (
