@@ -20,15 +20,14 @@ from takagi.models import ModelError
 WORDS = MappingProxyType(
     {
         "common-gain": "One gain for all rules: a robust controller without a schedule.",
-        "wang-tanaka-griffin": "All pairs of rules. No unknowns of its own; the default.",
+        "wang-tanaka-griffin": "All pairs of rules; the default.",
         "tuan": (
-            "No unknowns of its own either, $r(r-1)$ sums, and never more conservative than all "
-            "pairs. With `active_rules` $s$ of the rules act at a time, and $2/(s-1)$ stands where "
-            "$2/(r-1)$ does."
+            "$r(r-1)$ sums without unknowns, never more conservative than all pairs. With "
+            "`active_rules` $s$ of the rules act at a time: $2/(s-1)$ stands for $2/(r-1)$, 1 here."
         ),
         "tanaka-wang": (
-            "One slack matrix, by which a pair may be worse if each rule alone is better. With "
-            "`active_rules` $s - 1$ stands where $r - 1$ does."
+            "With a slack matrix a pair may be worse if each rule alone is better. With "
+            "`active_rules` $s - 1$ stands for $r - 1$, 2 here."
         ),
         "kim-lee": "A symmetric slack matrix for each pair; $E_i$ are the block columns of $I$.",
         "liu-zhang": (
@@ -51,23 +50,31 @@ NAMES = tuple(WORDS)
 # What is the condition's own, whatever the relaxation.
 OWN = ("Q positive definite", "scale of Q", "input effort")
 RULES = (2, 4, 8, 16)
+# What the product prints -> the same by Theta_ij = He(A_i Q - B_i M_j) + 2 alpha Q.
+BY_THETA = MappingProxyType(
+    {
+        r"\mathrm{He}\left(A_{i} Q - B_{i} M_{i}\right) + 2\alpha Q": r"\Theta_{ii}",
+        r"\mathrm{He}\left(A_{i} Q - B_{i} M_{j} + A_{j} Q - B_{j} M_{i}\right) + 4\alpha Q": (
+            r"\Theta_{ij} + \Theta_{ji}"
+        ),
+        r"\mathrm{He}\left(A_{i} Q - B_{i} M_{j} + A_{j} Q - B_{j} M_{i} - E_i^\top X E_j\right)"
+        r" + 4\alpha Q": r"\Theta_{ij} + \Theta_{ji} - \mathrm{He}\left(E_i^\top X E_j\right)",
+        r"\mathrm{He}\left(2A_{i} Q - B_{i} M_{i} - B_{i} M_{j} + A_{j} Q - B_{j} M_{i}\right)"
+        r" + 6\alpha Q": r"\Theta_{ii} + \Theta_{ij} + \Theta_{ji}",
+    }
+)
 
 INTRODUCTION = r"""A law whose gains share the memberships of the model leads to
-
-```math
-\sum_{i=1}^r \sum_{j=1}^r h_i h_j \Theta_{ij} \prec 0
-\quad\text{for all } h_i \ge 0,\ \textstyle\sum_i h_i = 1,
-```
-
-and a relaxation is a finite set of LMIs that implies it. Every condition above with "rule" and
-"pair" takes the same names, and `relaxation="auto"` tries the relaxations in the order of their
-cost until there are gains. `relaxation_ladder` shows cost and result of each one for a given
-problem. The formulas are printed for compensation in continuous time, with three rules ("product":
-two premises with two corners each).
+$\sum_{ij} h_i h_j \Theta_{ij} \prec 0$ for all $h_i \ge 0$, $\sum_i h_i = 1$. A relaxation is a
+finite set of LMIs that implies it. `relaxation=` takes the names below, or `"auto"`: the
+relaxations in the order of their cost, until there are gains. `relaxation_ladder` shows cost and
+result of each. The formulas are for `pdc` in continuous time,
+$\Theta_{ij} = \mathrm{He}(A_i Q - B_i M_j) + 2\alpha Q$, with three rules ("product": two premises
+with two corners each).
 """
 
-COSTS = """How many LMIs each makes of one double sum, and, behind a plus, how many variables it
-adds, for n = 4 (premises with two corners each for the products):
+COSTS = """LMIs of one double sum and, after a plus, additional variables, for n = 4 (products:
+premises with two corners each):
 """
 
 
@@ -82,6 +89,8 @@ def _relaxation(name: str) -> str:
     condition = pdc_condition(plant(sizes), relaxation=name)
     lmis = tuple(lmi for lmi in condition.lmis if lmi.name not in OWN)
     formula = body(replace(condition, lmis=lmis, objective={}), sizes, declare=False)
+    for printed, short in BY_THETA.items():
+        formula = formula.replace(printed, short)
     lines = [f"### `{_named(name)}`", "", WORDS[name], "", "```math", formula, "```", ""]
     source = _source(name)
     return "\n".join([*lines, *([f"Source: {source}", ""] if source else [])])
@@ -114,7 +123,7 @@ def _cost(name: str, rules: int) -> str:
         size = relaxation_size(name, rules, _corners(rules), size=4)
     except ModelError:
         return "-"
-    return f"{size.lmis}" + (f" + {size.slack_variables}" if size.slack_variables else "")
+    return f"{size.lmis}" + (f"+{size.slack_variables}" if size.slack_variables else "")
 
 
 def _corners(rules: int) -> Corners:

@@ -14,6 +14,12 @@ UNDERSTOOD = re.compile(
     r"|scale of \w:\} \\quad & \w \\preceq (?:1000 )?I)(?: \\\\)?$"
 )
 
+# A double sum by all pairs of rules: the head of the page says what its two lines are.
+RULE = re.compile(r"(rule:\} \\quad & )")
+PAIR = re.compile(r"pair:\} \\quad & ")
+# A line with i holds for every rule.
+EVERY_RULE = re.compile(r", \\quad i = 1, (?:\\dots, r|2)(?= \\\\$|$)", re.MULTILINE)
+
 # LMIs that come once for each corner of the rates, or for each next rule.
 REPEATED = re.compile(r"^(?:rates|next rule|step) (\d+)\b")
 
@@ -44,12 +50,34 @@ def body(condition: Condition, sizes: Sizes, *, declare: bool) -> str:
         text = re.sub(r"^\\text\{find\}.*\n", "", text, flags=re.MULTILINE)
     text = _without_the_understood(text)
     if declare:
-        text = _with_short_pairs(text)
+        text = _without_pairs(text)
     if repeats:
         lines = text.splitlines()
         lines[-2:-1] = [lines[-2] + r" \\", rf"& \quad \text{{and so on for each of {repeats}}}"]
         text = "\n".join(lines)
-    return _with_letters(text, sizes)
+    text = _with_letters(text, sizes)
+    return EVERY_RULE.sub("", text) if declare else text
+
+
+def changes(text: str, earlier: str) -> tuple[str, list[str]]:
+    """Return the body with the lines alone that an earlier one has not, and what it lacks.
+
+    The second value has the names of lines of the earlier body for which this one has none.
+    """
+    new = [line for line in _lines(text) if line not in _lines(earlier)]
+    names = [_name(line) for line in _lines(text)]
+    lacking = [name for name in map(_name, _lines(earlier)) if name and name not in names]
+    rows = " \\\\\n".join(new)
+    return f"\\begin{{aligned}}\n{rows}\n\\end{{aligned}}", lacking
+
+
+def _lines(text: str) -> list[str]:
+    return [line.removesuffix(r" \\") for line in text.splitlines()[1:-1]]
+
+
+def _name(line: str) -> str:
+    heading = re.match(r"\\text\{([^{}]*?):?\}", line)
+    return heading[1] if heading else ""
 
 
 def _without_the_understood(text: str) -> str:
@@ -60,17 +88,16 @@ def _without_the_understood(text: str) -> str:
     return "\n".join(lines)
 
 
-def _with_short_pairs(text: str) -> str:
-    r"""Return the text with \Theta_{ij} + \Theta_{ji} for a pair of rules."""
-    lines = text.splitlines()
-    for number, line in enumerate(lines):
-        before = lines[number - 1]
-        if r"pair:} \quad & " not in line or r"rule:} \quad & " not in before:
-            continue
-        lines[number - 1] = before.replace(r" \quad & ", r" \quad & \Theta_{ii} = ", 1)
-        head, rest = line.split(r" \quad & ", 1)
-        relation = max(rest.rfind(sign) for sign in (r" \prec 0", r" \succ 0"))
-        lines[number] = rf"{head} \quad & \Theta_{{ij}} + \Theta_{{ji}}{rest[relation:]}"
+def _without_pairs(text: str) -> str:
+    r"""Return the text with \Theta_{ii} in the line of a rule, and no line for the pairs."""
+    lines: list[str] = []
+    for line in text.splitlines():
+        if PAIR.search(line) and RULE.search(lines[-1]):
+            lines[-1] = RULE.sub(r"\1\\Theta_{ii} = ", lines[-1])
+        else:
+            lines.append(line)
+    # The last line of LMIs ends without a new line.
+    lines[-2] = lines[-2].removesuffix(r" \\")
     return "\n".join(lines)
 
 

@@ -38,9 +38,9 @@ HINF = Entry(
     call="hinf_norm",
     builder="hinf_norm_condition",
     use=(
-        "For disturbances of finite energy, and through the small-gain theorem for dynamics that "
-        "were left out. Of one vertex it is the H-infinity norm; of several an upper bound for "
-        "memberships that move in any way. The disturbance enters by `E`, or by the input where "
+        "For disturbances of finite energy, and by the small-gain theorem for neglected "
+        "dynamics. Of one vertex it is the H-infinity norm; of several an upper bound, "
+        "however the memberships move. The disturbance enters by `E`, or by the input where "
         "there is none."
     ),
     cases=(
@@ -93,9 +93,9 @@ H2 = Entry(
     call="h2_norm",
     builder="h2_norm_condition",
     use=(
-        "For noise, and for the energy of impulse responses. Of one vertex it is the H2 norm; of "
-        "several an upper bound for every blend. In continuous time nothing may lead from the "
-        "disturbance to the output directly."
+        "For noise, and for the energy of impulse responses. Of one vertex it is the H2 "
+        "norm; of several an upper bound for every blend. In continuous time the "
+        "disturbance must not enter the output directly."
     ),
     cases=(
         Case(
@@ -116,13 +116,13 @@ H2 = Entry(
 
 PEAK = Entry(
     title="Peak-to-peak gain",
-    question="How large can the output become under a disturbance whose size is bounded?",
+    question="How large can the output become under a disturbance of bounded size?",
     call="peak_gain",
     builder="peak_gain_condition",
     use=(
-        "For disturbances that persist, such as wind of bounded speed. An upper bound, by an "
-        "ellipsoid that no trajectory leaves; the rate $\\alpha$ is searched over, the rest is an "
-        "LMI. Of one vertex it bounds the L1 norm of the impulse response."
+        "An upper bound, by an ellipsoid that no trajectory leaves, for disturbances that "
+        "persist; $\\alpha$ is searched over. Of one vertex it bounds the L1 norm of the "
+        "impulse response."
     ),
     cases=(
         Case(

@@ -18,8 +18,8 @@ from takagi.lmi import (
 Q = "n*(n+1)/2"
 PAIRS = "r*(r+1)/2"
 ROWS = (
-    "$g_{aj}$ and $F_{kj}$ are the rows of $G_j$ and of $K_j G_j$ without their zeros, $S$ puts "
-    "them in their places, $e$ are unit vectors: $\\sum_a e_a g_{aj} S_{Ga} = G_j$"
+    "$g_{aj}$, $F_{kj}$ are the rows of $G_j$ and $K_j G_j$ without their zeros, $S$ puts them in "
+    "their places, $e$ are unit vectors: $\\sum_a e_a g_{aj} S_{Ga} = G_j$"
 )
 
 
@@ -33,15 +33,15 @@ def _observer(sizes: Sizes, step: float | None) -> Condition:
 
 STRUCTURED = Entry(
     title="Structured gains",
-    question="Which gains do it that see only some states, or outputs, or are shared by rules?",
+    question="Which gains see only some states, or outputs, or are shared by rules?",
     call="structured_pdc",
     builder="structured_pdc_condition",
     use=(
-        "For decentralised laws, static output feedback and gains with exact zeros. No exact LMI "
-        "is known. This one has a slack matrix $G$ with the structure, while $Q$ is free. It is "
-        "the start of a search that improves gains and $P$ in turn, for the decay rate, the cost "
-        "or the energy gain. `loss` compares with gains without structure. The result is usually "
-        "a local optimum."
+        "For decentralised laws, static output feedback and gains with exact zeros. No "
+        "exact LMI is known. In this one a slack matrix $G$ has the structure, and $Q$ is "
+        "free. From it a search improves gains and $P$ in turn, for decay rate, cost or "
+        "energy gain. The result is usually a local optimum; `loss` compares with gains "
+        "without structure."
     ),
     cases=(
         Case(
@@ -57,7 +57,6 @@ STRUCTURED = Entry(
             pose=partial(_structured, step=0.1),
             lmis="5",
             variables="11",
-            where=ROWS,
             sizes=SMALL,
         ),
     ),
@@ -69,9 +68,9 @@ OBSERVER = Entry(
     call="observer",
     builder="observer_condition",
     use=(
-        "It is compensation of the transposed model: in the formula $A_i^\\top$ and $C_i^\\top$ "
-        "stand for $A_i$ and $B_i$, $Q$ is the $P$ of the error, and $M_i^\\top = P L_i$. The "
-        "premises are measured; with `unmeasured` the rest of the plant enters by secants."
+        "Compensation of the transposed model: $A_i^\\top$ and $C_i^\\top$ stand for $A_i$ "
+        "and $B_i$, $Q$ is the $P$ of the error, $M_i^\\top = P L_i$. The premises are "
+        "measured; with `unmeasured` the rest of the plant enters by secants."
     ),
     cases=(
         Case(
@@ -109,15 +108,15 @@ def _dynamic(sizes: Sizes) -> Condition:
 
 DYNAMIC = Entry(
     title="Energy gain by dynamic output feedback",
-    question="Which controller with states of its own has the least H-infinity norm?",
+    question="Which dynamic controller has the least H-infinity norm?",
     call="hinf_output_feedback",
     builder="hinf_output_feedback_condition",
     use=(
-        "For one linear plant whose states are not measured. `mixed_sensitivity` makes the plant "
-        "of a loop and its weights, from transfer functions of python-control or from state space. "
-        "The least $\\gamma$ is that of all linear controllers; the controller has the order of "
-        "plant and weights together. Continuous time only: the bilinear transform carries a "
-        "sampled problem there and back, with its norm."
+        "For one linear plant whose states are not measured; `mixed_sensitivity` makes that "
+        "plant of a loop and its weights. The least $\\gamma$ is that of all linear "
+        "controllers; the controller has the order of plant and weights together. "
+        "Continuous time only: the bilinear transform carries a sampled problem there and "
+        "back, with its norm."
     ),
     cases=(
         Case(

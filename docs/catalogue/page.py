@@ -8,9 +8,10 @@ from types import MappingProxyType
 from catalogue import norms, outputs, regions, sets, stability, synthesis
 from catalogue.double_sums import section
 from catalogue.entry import Case, Entry
-from catalogue.formula import counts, formula
+from catalogue.formula import changes, counts, formula
 from catalogue.github import github
 from takagi.lmi import Condition
+from takagi.lmi.gains.disturbance.sums import BARS
 
 SECTIONS = MappingProxyType(
     {
@@ -24,28 +25,32 @@ SECTIONS = MappingProxyType(
 
 HEAD = r"""# Conditions
 
-For those who look up a condition: every one that `takagi.lmi` poses, with its question, formula,
-cost and source. The formulas are typeset by `make docs` from the objects that are given to the
-solver.
+For those who look up a condition of `takagi.lmi`: question, formula, cost and source. `make docs`
+typesets the formulas from the objects that the solver gets. An answer is a candidate, checked by
+eigenvalues and not proved: [what an answer means](lmi.md#what-an-answer-means).
 
-How to read them:
+## How to read them
 
+- An entry begins with its function and its builder, which solves nothing.
+- $r$ rules (or vertices), $n$ states, $m$ inputs, $p$ outputs, $q$ disturbances. The memberships
+  are $h_i(z) \ge 0$ with $\sum_i h_i = 1$. The plant is
+  $\dot x = \sum_i h_i (A_i x + B_i u + E_i w)$, $y = \sum_i h_i (C_i x + D_i u)$; in discrete time
+  $x^+$ stands for $\dot x$. The law is $u = -\sum_i h_i K_i x$.
+- $\alpha$ is a decay rate in 1/s: $\dot V \le -2 \alpha V$, or with the sample time $T$
+  $V(x^+) \le \rho^2 V(x)$, $\rho = e^{-\alpha T}$.
 - $\mathrm{He}(X) = X + X^\top$; an asterisk is the block that symmetry implies; $\mathbb{S}^n$ are
   the symmetric matrices. $\prec$, $\succ$ hold with a margin, $\preceq$, $\succeq$ may be touched.
-- $r$ rules (or vertices), $n$ states, $m$ inputs, $p$ outputs, $q$ disturbances. $h_i(z) \ge 0$,
-  $\sum_i h_i = 1$ are the memberships; the plant is $\dot x = \sum_i h_i (A_i x + B_i u + E_i w)$,
-  $y = \sum_i h_i (C_i x + D_i u)$, or $x^+$ in the place of $\dot x$; the law
-  $u = -\sum_i h_i K_i x$.
-- $\alpha$ is a decay rate in 1/s: $\dot V \le -2 \alpha V$; in discrete time, with the sample time
-  $T$, it is $V(x^+) \le \rho^2 V(x)$ with $\rho = e^{-\alpha T}$.
-- Two lines of most conditions are left out: the matrix of $V$, $P$ or $Q = P^{-1}$, is positive
-  definite, and its scale is fixed, as by $P \preceq I$.
-- "Rule" defines $\Theta_{ii}$; in the "pair" below it $\Theta_{ij}$ has the gain with index $j$.
-- "Cost" counts LMIs (cones) and scalar unknowns, of every form above it that has none of its own;
-  "pairs" is for `relaxation="wang-tanaka-griffin"`.
-
-What is found is a candidate, checked by eigenvalues and not proved:
-[the guide](lmi.md#what-an-answer-means) says what that means, and how to get a proof.
+- Not printed: the matrix of $V$, $P$ or $Q = P^{-1}$, is positive definite, and its scale is
+  fixed, as by $P \preceq I$.
+- A line with $i$ and no range of $i$ holds for every rule.
+- A line with $\Theta_{ii}$ stands for $\sum_{ij} h_i h_j \Theta_{ij} \prec 0$, where the gain in
+  $\Theta_{ij}$ has the index $j$. A [relaxation](#relaxations) makes LMIs of it: by default
+  $\Theta_{ii} \prec 0$, and $\Theta_{ij} + \Theta_{ji} \prec 0$ for $i < j$.
+- A further form prints only what differs from the first form, or from the one that it names: a
+  line replaces the line of its name, or is added. One with "find" or "minimise" is whole.
+- In discrete time a bar divides $A_i - I$ (written $\bar A_i$) and $B_i$ by $s$, and $C_i$,
+  $D^{12}_i$, $E_i$ by $\sqrt s$. Any $s > 0$ gives the same inequality.
+- "Cost" counts LMIs (cones) and scalar unknowns of the forms above it, with all pairs of rules.
 """
 
 
@@ -69,38 +74,50 @@ def anchor(title: str) -> str:
 
 
 def _contents() -> str:
-    lines = ["| condition | call | time |", "|---|---|---|"]
-    for entry in entries():
-        titles = " ".join(case.title for case in entry.cases).lower()
-        times = [
-            word for word in ("continuous", "discrete") if word in titles or "time" not in titles
-        ]
-        link = f"[{entry.title}](#{anchor(entry.title)})"
-        lines.append(f"| {link} | `{entry.call}` | {' and '.join(times)} |")
+    lines = ["## All conditions", ""]
+    for title, group in SECTIONS.items():
+        links = ", ".join(f"[`{entry.call}`](#{anchor(entry.title)})" for entry in group)
+        lines.append(f"- {title}: {links}")
     return "\n".join(lines) + "\n"
 
 
 def _entry(entry: Entry) -> str:
     calls = f"`takagi.lmi.{entry.call}`"
     if entry.builder:
-        calls += f"; posed by `takagi.lmi.{entry.builder}`"
-    lines = [f"### {entry.title}", "", entry.question, "", f"Call: {calls}.", "", entry.use, ""]
+        calls += f", `takagi.lmi.{entry.builder}`"
+    lines = [f"### {entry.title}", "", calls, "", entry.question, entry.use, ""]
     conditions = [case.pose(case.sizes) for case in entry.cases]
     costs = [_cost(*form) for form in zip(entry.cases, conditions, strict=True)]
-    for number, (case, condition) in enumerate(zip(entry.cases, conditions, strict=True)):
-        lines += _case(case, condition)
+    formulas = [
+        formula(condition, case.sizes)
+        for case, condition in zip(entry.cases, conditions, strict=True)
+    ]
+    for number, case in enumerate(entry.cases):
+        lines += _case(
+            case, formulas[number], list(zip(entry.cases[:number], formulas[:number], strict=True))
+        )
         if costs[number] not in costs[number + 1 : number + 2]:
             lines += [costs[number], ""]
     named = (source for condition in conditions for source in condition.source.split("; "))
-    sources = dict.fromkeys(filter(None, named))
+    # The bars of discrete time are no source, and the head explains them.
+    sources = dict.fromkeys(source for source in named if source and source != BARS)
     lines += ["Source: " + "; ".join(sources) + ".", ""]
     return "\n".join(lines)
 
 
-def _case(case: Case, condition: Condition) -> list[str]:
+def _case(case: Case, text: str, earlier: list[tuple[Case, str]]) -> list[str]:
+    """Return a form; of a further one, the lines that differ from the nearest one before it."""
+    title = f"**{case.title}**"
+    if earlier:
+        differences = [(other, *changes(text, before)) for other, before in earlier]
+        nearest, shown, lacking = min(differences, key=lambda form: len(form[1]))
+        if len(lacking) <= 1:
+            if nearest is not earlier[0][0]:
+                title += f", as {nearest.title[0].lower()}{nearest.title[1:]}"
+            title += "".join(f', without "{name}"' for name in lacking)
+            text = shown
     where = [f"Where {case.where}.", ""] if case.where else []
-    text = formula(condition, case.sizes)
-    return [f"**{case.title}**", "", "```math", text, "```", "", *where]
+    return [title, "", "```math", text, "```", "", *where]
 
 
 def _cost(case: Case, condition: Condition) -> str:
@@ -110,5 +127,4 @@ def _cost(case: Case, condition: Condition) -> str:
 
 def _printed(expression: str) -> str:
     """Return an expression in r, n, m, p, q as a paper prints it."""
-    text = re.sub(r"(\w)\*\((\w)\+1\)/2", r"\1(\2+1)/2", expression)
-    return re.sub(r"\s*\*\s*", " ", text)
+    return re.sub(r"\s|(?<=\w)\*(?=[\w(])", "", expression)

@@ -51,10 +51,9 @@ GIVEN = Entry(
     call="attraction_ellipsoid",
     builder="",
     use=(
-        "For a model that holds on a box only, and for inputs with limits: decay inside an "
-        "ellipsoid says something about the plant only if trajectories stay in the box. Largest "
-        "is meant by volume, by the trace, or by the points it is to contain. With gains, limits "
-        "on inputs and their rates and saturation count too."
+        "For a model that holds on a box only, and for inputs with limits. Largest is by "
+        "volume, by the trace, or by the points to contain. With gains, limits on inputs "
+        "and their rates and saturation count too. Discrete time too."
     ),
     cases=(
         Case(
@@ -70,13 +69,13 @@ GIVEN = Entry(
 
 SOUGHT = Entry(
     title="Gains of largest region of attraction under saturation",
-    question="Which gains let the loop start from the largest ellipsoid though inputs saturate?",
+    question="Which gains have the largest such ellipsoid though inputs saturate?",
     call="attraction_pdc",
     builder="",
     use=(
-        "Where the actuators are small against the box. The saturated input is a blend of the "
-        "command and of an input that keeps the limit in the ellipsoid (Hu and Lin); a secant and "
-        "a dead-zone form are there too."
+        "The saturated input is a blend of the command and of an input that keeps the limit "
+        "in the ellipsoid (Hu and Lin); secant and dead-zone forms, and discrete time, are "
+        "there too."
     ),
     cases=(
         Case(

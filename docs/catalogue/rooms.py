@@ -33,12 +33,10 @@ class Room:
     ----------
     path : from the root, e.g. ``lmi/gains/decay``.
     about : the first line of its ``__init__`` docstring.
-    files : how many modules lie directly in it, ``__init__`` aside.
     """
 
     path: str
     about: str
-    files: int
 
 
 def page() -> str:
@@ -50,13 +48,13 @@ def page() -> str:
 
 
 def listing() -> str:
-    """Return the rooms of each floor with the number of their files, as a block of text."""
+    """Return the rooms of each floor, as a block of text."""
     lines = []
     for floor in FLOORS:
         for room in rooms(floor):
             depth = room.path.count("/")
             name = "  " * depth + room.path.rsplit("/", 1)[-1] + "/"
-            lines.append(f"{name:<26}{room.files:>3}  {room.about}".rstrip())
+            lines.append(f"{name:<26}{room.about}".rstrip())
         lines.append("")
     return "```\n" + "\n".join(lines[:-1]) + "\n```\n"
 
@@ -69,8 +67,7 @@ def rooms(floor: str) -> list[Room]:
         if folder.name in DATA:
             continue
         about = (ast.get_docstring(ast.parse(init.read_text(encoding="utf-8"))) or "").split("\n")
-        files = sum(1 for path in folder.glob("*.py") if path.name != "__init__.py")
-        found.append(Room(folder.relative_to(ROOT).as_posix(), about[0], files))
+        found.append(Room(folder.relative_to(ROOT).as_posix(), about[0]))
     return found
 
 

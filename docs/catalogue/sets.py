@@ -48,11 +48,10 @@ START = Entry(
     call="start_set",
     builder="start_set_condition",
     use=(
-        "For a law with states of its own that start in a known way: an observer at rest. The "
-        "starts are $x^\\top N^\\top P N x \\le 1$. Their volume is largest where $\\log\\det "
-        "N^\\top P N$ is least. A few rounds make it smaller; each takes its weight $W$ from the "
-        "round before, and minimises $\\operatorname{trace} W N^\\top P N$. "
-        "$W = I$ and $N = I$ in the formula."
+        "For a law with states of its own whose start is known, such as an observer at "
+        "rest. The starts are $x^\\top N^\\top P N x \\le 1$. A few rounds enlarge their "
+        "volume: each takes its weight $W$ from the round before and minimises "
+        "$\\operatorname{trace} W N^\\top P N$. In the formula $W = I$ and $N = I$."
     ),
     cases=(
         Case(
@@ -77,12 +76,11 @@ TRACKING = Entry(
     call="tracking_function",
     builder="tracking_condition",
     use=(
-        "$z$ is the distance from the equilibrium of the present reference. $\\lvert h_i^\\top z "
-        "\\rvert \\le 1$ are the ranges in which the model holds; the $v_j$ are the rates at which "
-        "the equilibrium moves, divided by $\\alpha$ and by their shares of the bound. The "
-        "objective is the largest jump of the reference within the set, or the largest error "
-        "$c_k^\\top z$ on it. See [tracking](tracking.md). Continuous time only: the bound on the "
-        "motion is an integral over time."
+        "$z$ is the distance from the equilibrium of the present reference, $\\lvert "
+        "h_i^\\top z \\rvert \\le 1$ are the ranges of the model, $v_j$ the rates of the "
+        "equilibrium, divided by $\\alpha$ and by their shares of the bound. The objective "
+        "is the largest jump of the reference, or the largest error $c_k^\\top z$. See "
+        "[tracking](tracking.md). Continuous time only."
     ),
     cases=(
         Case(
@@ -107,11 +105,10 @@ NOISE = Entry(
     call="exit_function",
     builder="exit_condition",
     use=(
-        "The probability is about $e^{-k (1 - c/a)}$ with $k = 1/(2\\kappa)$; "
-        "[the theorem](plant-theorems.md#theorem-of-the-exit) has the exact bound. The quotient "
-        "of the exponent is maximised by Dinkelbach's method, with a price of $\\kappa$ in the "
-        "objective; $a$ is found by a search along a line. Continuous time only: in discrete time "
-        "the drift is a difference, and the inequality another one."
+        "The probability is about $e^{-k (1 - c/a)}$, $k = 1/(2\\kappa)$; [the "
+        "theorem](plant-theorems.md#theorem-of-the-exit) has the exact bound. Dinkelbach's "
+        "method maximises the quotient, with a price of $\\kappa$ in the objective; $a$ is "
+        "searched over. Continuous time only."
     ),
     cases=(
         Case(

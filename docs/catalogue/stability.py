@@ -61,13 +61,13 @@ LEVEL = Entry(
     call="attraction_level",
     builder="attraction_level_condition",
     use=(
-        "For polynomial equations, without any box or model in between: $r\\,(V - c) - "
-        "\\lambda \\dot V$ and $\\lambda$ are sums of squares, and $V$ is positive. The weight $r "
-        "\\ge 0$ is known: $(x^\\top x)^k$ if the linearisation decays. Where $V < c$ and $r > 0$ "
-        "it falls. Where $r$ is 0 away from 0, LaSalle's theorem decides, by polynomial "
-        "elimination; without it only `invariant_level` is given. `level` is infinite if every "
-        "level is proved. The identity is solved over the rationals: `proved` rests on exact "
-        "arithmetic. Continuous time only: $V(f(x))$ has the degree of $V$ times that of $f$."
+        "For polynomial equations, without a box or a model: $V$ is positive, and $r\\,(V - "
+        "c) - \\lambda \\dot V$ and $\\lambda$ are sums of squares. The weight $r \\ge 0$ is "
+        "known, $(x^\\top x)^k$ if the linearisation decays. Where $r$ is 0 away from 0, "
+        "LaSalle's theorem decides by polynomial elimination; if it does not, only "
+        "`invariant_level` is given. `level` is infinite if every level is proved. The "
+        "identity is solved over the rationals: `proved` rests on exact arithmetic. "
+        "Continuous time only."
     ),
     cases=(
         Case(
@@ -87,9 +87,8 @@ COMMON = Entry(
     call="common_lyapunov",
     builder="common_lyapunov_condition",
     use=(
-        "The first thing to ask of a closed loop. The memberships may move in any way. It is "
-        "sufficient for stability; that there is no common $P$ does not say that the loop is "
-        "unstable. `max_decay_rate` poses the same condition and finds its largest $\\alpha$, a "
+        "The first thing to ask of a closed loop. The memberships may move in any way. No "
+        "common $P$ does not mean unstable. `max_decay_rate` finds the largest $\\alpha$, a "
         "generalised eigenvalue."
     ),
     cases=(
@@ -109,10 +108,10 @@ REGION = Entry(
     call="d_stability",
     builder="d_stability_condition",
     use=(
-        "For damping and bandwidth as an engineer specifies them: half-planes, strips, discs, "
-        "sectors, ellipses, parabolas, any LMI region, and intersections by `&`. It is about "
-        "eigenvalues, so about constant memberships; for varying memberships only the decay rate "
-        "follows. In discrete time it is about the eigenvalues of $x^+ = A x$."
+        "For damping and bandwidth: half-planes, strips, discs, sectors, ellipses, "
+        "parabolas, any LMI region, and intersections by `&`. It is about constant "
+        "memberships; for varying ones only the decay rate follows. In discrete time it is "
+        "about the eigenvalues of $x^+ = A x$."
     ),
     cases=(
         Case(
@@ -133,10 +132,11 @@ NORM_BOUNDED = Entry(
     call="robust_lyapunov",
     builder="robust_lyapunov_condition",
     use=(
-        "For unmodelled parts with a bound on their norm; the $\\Delta_k$ may be any functions "
-        "of time and state. Each block has its own multiplier. `pdc(..., uncertainty=...)` "
-        "designs gains for it. For one block with the same $D$ or the same $E$ at all vertices, "
-        "the answer no excludes every $P$; with more blocks it excludes $P$ with these multipliers."
+        "For unmodelled parts with a bound on their norm; the $\\Delta_k$ may be any "
+        "functions of time and state. Each block has its own multiplier. `pdc(..., "
+        "uncertainty=...)` designs gains for it. For one block with the same $D$ or the "
+        "same $E$ at all vertices a no excludes every $P$; with more blocks it excludes $P$ "
+        "with these multipliers."
     ),
     cases=(
         Case(
@@ -145,7 +145,7 @@ NORM_BOUNDED = Entry(
             lmis="2*r + 2",
             variables=f"{P} + r",
             where=(
-                "one multiplier a rule where $D$ or $E$ is the same in all rules, as here; else "
+                "$D$ or $E$ is the same in all rules there is one multiplier a rule, as here; else "
                 "one for all, and $r + 3$ LMIs"
             ),
         ),
@@ -160,13 +160,13 @@ NORM_BOUNDED = Entry(
 
 POLYNOMIAL = Entry(
     title="Polynomial Lyapunov function for constant parameters",
-    question="Is every blend stable, with $P(h)$ a polynomial in memberships that stand still?",
+    question="Is every blend stable, with $P(h)$ a polynomial in constant memberships?",
     call="polynomial_lyapunov",
     builder="polynomial_lyapunov_condition",
     use=(
-        "For parameters that are unknown but constant, where there is no common $P$. With "
-        "growing `degree` and `polya` every stable family is found. The result does not hold for "
-        "varying memberships. A model with premises has a simplex for each of them."
+        "For unknown constant parameters without a common $P$. With growing `degree` and "
+        "`polya` every stable family is found. It says nothing of varying memberships. A "
+        "model with premises has a simplex for each of them."
     ),
     cases=(
         Case(
@@ -174,21 +174,21 @@ POLYNOMIAL = Entry(
             pose=partial(_polynomial, step=None, form="direct"),
             lmis="2*r + r*(r+1)/2",
             variables=f"r*{P}",
-            where="one LMI for each coefficient of the polynomial in $h$",
+            where="each coefficient of the polynomial in $h$ is an LMI",
         ),
         Case(
             title="Continuous time, dilated form",
             pose=partial(_polynomial, step=None, form="dilated"),
             lmis="3*r",
             variables=f"r*{P} + 2*n*n",
-            where="$\\kappa > 0$ a number of the size of the vertices",
+            where="$\\kappa > 0$ is of the size of the vertices",
         ),
         Case(
             title="Discrete time, degree 1",
             pose=partial(_polynomial, step=0.1, form="direct"),
             lmis="2*r + r*(r+1)/2",
             variables=f"r*{P}",
-            where="$h^+ = h$, as the memberships stand still",
+            where="$h^+ = h$",
         ),
         Case(
             title="Discrete time, dilated form",
@@ -201,15 +201,14 @@ POLYNOMIAL = Entry(
 
 FUZZY = Entry(
     title="Fuzzy Lyapunov function with bounded rates",
-    question="Does $V = x^\\top P(h) x$ decay while the memberships keep to bounds on their rates?",
+    question="Does $V = x^\\top P(h) x$ decay while the rates of the memberships are bounded?",
     call="fuzzy_lyapunov",
     builder="fuzzy_lyapunov_condition",
     use=(
-        "Where there is no common $P$ but something is known about how fast the premises move: "
-        "bounds on $\\lvert\\dot z_k\\rvert$ with premises, on $\\lvert\\dot h_i\\rvert$ without; "
-        "`inf` for none. In discrete time steps may be free. The bounds are assumptions about "
-        "the loop: check that it keeps them. `relaxation`, `form` and `rates` choose "
-        "among published forms."
+        "Where there is no common $P$, and bounds on $\\lvert\\dot z_k\\rvert$ (with premises) "
+        "or $\\lvert\\dot h_i\\rvert$ (without) are known; `inf` for none. In discrete time "
+        "steps may be free. The bounds are assumptions about the loop: check that it keeps "
+        "them. `relaxation`, `form` and `rates` choose among published forms."
     ),
     cases=(
         Case(
@@ -217,8 +216,8 @@ FUZZY = Entry(
             pose=partial(_fuzzy, step=None),
             variables=f"r*{P}",
             where=(
-                "$\\dot P(h)$ taken at every corner of the rates; their number grows with the "
-                "rules, that of premises with $2^k$ for $k$ of them"
+                "$\\dot P(h)$ is taken at every corner of the rates: $2^k$ for $k$ premises, more "
+                "with every rule"
             ),
             sizes=FEW,
         ),
@@ -226,7 +225,7 @@ FUZZY = Entry(
             title="Discrete time, steps of any size, two rules",
             pose=partial(_fuzzy, step=0.1),
             variables=f"r*{P}",
-            where="$h^+$ the memberships one step later",
+            where="$h^+$ are the memberships one step later",
             sizes=FEW,
         ),
     ),

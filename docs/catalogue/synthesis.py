@@ -21,11 +21,6 @@ from takagi.lmi.gains.requirements.limits import limits_of
 Q = "n*(n+1)/2"
 # All pairs of rules.
 PAIRS = "r*(r+1)/2"
-BARS = (
-    "a bar over $A_i - I$ (written $\\bar A_i$) and $B_i$ is a division by $s$, over $C_i$, "
-    "$D^{12}_i$ and $E_i$ one by $\\sqrt s$, where $s > 0$ may be any number; about the size of "
-    "$A_i - I$, a model sampled ever faster gives the inequalities of continuous time"
-)
 
 
 def _pdc(sizes: Sizes, step: float | None) -> Condition:
@@ -71,11 +66,10 @@ PDC = Entry(
     call="pdc",
     builder="pdc_condition",
     use=(
-        "The gains of a scheduled state feedback, $K_i = M_i Q^{-1}$, $P = Q^{-1}$; of those "
-        "that are possible, the ones of least input effort $\\nu$. Limits on input, state and "
-        "gains, a `region` for the eigenvalues, `uncertainty`, and knowledge of the memberships "
-        'are options. `relaxation` chooses how the double sum becomes LMIs; `"auto"` climbs from '
-        "cheap to rich. Printed for all pairs of rules; the others are [below](#relaxations)."
+        "Of all possible gains $K_i = M_i Q^{-1}$, $P = Q^{-1}$, those of least input "
+        "effort $\\nu$. Options: limits on input, state and gains, a `region` for the "
+        "eigenvalues, `uncertainty`, knowledge of the memberships, and the `relaxation`; "
+        '`"auto"` climbs from cheap to rich.'
     ),
     cases=(
         Case(
@@ -96,9 +90,8 @@ PDC = Entry(
             lmis=f"r + 2 + {PAIRS} + r*m + n + 2 + r",
             variables=f"{Q} + r*m*n + 2",
             where=(
-                "on $x^\\top P x \\le 1$: $|u_k| \\le \\bar u_k$ and $|x_k| \\le \\bar x_k$; it "
-                "holds the initial states of $\\sum_k x_k^2 / a_k^2 \\le 1$, a ball for equal "
-                "$a_k$; and $|K_i| \\le g$ by a sufficient condition"
+                "on $x^\\top P x \\le 1$: $|u_k| \\le \\bar u_k$, $|x_k| \\le \\bar x_k$; it holds "
+                "$\\sum_k x_k^2 / a_k^2 \\le 1$; and $|K_i| \\le g$ by a sufficient condition"
             ),
         ),
     ),
@@ -110,8 +103,8 @@ COST = Entry(
     call="lqr_pdc",
     builder="lqr_pdc_condition",
     use=(
-        "Where weights are easier to state than rates. Of one rule it is the linear-quadratic "
-        "regulator. The mean cost over random $x(0)$ is least. In discrete time the cost is a sum."
+        "Of one rule it is the linear-quadratic regulator. The mean cost over random $x(0)$ "
+        "is least. In discrete time the cost is a sum."
     ),
     cases=(
         Case(
@@ -136,12 +129,12 @@ COST = Entry(
 
 HINF = Entry(
     title="Gains of least energy gain",
-    question="Which gains make the energy of the output per energy of the disturbance least?",
+    question="Which gains make the energy of the output least, per energy of the disturbance?",
     call="hinf_pdc",
     builder="hinf_pdc_condition",
     use=(
-        "H-infinity state feedback for every blend, whatever the memberships do. The least "
-        "$\\gamma$ is often approached only by ever larger gains; `tolerance` leaves room."
+        "H-infinity state feedback for every blend, however the memberships move. The least "
+        "$\\gamma$ often needs ever larger gains; `tolerance` leaves room."
     ),
     cases=(
         Case(
@@ -156,7 +149,6 @@ HINF = Entry(
             pose=partial(_energy, step=0.1),
             lmis=f"1 + {PAIRS}",
             variables=f"{Q} + r*m*n + 1",
-            where=BARS,
         ),
     ),
 )
@@ -167,8 +159,8 @@ H2 = Entry(
     call="h2_pdc",
     builder="h2_pdc_condition",
     use=(
-        "H2 state feedback for every blend. Of one rule it is the H2 optimum. "
-        '`form="gramian"` is often less where $E$ differs between rules, for white noise and '
+        'H2 state feedback for every blend; of one rule the H2 optimum. `form="gramian"` is '
+        "often less where $E$ differs between rules; it holds for white noise and "
         "memberships that do not depend on it."
     ),
     cases=(
@@ -184,7 +176,6 @@ H2 = Entry(
             pose=partial(_variance, step=0.1),
             lmis=f"2*r + 1 + {PAIRS}",
             variables=f"{Q} + r*m*n + r*q*(q+1)/2 + 1",
-            where=BARS,
         ),
         Case(
             title='Form "gramian", continuous time',
@@ -198,7 +189,6 @@ H2 = Entry(
             pose=partial(_variance, step=0.1, form="gramian"),
             lmis=f"r + 1 + 2*{PAIRS}",
             variables=f"{Q} + r*m*n + r*p*(p+1)/2 + 1",
-            where=BARS,
         ),
     ),
 )
@@ -208,7 +198,7 @@ PEAK = Entry(
     question="Which gains keep the output smallest under a disturbance of bounded size?",
     call="peak_pdc",
     builder="peak_pdc_condition",
-    use="The rate $\\alpha$ is searched over; at each the rest is an LMI.",
+    use=("$\\alpha$ is searched over."),
     cases=(
         Case(
             title="Continuous time, at one rate",
@@ -222,19 +212,19 @@ PEAK = Entry(
             pose=partial(_peak, step=0.1),
             lmis=f"1 + 2*{PAIRS}",
             variables=f"{Q} + r*m*n + 1",
-            where=f"$\\sigma = 1 - e^{{-2\\alpha T}}$; {BARS}",
+            where="$\\sigma = 1 - e^{-2\\alpha T}$",
         ),
     ),
 )
 
 FUZZY = Entry(
     title="Compensation with a Lyapunov matrix for each rule",
-    question="The same as `pdc` with $V = x^\\top P(h) x$: which gains then?",
+    question="Which gains are there with $V = x^\\top P(h) x$?",
     call="fuzzy_pdc",
     builder="fuzzy_pdc_condition",
     use=(
-        "Where `pdc` finds none. Continuous time needs bounds on the rates of the memberships, "
-        "and searches over $\\epsilon$; discrete time needs none."
+        "Where `pdc` finds none. Continuous time needs bounds on the rates of the "
+        "memberships, and searches over $\\epsilon$; discrete time needs none."
     ),
     cases=(
         Case(
