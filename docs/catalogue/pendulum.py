@@ -50,37 +50,42 @@ SIXTEEN = [
 HELD, TOO_MUCH, SIXTEEN_RATE = 1.0, 1.5, 2.0
 SHOWN_VERTICES = (1, 16)
 
-# Steps that the page leaves out: the plant is shown from its file, the rules follow from the bounds.
+# Steps that the page leaves out: the file shows the plant, the bounds give the rules.
 UNSHOWN = ("Plant.", "Rules and their corners.")
 
 HEAD = r"""# The pendulum, step by step
 
-For those who want to see every step from an equation to a proof. An inverted pendulum on a cart becomes a Takagi-Sugeno model
-twice: with the textbook's two rules, which approximate it, and with sixteen rules, which are equal to it. In both a decay rate is
-proved. `make docs` typesets all formulas and numbers from what takagi returns; coefficients of more than nine digits are
-shown with six.
+For those who want to see every step from an equation to a proof. An inverted pendulum on a cart
+becomes a Takagi-Sugeno model twice: with the textbook's two rules, which approximate it, and with
+sixteen rules, which are equal to it. In both a decay rate is proved. `make docs` typesets all
+formulas and numbers from what takagi returns; coefficients of more than nine digits are shown with
+six.
 """
 
 TWO_WORDS = r"""## Two rules
 
-The plant `cart_pole_2rules` blends two local models of the pendulum, at 0 and at 88 degrees, by the angle. It is an
-approximation, **not** the pendulum, and every proof about it holds for the approximation alone. `sector_model(plant)` gives:
+The plant `cart_pole_2rules` blends two local models of the pendulum, at 0 and at 88 degrees, by
+the angle. It is an approximation, **not** the pendulum, and every proof about it holds for the
+approximation alone. `sector_model(plant)` gives:
 """
 
-BETWEEN = r"""The textbook places both poles of each rule at $-2$ 1/s. The law $u = -\sum_i h_i K_i x$ has the gains
+BETWEEN = r"""The textbook places both poles of each rule at $-2$ 1/s. The law $u = -\sum_i h_i K_i
+x$ has the gains
 
 """
 
 SIXTEEN_WORDS = r"""## Sixteen rules
 
-The plant `cart_pole` is the pendulum itself (without the cart's position). Its file has the equations
+The plant `cart_pole` is the pendulum itself (without the cart's position). Its file has the
+equations
 
 """
 
 SIXTEEN_AFTER = r"""### How tight the bounds are
 
-A bound holds for every point of the box. It comes from interval arithmetic with outward rounding, and the checker computes
-it again. So it is slightly wider than the range of the premise, here found by a search:
+A bound holds for every point of the box. It comes from interval arithmetic with outward rounding,
+and the checker computes it again. So it is slightly wider than the range of the premise, here
+found by a search:
 
 """
 
@@ -145,8 +150,8 @@ def _sixteen_rules() -> list[str]:
         _figure("cart_pole", "weights of the four premises over angle and rate"),
         SIXTEEN_AFTER + bounds_table(model),
         "### Gains and proof\n",
-        "`takagi design cart_pole --out build/cart_pole` finds a gain for each rule. For such gains, "
-        f"from {_gains(0)} N/rad and from {_gains(1)} N s/rad, rounded to tens, "
+        "`takagi design cart_pole --out build/cart_pole` finds a gain for each rule. For such "
+        f"gains, from {_gains(0)} N/rad and from {_gains(1)} N s/rad, rounded to tens, "
         f"`certify(model, gains, decay_rate={SIXTEEN_RATE:g})` returns **{found.verdict.name}**:\n",
         _claims(found),
         "The first claim makes the second one a claim about the pendulum. The checker takes the "
