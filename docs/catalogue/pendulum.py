@@ -52,6 +52,8 @@ SHOWN_VERTICES = (1, 16)
 
 # Steps that the page leaves out: the file shows the plant, the bounds give the rules.
 UNSHOWN = ("Plant.", "Rules and their corners.")
+# Of the second model: they are made as those of the first.
+AS_BEFORE = ("Weights of the premises.",)
 
 HEAD = r"""# The pendulum, step by step
 
@@ -144,8 +146,8 @@ def _sixteen_rules() -> list[str]:
         "Its `[premises]` fix what is to become a premise: "
         + ", ".join(f"`{s}`" for s in map(str, plant.premises))
         + ". Without them takagi chooses by itself, and gives 4 rules.\n",
-        *_steps(steps),
-        "The first and the last of the sixteen vertices:\n",
+        *_steps(step for step in steps if step.title not in AS_BEFORE),
+        "The weights are made as above. The first and the last of the sixteen vertices:\n",
         *_steps(shown),
         _figure("cart_pole", "weights of the four premises over angle and rate"),
         SIXTEEN_AFTER + bounds_table(model),
@@ -162,12 +164,7 @@ def _sixteen_rules() -> list[str]:
 
 def _next() -> list[str]:
     return [
-        "## The same in the shell\n",
-        "```sh\n"
-        "takagi design cart_pole --out build/cart_pole\n"
-        "takagi check build/cart_pole/certificate.json --gains build/cart_pole/gains.json\n"
-        "```\n",
-        "The folder has a report with these steps, the motions of the plant and the margins of its "
+        "The report of the design has these steps, the motions of the plant and the margins of its "
         "linear loops. Next: [a plant of your own](plants.md), and [what a PROVED certificate "
         "means](certificate.md).\n",
     ]
