@@ -67,62 +67,53 @@ SHOWN = 1.4  # of the time in which the law settles, in the pictures
 POINTS = 160  # of a line in a picture
 HEAD = """# Gallery: textbook plants
 
-For those who look for a plant like theirs: plants of courses and papers that are not built in, each
-a file of some thirty lines with its source. Equations and numbers are those of the source, as far
-as they could be recalled or compared; ranges of states and inputs are chosen. The command is
+For those who look for a plant like theirs: a file of some thirty lines each, with its source.
+Equations and numbers are recalled from the source; ranges are chosen. Each design is
 
     takagi design tests/gallery/plants/NAME.toml --out build/NAME
 
-with its defaults. This page and its pictures are written by `python benchmarks/gallery.py`.
-
 """
 COLUMNS = """
-- **time**: of the whole command with proof and report, wall clock and processor, on {cores} cores
-  {shared}.
-- **set**: how far from rest a state may start, one state at a time, in the units of the file, and
-  the share of its range to the nearer side. From anywhere in the set, an ellipsoid, it is proved
-  that the motion stays in it, that no input passes its range, and that it comes to rest.
-- **set / LQR's**: the volume of the set over that of the set proved in the same way for LQR's gain,
-  as a length (n-th root), and the largest multiple of the ranges inside over LQR's; "only" where
-  none is proved for LQR.
+- **time**: wall clock and processor, with proof and report, on {cores} cores {shared}.
+- **set**: how far from rest a state may start, one state at a time, and the share of its range to
+  the nearer side. From anywhere in the set, an ellipsoid, it is proved that the motion stays in it,
+  that no input passes its range, and that it comes to rest.
+- **set / LQR's**: the volume of the set over that of the set proved for LQR's gain, as a length
+  (n-th root), and the largest multiple of the ranges inside over LQR's; "only" where none is proved
+  for LQR. LQR is that of python-control at rest, with the weights 1/range².
 - **gains**: the largest command, over all rules, to a state with every variable at the end of its
-  range, in multiples of the input's limit; of the law and of LQR. LQR is that of python-control at
-  the rest, with Bryson's weights: 1/range² for each state and input. A state without a range has
-  the reach of the first law that the design tried.
+  range, in multiples of the input's limit.
 - **settles**: the slowest of the runs from both ends of every axis of the set, until all states
-  stay within 2 % of the set's reach; of the law and, from the same starts, of LQR. Equations, units
-  and law are read and integrated by scipy without takagi, with inputs cut at their ranges.
+  stay within 2 % of the set's reach; simulated by scipy without takagi, inputs cut at their ranges.
 
-How the law is chosen beside LQR: [plants](plants.md#the-law-where-nothing-is-asked). `--settle` and
+How the law is chosen: [plants](plants.md#the-law-where-nothing-is-asked). `--settle` and
 `--decay-rate` ask for more.
 """
 TURBINES = ROOT / "tests" / "gallery" / "turbines"
 TURBINE_HEAD = """
 ## Turbines
 
-Wind turbines of public files, which name them. Neither has a reference controller or a published
-frozen wake in its file, so that the second is computed. The commands are `takagi design
-tests/gallery/turbines/NAME.toml --out build/NAME` and `takagi simulate
-tests/gallery/turbines/NAME.toml --law-from build/NAME/gains.json --wind ramp`.
+Wind turbines of public files. The commands are `takagi design tests/gallery/turbines/NAME.toml
+--out build/NAME` and `takagi simulate tests/gallery/turbines/NAME.toml --law-from
+build/NAME/gains.json --wind ramp`.
 
 | turbine | verdict | winds [m/s] | wind error [m/s] | rotor speed | decay [1/s] | ramp |
 |---|---|---|---|---|---|---|
 """
 TURBINE_COLUMNS = """
-- **verdict**: on the claims about the loop, the wind's rate and the actuators' rates; the command
-  adds a claim about the loop with its observer.
+- **verdict**: on the claims about the loop, the wind's rate and the actuators' rates.
 - **wind error**: how far the wind may be from the schedule wind, at the weakest and the best wind.
 - **rotor speed**: over rated, at most, from any start in the certified set; **decay**: in constant
   wind, at least.
-- **ramp**: simulated on the [validation plant](validation-plant.md), wind 8 to 14 to 8 m/s in
-  180 s, which is no proof: largest overspeed, pitch travel.
+- **ramp**: simulated on the [validation plant](validation-plant.md), 8 to 14 to 8 m/s in 180 s:
+  largest overspeed, pitch travel.
 """
 PICTURES = """
 ## Pictures
 
-Of each plant: the set in the plane of the first two states (dashed), with motions from its
-outermost points; the first state and the first input over time from one of these points, under the
-law and under LQR, with the input's range in grey.
+The set in the plane of the first two states (dashed), with motions from its outermost points; the
+first state and input from one of these points, under the law and under LQR, with the input's range
+in grey.
 """
 
 

@@ -5,7 +5,7 @@ Gains are written here, not asked of a solver: its last digits differ from machi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 
 import numpy as np
@@ -50,46 +50,44 @@ SIXTEEN = [
 HELD, TOO_MUCH, SIXTEEN_RATE = 1.0, 1.5, 2.0
 SHOWN_VERTICES = (1, 16)
 
+# Steps that the page leaves out: the file shows the plant, the bounds give the rules.
+UNSHOWN = ("Plant.", "Rules and their corners.")
+# Of the second model: they are made as those of the first.
+AS_BEFORE = ("Weights of the premises.",)
+
 HEAD = r"""# The pendulum, step by step
 
-For those who want to see every step: an inverted pendulum on a cart, from its equation to a proved
-controller, in two versions. The textbook's two rules approximate the pendulum, sixteen rules are
-the pendulum. All formulas and numbers are typeset from what takagi returns, by `make docs`.
-
-Coefficients of more than nine digits are shown with six; model and certificate have all of them.
+For those who want to see every step from an equation to a proof. An inverted pendulum on a cart
+becomes a Takagi-Sugeno model twice: with the textbook's two rules, which approximate it, and with
+sixteen rules, which are equal to it. In both a decay rate is proved. `make docs` typesets all
+formulas and numbers from what takagi returns; coefficients of more than nine digits are shown with
+six.
 """
 
 TWO_WORDS = r"""## Two rules
 
-The plant `cart_pole_2rules` is itself a fuzzy model: two local models of the pendulum, one at 0 and
-one at 88 degrees, blended by the angle. It is an approximation, **not** the pendulum, and every
-proof about it holds for this approximation alone. Its file says
-
+The plant `cart_pole_2rules` blends two local models of the pendulum, at 0 and at 88 degrees, by
+the angle. It is an approximation, **not** the pendulum, and every proof about it holds for the
+approximation alone. `sector_model(plant)` gives:
 """
 
-BETWEEN = r"""On the box this model equals the plant of the file. But that plant only approximates
-a pendulum; the model with sixteen rules below does not.
-
-### Gains and proof
-
-The textbook places both poles of each rule at $-2$ 1/s. With $A_i$, $B_i$ as above,
-$u = -\sum_i h_i K_i x$ with the gains
+BETWEEN = r"""The textbook places both poles of each rule at $-2$ 1/s. The law $u = -\sum_i h_i K_i
+x$ has the gains
 
 """
 
 SIXTEEN_WORDS = r"""## Sixteen rules
 
-The plant `cart_pole` is the pendulum itself (angle and rate; the cart's own place is left out). Its
-file says
+The plant `cart_pole` is the pendulum itself (without the cart's position). Its file has the
+equations
 
 """
 
 SIXTEEN_AFTER = r"""### How tight the bounds are
 
-Each bound holds for every point of the box, not for samples: it comes from interval arithmetic
-with outward rounding, cell by cell, and the certificate's checker computes it again. A proved bound
-is slightly wider than the true range of the premise. The table compares it with the extreme values
-that a search in the box finds:
+A bound holds for every point of the box. It comes from interval arithmetic with outward rounding,
+and the checker computes it again. So it is slightly wider than the range of the premise, here
+found by a search:
 
 """
 
@@ -126,19 +124,15 @@ def _two_rules() -> list[str]:
     steps, vertices = derivation_steps(model)
     held, not_held = certificates()["two"], certificates()["too much"]
     return [
-        TWO_WORDS + _given(plant),
-        "### Derivation\n",
-        "`sector_model(plant)` gives:\n",
-        *map(_step, (*steps, *vertices)),
+        TWO_WORDS,
+        *_steps((*steps, *vertices)),
+        f"Source: {plant.source} (recalled).\n",
         _figure("cart_pole_2rules", "weights of the two rules over the angle"),
         BETWEEN + _display(_gain_matrices(TWO)),
-        f"are certified: `certify(model, gains, decay_rate={HELD:g})` returns "
-        f"**{held.verdict.name}**.\n",
+        f"`certify(model, gains, decay_rate={HELD:g})` returns **{held.verdict.name}**:\n",
         _claims(held),
-        f"The decay rate has a limit. At {TOO_MUCH:g} 1/s no quadratic function common to all "
-        f"blends exists, which is proved too: `decay_rate={TOO_MUCH:g}` returns "
-        f"**{not_held.verdict.name}**.\n",
-        _claims(not_held),
+        f"At {TOO_MUCH:g} 1/s no quadratic function common to all blends exists, which is proved "
+        f"too: `decay_rate={TOO_MUCH:g}` returns **{not_held.verdict.name}**.\n",
     ]
 
 
@@ -151,36 +145,28 @@ def _sixteen_rules() -> list[str]:
         SIXTEEN_WORDS + _given(plant),
         "Its `[premises]` fix what is to become a premise: "
         + ", ".join(f"`{s}`" for s in map(str, plant.premises))
-        + ". Without them takagi chooses by itself (`premises={}` gives 4 rules).\n",
-        "### Derivation\n",
-        *map(_step, steps),
-        "Two of the sixteen vertices, the first and the last:\n",
-        *map(_step, shown),
+        + ". Without them takagi chooses by itself, and gives 4 rules.\n",
+        *_steps(step for step in steps if step.title not in AS_BEFORE),
+        "The weights are made as above. The first and the last of the sixteen vertices:\n",
+        *_steps(shown),
         _figure("cart_pole", "weights of the four premises over angle and rate"),
         SIXTEEN_AFTER + bounds_table(model),
         "### Gains and proof\n",
-        "`takagi design cart_pole --out build/cart_pole` finds gains for all rules. These are such "
-        "gains, rounded to tens, in N/rad and N s/rad:\n",
-        _gain_table(model),
+        "`takagi design cart_pole --out build/cart_pole` finds a gain for each rule. For such "
+        f"gains, from {_gains(0)} N/rad and from {_gains(1)} N s/rad, rounded to tens, "
         f"`certify(model, gains, decay_rate={SIXTEEN_RATE:g})` returns **{found.verdict.name}**:\n",
         _claims(found),
-        "The first claim is what makes the second one about the pendulum: the checker takes the "
-        "equations of the plant and the premises from the certificate, encloses the premises over "
-        "the box again, and rebuilds the vertices exactly.\n",
+        "The first claim makes the second one a claim about the pendulum. The checker takes the "
+        "equations from the certificate, encloses the premises over the box, and rebuilds the "
+        "vertices exactly.\n",
     ]
 
 
 def _next() -> list[str]:
     return [
-        "## The same in the shell\n",
-        "```sh\n"
-        "takagi design cart_pole --out build/cart_pole\n"
-        "takagi check build/cart_pole/certificate.json --gains build/cart_pole/gains.json\n"
-        "```\n",
-        "The folder has a report with these steps, the motions of the nonlinear plant and the "
-        "margins of its linear loops. [Writing a plant file](plants.md) shows how to describe a "
-        "plant of your own, [what a PROVED certificate means](certificate.md) what is and what is "
-        "not claimed.\n",
+        "The report of the design has these steps, the motions of the plant and the margins of its "
+        "linear loops. Next: [a plant of your own](plants.md), and [what a PROVED certificate "
+        "means](certificate.md).\n",
     ]
 
 
@@ -199,8 +185,12 @@ def _given(plant: Plant) -> str:
     )
 
 
-def _step(step: Step) -> str:
-    return f"**{step.title}**\n\n{_display(readable(step.latex))}"
+def _steps(steps: Iterable[Step]) -> list[str]:
+    return [
+        f"**{step.title}**\n\n{_display(readable(step.latex))}"
+        for step in steps
+        if step.title not in UNSHOWN
+    ]
 
 
 def _display(latex: str) -> str:
@@ -215,14 +205,10 @@ def _gain_matrices(gains: list[list[list[float]]]) -> str:
     return r",\quad ".join(parts)
 
 
-def _gain_table(model: TSModel) -> str:
-    names = [premise.name for premise in model.premises]
-    words = ("lower", "upper")
-    rows = [
-        (str(i), *(words[c] for c in rule), *(f"{x:g}" for x in K))
-        for i, (rule, K) in enumerate(zip(model.rules, SIXTEEN, strict=True), 1)
-    ]
-    return table(("rule", *names, "by angle", "by rate"), rows)
+def _gains(state: int) -> str:
+    """Return the least and the greatest size of the sixteen gains of a state."""
+    sizes = [K[state] for K in SIXTEEN]
+    return f"{max(sizes)} to {min(sizes)}"
 
 
 def _claims(found: Certificate) -> str:

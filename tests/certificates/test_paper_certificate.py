@@ -138,7 +138,7 @@ def test_motions_from_the_boundary_stay_and_settle() -> None:
 def test_no_equilibrium_no_proof() -> None:
     """With f_1 = 0 at rated speed the shared integrator has no equilibrium above rated wind.
 
-    Source: docs/laws.md, "One integrator", placement 1.
+    Source: docs/laws.md, "How Schulte's law was read", placement 1.
     """
     law = make_law(placement=1.0)
     found = published_candidate(law, winds=[(15.0, 15.1)])

@@ -213,7 +213,7 @@ def _less(model: TSModel, settings: PlantSettings, single: WorkEstimate) -> str:
 
 # Problems that are solved, by what is asked of the decay rate; one for a rate in numbers.
 PROBLEMS: dict[object, int] = {None: 8, "max": 20}
-# Measured (docs/plants.md), in seconds: for a problem, for an inequality in it, for an inequality
+# Measured as above, in seconds: for a problem, for an inequality in it, for an inequality
 # times unknowns times entries, and for the proof of an inequality.
 PROBLEM_TIME, INEQUALITY_TIME, PRODUCT_TIME, PROOF_TIME = 0.3, 4e-3, 5e-6, 0.05
 # In MB: at the start, and for the same product.
