@@ -4,7 +4,8 @@ A solution x at the edge of a cone leaves it when it is rounded.  So the problem
 with smaller cones, S_k(x) - d e_k in K_k with e_k well inside, and d grows until every constraint
 holds exactly.  The same is done with multipliers: y in the dual cones with <A_i, y> = c_i bounds
 the optimum from the other side.  Where no solution exists, multipliers with
-<A_i, y> = 0 and <B, y> < 0 say so.  Equations are solved exactly by the checker, which changes the
+<A_i, y> = 0 and <B, y> < 0 say so; where the objective has no bound, a ray from the point does.
+Equations are solved exactly by the checker, which changes the
 places of ``basis``; here only these places are chosen, by a factorisation with pivots.
 
 Source: Jansson, Chaykin, Keil (2007), SIAM J. Numer. Anal. 46(1), for the perturbed problems.
@@ -20,7 +21,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.checker.replay.claim_kinds import class_of
 from takagi.certificates.document.certificate_file import as_read, certificate_document
@@ -35,8 +36,11 @@ from takagi.lmi.problem_files.problem import (
     as_data,
     values_by_block,
 )
+from takagi.lmi.problem_files.reading import FORMS, ending_of
 from takagi.lmi.problem_files.solve import (
+    LONGEST_RAY,
     contradiction,
+    falling_ray,
     most_inside,
     multiplier_problem,
     shrunken,
@@ -56,6 +60,8 @@ MOST_MULTIPLIERS = 1_500
 RANK = 1e-11
 # The checker refuses numbers with longer exponents.
 SMALLEST = 1e-30
+# A ray that misses its cones by more is not worth a word.
+NEAR = 1e-3
 Claim = dict[str, Any]
 
 
@@ -66,7 +72,7 @@ class Verification:
     Attributes
     ----------
     settled : whether there is an answer: no solution, or a solution and, where the problem has an
-        objective, a bound of the optimum.
+        objective, a bound of the optimum or that there is none.
     notes : what was not proved, and how far from it.
     """
 
@@ -74,6 +80,11 @@ class Verification:
     checked: Checked
     settled: bool
     notes: tuple[str, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """UNDECIDED where a question is open, also if claims that say less are proved."""
+        return self.checked.verdict if self.settled else Verdict.UNDECIDED
 
 
 def verify(
@@ -98,24 +109,21 @@ def verify(
     prover = _Prover(problem)
     tell("a point that satisfies every constraint")
     point, distance = prover.feasible(given.x)
-    claims, notes = [point] if point else [], []
-    with_objective = bool(np.any(problem.objective))
+    claims: list[Claim] = [] if point is None else [point]
+    notes: list[str] = []
     if point is None:
         tell("multipliers that contradict every point")
-        none = prover.no_solution()
-        claims += [none] if none else []
-        if none is None:
-            notes.append(f"no point was found; the nearest misses a constraint by {distance:.2g}")
-    elif with_objective:
+        claims, notes = prover.contradicted(distance)
+    elif np.any(problem.objective):
         tell("a bound of the optimum")
-        bound = prover.bound(given.y, given.x)
-        claims += [bound] if bound else []
-        if bound is None:
-            notes.append("no bound of the optimum: no multipliers were found")
-    settled = bool(claims) and (point is None or not with_objective or len(claims) == 2)
-    if settled and "radius" in claims[-1]:
-        settled = False
-        notes.append("the bound holds in a box alone: no multipliers inside their cones were found")
+        claims, notes = prover.bounded(point, given)
+    settled = bool(claims) and not notes
+    forms = FORMS.get(ending_of(problem.name), ("the problem", "its dual"))
+    notes += [
+        f"the objective without bound is that of {forms[claim['form'] == 'dual']}"
+        for claim in claims
+        if claim["kind"] == "unbounded"
+    ]
     if problem.rounded:
         notes.append(
             f"{problem.rounded} numbers of the file have more digits than a float: the certificate "
@@ -150,13 +158,76 @@ class _Prover:
             nearest = min(nearest, self._outside(candidate))
         return None, nearest
 
-    def bound(self, y: Floats | None, x: Floats) -> Claim | None:
-        """Return the claim of multipliers near y that bound the optimum."""
+    def bounded(self, point: Claim, given: Solution) -> tuple[list[Claim], list[str]]:
+        """Return the claims on the optimum of a problem with a point, and what was not proved."""
+        ray = falling_ray(self.problem)
+        unbounded = self._unbounded("problem", point, ray[0]) if ray else None
+        if unbounded:
+            return [unbounded], []
+        y = given.y
         if y is None:
             solution = solve_conic(self.problem).solution
             y = solution.y if solution else None
-        if y is None:
-            y = np.zeros(self._A.shape[0])
+        y = np.zeros(self._A.shape[0]) if y is None else y
+        bound = self._bound(y)
+        if bound:
+            return [point, bound], []
+        notes = ["the bound holds in a box alone: no multipliers inside their cones were found"]
+        bound = self._bound_in_a_box(y, given.x)
+        if bound is None:
+            notes = ["no bound of the optimum: no multipliers were found"]
+        if ray and ray[1] > -NEAR:
+            notes.append(
+                f"that the objective falls without end is not proved: a ray of entries up to "
+                f"{LONGEST_RAY:.0e} along which it falls by 1 misses the cones by {_miss(ray[1])}"
+            )
+        return [point, *([bound] if bound else [])], notes
+
+    def contradicted(self, distance: float) -> tuple[list[Claim], list[str]]:
+        """Return the claims on a problem without a point, and what was not proved.
+
+        Parameters
+        ----------
+        distance : by how much the nearest point misses a constraint.
+        """
+        inside = contradiction(self.problem)
+        claim = None
+        if inside is not None:
+            claim = self._multiplier_claim("no solution", "no-solution", inside[0])
+        if claim is None or not self._holds(claim):
+            notes = [f"no point was found; the nearest misses a constraint by {distance:.2g}"]
+            if inside is not None and inside[1] > -NEAR:
+                notes.append(
+                    "that there is none is not proved: the nearest multipliers miss their cones "
+                    f"by {_miss(inside[1])}"
+                )
+            return [], notes
+        claims = [claim]
+        if np.any(self.problem.objective):
+            start = most_inside(multiplier_problem(self.problem), LONGEST_RAY)
+            if start is not None:
+                first = self._multiplier_claim("", "", start[0])
+                dual = self._unbounded("dual", first, np.array(claim["point"]))
+                claims += [dual] if dual else []
+        return claims, []
+
+    def _unbounded(self, form: str, start: Claim, ray: Floats) -> Claim | None:
+        """Return the claim that the objective has no bound along a ray from the start's point."""
+        for digits in (17, 9, 6, 3):
+            claim = {
+                "name": "no bound of the optimum",
+                "kind": "unbounded",
+                "form": form,
+                "point": start["point"],
+                "ray": _tiny_as_zero(np.round(ray, digits)),
+                "basis": start["basis"],
+            }
+            if self._holds(claim):
+                return claim
+        return None
+
+    def _bound(self, y: Floats) -> Claim | None:
+        """Return the claim of multipliers near y that bound the optimum."""
         ways = [self._multipliers_near(y)]
         if len(y) <= MOST_MULTIPLIERS:
             ways.append(_candidates(y, multiplier_problem(self.problem)))
@@ -166,10 +237,10 @@ class _Prover:
                 self._multiplier_claim("bound of the optimum", "optimum-bound", z) for z in way
             )
             bounds += [claim for claim in (next(filter(self._holds, claims), None),) if claim]
-        if not bounds:
-            return self._bound_in_a_box(y, x)
         least_product = self._weights * self._constant
-        return min(bounds, key=lambda claim: float(least_product @ np.array(claim["point"])))
+        return min(
+            bounds, key=lambda claim: float(least_product @ np.array(claim["point"])), default=None
+        )
 
     def _multipliers_near(self, y: Floats) -> Iterator[Floats]:
         """Yield multipliers near y, first y itself, then ever farther inside their cones.
@@ -215,14 +286,6 @@ class _Prover:
             if self._holds(claim):
                 return claim
         return None
-
-    def no_solution(self) -> Claim | None:
-        """Return the claim of multipliers that contradict every point."""
-        inside = contradiction(self.problem)
-        if inside is None:
-            return None
-        claim = self._multiplier_claim("no solution", "no-solution", inside[0])
-        return claim if self._holds(claim) else None
 
     def point_claim(self, x: Floats) -> Claim:
         """Return the claim ``feasible-point`` of x, proved or not."""
@@ -278,6 +341,11 @@ def _candidates(x: Floats, problem: ConicProblem) -> Iterator[Floats]:
     inside = most_inside(problem, FARTHEST * size)
     if inside is not None:
         yield inside[0]
+
+
+def _miss(inside: float) -> str:
+    """Return by how much what is inside by a negative number misses its cones."""
+    return f"{max(0.0, -inside):.2g}"
 
 
 def _tiny_as_zero(values: Floats) -> list[float]:
