@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,10 @@ from takagi.models.arrays import Floats
 
 # By these shares of the solution's size the cones are made smaller, one after another.
 SMALLER = (1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+# How often the way from a point inside to the solver's, which is a little outside, is halved.
+HALVINGS = 14
+# That way is tried from the solver's point and from so many of the last candidates outside.
+NEAREST = 2
 # A point inside is looked for within this many times the size of the solution.
 FARTHEST = 100.0
 # A bound that holds in a box alone holds for variables of this many times the solution's size.
@@ -150,13 +154,9 @@ class _Prover:
 
     def feasible(self, x: Floats) -> tuple[Claim | None, float]:
         """Return the claim of a point near x; without one, how far the best point is outside."""
-        nearest = self._outside(x)
-        for candidate in _candidates(x, self.problem):
-            claim = self.point_claim(candidate)
-            if self._holds(claim):
-                return claim, 0.0
-            nearest = min(nearest, self._outside(candidate))
-        return None, nearest
+        way, cost = _candidates(x, self.problem), self.problem.objective
+        claim, outside = self._best(way, self.point_claim, cost)
+        return claim, min((self._outside(z) for z in (x, *outside)), default=0.0)
 
     def bounded(self, point: Claim, given: Solution) -> tuple[list[Claim], list[str]]:
         """Return the claims on the optimum of a problem with a point, and what was not proved."""
@@ -228,19 +228,61 @@ class _Prover:
 
     def _bound(self, y: Floats) -> Claim | None:
         """Return the claim of multipliers near y that bound the optimum."""
+        claim_of = partial(self._multiplier_claim, "bound of the optimum", "optimum-bound")
+        products = self._weights * self._constant
         ways = [self._multipliers_near(y)]
         if len(y) <= MOST_MULTIPLIERS:
             ways.append(_candidates(y, multiplier_problem(self.problem)))
-        bounds = []
-        for way in ways:
-            claims = (
-                self._multiplier_claim("bound of the optimum", "optimum-bound", z) for z in way
-            )
-            bounds += [claim for claim in (next(filter(self._holds, claims), None),) if claim]
-        least_product = self._weights * self._constant
+        bounds = [self._best(way, claim_of, products)[0] for way in ways]
         return min(
-            bounds, key=lambda claim: float(least_product @ np.array(claim["point"])), default=None
+            (claim for claim in bounds if claim),
+            key=lambda claim: float(products @ np.array(claim["point"])),
+            default=None,
         )
+
+    def _best(
+        self, way: Iterator[Floats], claim_of: Callable[[Floats], Claim], cost: Floats
+    ) -> tuple[Claim | None, list[Floats]]:
+        """Return the claim of the candidate with the least cost, and the candidates that fail.
+
+        From the first that holds on the cost grows with the distance from the cones' edges, unless
+        the solver did not arrive.
+        """
+        best, outside = None, []
+        for candidate in way:
+            claim = claim_of(candidate)
+            if not self._holds(claim):
+                outside.append(candidate)
+            elif best is None or cost @ claim["point"] < cost @ best["point"]:
+                best = claim
+                if not np.any(cost):
+                    break
+            else:
+                break
+        if best is not None:
+            for end in outside[:1] + outside[1:][-NEAREST:]:
+                best = self._towards(end, best, claim_of, cost)
+        return best, outside
+
+    def _towards(
+        self, outside: Floats, inside: Claim, claim_of: Callable[[Floats], Claim], cost: Floats
+    ) -> Claim:
+        """Return the claim of a point between these two, as near to the outer one as holds.
+
+        The cones are convex: between a solver's point, which is outside by its tolerance, and one
+        inside, all points hold from one on.  It is looked for by halving the distance.
+        """
+        end, holds, fails, best = np.array(inside["point"]), 0, HALVINGS + 1, inside
+        if cost @ outside >= cost @ end:
+            return inside
+        while fails - holds > 1:
+            middle = (holds + fails) // 2
+            claim = claim_of(outside + (end - outside) / 2**middle)
+            if self._holds(claim):
+                holds, best = middle, claim
+            else:
+                fails = middle
+        return best
 
     def _multipliers_near(self, y: Floats) -> Iterator[Floats]:
         """Yield multipliers near y, first y itself, then ever farther inside their cones.
