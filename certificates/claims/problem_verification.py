@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse as sp
 
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.checker.replay.certificate import check_document
@@ -50,9 +51,10 @@ from takagi.models.arrays import Floats
 
 # By these shares of the solution's size the cones are made smaller, one after another.
 SMALLER = (1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-# How often the way from a point inside to the solver's, which is a little outside, is halved.
-HALVINGS = 14
-# That way is tried from the solver's point and from so many of the last candidates outside.
+# The way from the solver's point, which is a little outside, to one inside is gone to 2^power of
+# it, with this least power and so many steps of bisection.
+SMALLEST_POWER, BISECTIONS = -16.0, 6
+# It is tried from the solver's point and from so many of the last candidates outside.
 NEAREST = 2
 # A point inside is looked for within this many times the size of the solution.
 FARTHEST = 100.0
@@ -206,7 +208,7 @@ class _Prover:
         if np.any(self.problem.objective):
             start = most_inside(multiplier_problem(self.problem), LONGEST_RAY)
             if start is not None:
-                first = self._multiplier_claim("", "", start[0])
+                first = self._multiplier_claim("", "optimum-bound", start[0])
                 dual = self._unbounded("dual", first, np.array(claim["point"]))
                 claims += [dual] if dual else []
         return claims, []
@@ -270,14 +272,14 @@ class _Prover:
         """Return the claim of a point between these two, as near to the outer one as holds.
 
         The cones are convex: between a solver's point, which is outside by its tolerance, and one
-        inside, all points hold from one on.  It is looked for by halving the distance.
+        inside, all points hold from one on.  It is looked for by bisection of the power of 2.
         """
-        end, holds, fails, best = np.array(inside["point"]), 0, HALVINGS + 1, inside
+        end, holds, fails, best = np.array(inside["point"]), 0.0, SMALLEST_POWER, inside
         if cost @ outside >= cost @ end:
             return inside
-        while fails - holds > 1:
-            middle = (holds + fails) // 2
-            claim = claim_of(outside + (end - outside) / 2**middle)
+        for _ in range(BISECTIONS):
+            middle = (holds + fails) / 2
+            claim = claim_of(outside + (end - outside) * 2**middle)
             if self._holds(claim):
                 holds, best = middle, claim
             else:
@@ -347,13 +349,37 @@ class _Prover:
         return _basis(self._A.toarray()[is_equation])
 
     @cached_property
+    def _products(self) -> sp.csr_array:
+        """The matrix of the products <A_i, y>."""
+        return sp.csr_array(self._A.multiply(self._weights[:, None]).T)
+
+    @cached_property
     def _multiplier_basis(self) -> list[int]:
         """The multipliers in which the equations <A_i, y> = c_i are solved."""
-        return _basis(self._A.multiply(self._weights[:, None]).T.toarray())
+        return _basis(self._products.toarray())
 
     def _multiplier_claim(self, name: str, kind: str, y: Floats) -> Claim:
-        basis = self._multiplier_basis
-        return {"name": name, "kind": kind, "point": _tiny_as_zero(y), "basis": basis}
+        """Return the claim of the multipliers next to y that hold their equations as floats.
+
+        What the checker changes in the basis alone may leave the cones; the least change that
+        solves the equations is smaller.
+        """
+        right = np.zeros(len(self.problem.objective))
+        if kind == "optimum-bound":
+            right = self.problem.objective
+        for _ in range(2):
+            missing = right - self._products @ y
+            y = y + self._products.T @ np.linalg.lstsq(self._squares, missing, rcond=None)[0]
+        return {
+            "name": name,
+            "kind": kind,
+            "point": _tiny_as_zero(y),
+            "basis": self._multiplier_basis,
+        }
+
+    @cached_property
+    def _squares(self) -> Floats:
+        return np.asarray((self._products @ self._products.T).toarray())
 
     def _holds(self, claim: Claim) -> bool:
         read = class_of(claim["kind"]).read(as_read(claim), self._data, "claim")
