@@ -47,7 +47,8 @@ def verify(
 
     Either a point satisfies every constraint, in exact arithmetic, and multipliers bound the
     optimum from the other side; or the objective falls without end along a ray; or multipliers
-    show that no point does; or nothing is proved, and the distance is given. The certificate is checked by `takagi check FILE`.
+    show that no point does; or nothing is proved, and the distance is given. The certificate is
+    checked by `takagi check FILE`.
 
     Exit status: 0 a solution and a bound of the optimum, or that there is no bound, or no solution;
     1 less than that; 2 misuse.
