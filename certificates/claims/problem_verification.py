@@ -53,9 +53,9 @@ from takagi.models.arrays import Floats
 SMALLER = (1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 # The way from the solver's point, which is a little outside, to one inside is gone to 2^power of
 # it, with this least power and so many steps of bisection.
-SMALLEST_POWER, BISECTIONS = -16.0, 6
+SMALLEST_POWER, BISECTIONS = -16.0, 5
 # It is tried from the solver's point and from so many of the last candidates outside.
-NEAREST = 2
+NEAREST = 1
 # A point inside is looked for within this many times the size of the solution.
 FARTHEST = 100.0
 # A bound that holds in a box alone holds for variables of this many times the solution's size.
@@ -156,9 +156,10 @@ class _Prover:
 
     def feasible(self, x: Floats) -> tuple[Claim | None, float]:
         """Return the claim of a point near x; without one, how far the best point is outside."""
-        way, cost = _candidates(x, self.problem), self.problem.objective
-        claim, outside = self._best(way, self.point_claim, cost)
-        return claim, min((self._outside(z) for z in (x, *outside)), default=0.0)
+        claim_of, cost = self.point_claim, self.problem.objective
+        claim, outside = self._best(_candidates(x, self.problem), claim_of, cost)
+        distance = min(self._outside(z) for z in (x, *outside))
+        return claim and self._outwards(claim, outside, claim_of, cost), distance
 
     def bounded(self, point: Claim, given: Solution) -> tuple[list[Claim], list[str]]:
         """Return the claims on the optimum of a problem with a point, and what was not proved."""
@@ -235,12 +236,12 @@ class _Prover:
         ways = [self._multipliers_near(y)]
         if len(y) <= MOST_MULTIPLIERS:
             ways.append(_candidates(y, multiplier_problem(self.problem)))
-        bounds = [self._best(way, claim_of, products)[0] for way in ways]
-        return min(
-            (claim for claim in bounds if claim),
-            key=lambda claim: float(products @ np.array(claim["point"])),
-            default=None,
-        )
+        found = [self._best(way, claim_of, products) for way in ways]
+        claims = [(claim, outside) for claim, outside in found if claim is not None]
+        if not claims:
+            return None
+        best, outside = min(claims, key=lambda pair: float(products @ pair[0]["point"]))
+        return self._outwards(best, outside, claim_of, products)
 
     def _best(
         self, way: Iterator[Floats], claim_of: Callable[[Floats], Claim], cost: Floats
@@ -261,29 +262,32 @@ class _Prover:
                     break
             else:
                 break
-        if best is not None:
-            for end in outside[:1] + outside[1:][-NEAREST:]:
-                best = self._towards(end, best, claim_of, cost)
         return best, outside
 
-    def _towards(
-        self, outside: Floats, inside: Claim, claim_of: Callable[[Floats], Claim], cost: Floats
+    def _outwards(
+        self,
+        inside: Claim,
+        outside: list[Floats],
+        claim_of: Callable[[Floats], Claim],
+        cost: Floats,
     ) -> Claim:
-        """Return the claim of a point between these two, as near to the outer one as holds.
+        """Return the claim of a point on the way to those outside, as far as it holds.
 
         The cones are convex: between a solver's point, which is outside by its tolerance, and one
         inside, all points hold from one on.  It is looked for by bisection of the power of 2.
         """
-        end, holds, fails, best = np.array(inside["point"]), 0.0, SMALLEST_POWER, inside
-        if cost @ outside >= cost @ end:
-            return inside
-        for _ in range(BISECTIONS):
-            middle = (holds + fails) / 2
-            claim = claim_of(outside + (end - outside) * 2**middle)
-            if self._holds(claim):
-                holds, best = middle, claim
-            else:
-                fails = middle
+        best = inside
+        for start in outside[:1] + outside[1:][-NEAREST:]:
+            end, holds, fails = np.array(best["point"]), 0.0, SMALLEST_POWER
+            if cost @ start >= cost @ end:
+                continue
+            for _ in range(BISECTIONS):
+                middle = (holds + fails) / 2
+                claim = claim_of(start + (end - start) * 2**middle)
+                if self._holds(claim):
+                    holds, best = middle, claim
+                else:
+                    fails = middle
         return best
 
     def _multipliers_near(self, y: Floats) -> Iterator[Floats]:
