@@ -164,7 +164,8 @@ class _Prover:
     def bounded(self, point: Claim, given: Solution) -> tuple[list[Claim], list[str]]:
         """Return the claims on the optimum of a problem with a point, and what was not proved."""
         ray = falling_ray(self.problem)
-        unbounded = self._unbounded("problem", point, ray[0]) if ray else None
+        is_near = ray is not None and ray[1] > -NEAR
+        unbounded = self._unbounded("problem", point, ray[0]) if ray and is_near else None
         if unbounded:
             return [unbounded], []
         y = given.y
@@ -179,7 +180,7 @@ class _Prover:
         bound = self._bound_in_a_box(y, given.x)
         if bound is None:
             notes = ["no bound of the optimum: no multipliers were found"]
-        if ray and ray[1] > -NEAR:
+        if ray and is_near:
             notes.append(
                 f"that the objective falls without end is not proved: a ray of entries up to "
                 f"{LONGEST_RAY:.0e} along which it falls by 1 misses the cones by {_miss(ray[1])}"
@@ -236,11 +237,11 @@ class _Prover:
         ways = [self._multipliers_near(y)]
         if len(y) <= MOST_MULTIPLIERS:
             ways.append(_candidates(y, multiplier_problem(self.problem)))
-        found = [self._best(way, claim_of, products) for way in ways]
-        claims = [(claim, outside) for claim, outside in found if claim is not None]
-        if not claims:
+        pairs = [self._best(way, claim_of, products) for way in ways]
+        bounds = [(claim, outside) for claim, outside in pairs if claim is not None]
+        if not bounds:
             return None
-        best, outside = min(claims, key=lambda pair: float(products @ pair[0]["point"]))
+        best, outside = min(bounds, key=lambda pair: float(products @ pair[0]["point"]))
         return self._outwards(best, outside, claim_of, products)
 
     def _best(
@@ -372,8 +373,7 @@ class _Prover:
         if kind == "optimum-bound":
             right = self.problem.objective
         for _ in range(2):
-            missing = right - self._products @ y
-            y = y + self._products.T @ np.linalg.lstsq(self._squares, missing, rcond=None)[0]
+            y = y + self._products.T @ (self._inverse @ (right - self._products @ y))
         return {
             "name": name,
             "kind": kind,
@@ -382,8 +382,10 @@ class _Prover:
         }
 
     @cached_property
-    def _squares(self) -> Floats:
-        return np.asarray((self._products @ self._products.T).toarray())
+    def _inverse(self) -> Floats:
+        """(E E')^+ of the equations E y = c; the least change of y is E' times it."""
+        squares = (self._products @ self._products.T).toarray()
+        return np.asarray(np.linalg.pinv(squares, hermitian=True))
 
     def _holds(self, claim: Claim) -> bool:
         read = class_of(claim["kind"]).read(as_read(claim), self._data, "claim")
