@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +12,19 @@ from scipy.linalg import solve_continuous_are
 from takagi.certificates.claims.problem_verification import Verification, verify
 from takagi.certificates.cross_check.comparison import cross_checked_document
 from takagi.certificates.document.certificate_file import as_read
-from takagi.lmi.problem_files.reading import read_problem_file
+from takagi.cli.main import main
+from takagi.lmi.problem_files.reading import FORMS, read_problem_file
 from tests.certificates.problems.published import (
     FEASIBLE,
     INFEASIBLE,
     OPEN,
     PUBLISHED,
     UNBOUNDED,
+    WRITERS,
     Published,
+    affine,
+    parabola,
+    symmetric,
     table,
 )
 
@@ -76,3 +82,41 @@ def test_every_reader_has_published_problems() -> None:
 
 def test_the_page_lists_them() -> None:
     assert table() in PAGE.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("ending", sorted(FORMS))
+@pytest.mark.parametrize("form", ["problem", "dual"])
+def test_the_answer_says_whose_objective_has_no_bound(
+    ending: str, form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """-x with [[x, 1], [1, 2]] semidefinite; x_1 + x_2 with x_1 x_2 >= 1 and x_1 + x_2 <= 1."""
+    if form == "problem":
+        lmi = affine([-1], lambda x: symmetric(x[0], 1, 2))
+    else:
+        above = [lambda x: symmetric(x[0], 1, x[1]), lambda x: [[1 - x[0] - x[1]]]]
+        lmi = affine([1, 1], *above)
+    path, out = tmp_path / f"p{ending}", tmp_path / "certificate.json"
+    WRITERS[ending](lmi, path)
+
+    assert main(["verify", str(path), "--out", str(out)]) == 0
+
+    printed = capsys.readouterr().out
+    assert f"without bound is that of {FORMS[ending][form == 'dual']}" in printed
+    consequence = {"problem": "the dual has no solution", "dual": "no point satisfies"}
+    assert consequence[form] in printed
+    assert main(["check", str(out), "--cross"]) == 0
+
+
+def test_a_bound_in_a_box_is_no_answer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where x_2 <= sqrt(x_1) alone limits x_2, its objective has no bound, and no ray shows it."""
+    path = tmp_path / "parabola.dat-s"
+    WRITERS[".dat-s"](parabola(), path)
+
+    assert main(["verify", str(path)]) == 1
+
+    printed = capsys.readouterr().out
+    assert printed.splitlines()[0].endswith("UNDECIDED")
+    assert "in a box alone" in printed and "misses the cones by" in printed
+    assert main(["verify", str(path), "--json"]) == 1
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["verdict"] == "UNDECIDED" and not answer["settled"]
