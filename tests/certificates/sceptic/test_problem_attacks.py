@@ -187,6 +187,9 @@ def test_sentences_round_towards_less() -> None:
         model = problem(third, sense=sense)
         told = check_document(document(model, "feasible-point", [0], basis=[0]))
         assert told.claims[0].text.endswith(point)
+        figure, largest = told.claims[0].figures[0], sense == "maximise"
+        assert figure.value == Fraction(-1 if largest else 1, 3)  # type: ignore[union-attr]
+        assert figure.larger == largest  # type: ignore[union-attr]
         told = check_document(document(model, "optimum-bound", [0], basis=[0]))
         assert told.claims[0].text.endswith(bound)
         far = document(model, "optimum-bound", [0], radius=1.00000000009)
