@@ -157,9 +157,9 @@ class Reading:
             return self._passed(claim, points)
         if claim["form"] == "problem":
             d = self.solved(claim, "ray", dual=False, right=False)
-            good = d is not None and not self.outside(self.values(d, constant=False))
-            good = good and dot(self.c, d) < 0
-            return "" if good and self.stated_point(claim) else "no such point or ray"
+            if d is None or self.outside(self.values(d, constant=False)) or dot(self.c, d) >= 0:
+                return "no such ray"
+            return "" if self.stated_point(claim) else "no such point"
         y = self.solved(claim, "point", dual=True, right=True)
         z = self.solved(claim, "ray", dual=True, right=False)
         if points or y is None or z is None or self.outside(y, dual=True):
