@@ -127,7 +127,7 @@ def _proved(path: Path) -> tuple[str, str]:
         return "no bound of the objective", "-"
     if not verification.checked.claims[0].verdict.name == "PROVED":
         return "nothing", "-"
-    values = [claim.figures[0].value for claim in claims.values()]  # type: ignore[union-attr]
+    values = [claim.figures[0].value for claim in claims.values()]
     upper = Fraction(values[0] or 0)
     text = f"at most {at_most(upper, DIGITS)}"
     if len(values) == 1:
@@ -136,7 +136,7 @@ def _proved(path: Path) -> tuple[str, str]:
     if verification.settled:
         between = f"{at_least(lower, DIGITS)} to {at_most(upper, DIGITS)}"
         return between, f"{float(upper - lower):.1e}"
-    size = claims["optimum-bound"].figures[1].value  # type: ignore[union-attr]
+    size = claims["optimum-bound"].figures[1].value
     return f"{text}; at least {at_least(lower, DIGITS)} for \\|x\\| ≤ {float(size or 0):.1e}", "-"
 
 
