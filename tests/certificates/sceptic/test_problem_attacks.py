@@ -561,8 +561,16 @@ def test_a_point_of_the_dual_is_none_of_the_problem() -> None:
     assert without_bound(pair, [1], [1], form="dual") == "UNDECIDED"
 
 
-@pytest.mark.parametrize(("sense", "falls"), [("minimise", "falls"), ("maximise", "rises")])
-def test_the_sentence_says_which_way(sense: str, falls: str) -> None:
+@pytest.mark.parametrize(
+    ("sense", "falls", "rises"), [("minimise", "falls", "rises"), ("maximise", "rises", "falls")]
+)
+def test_the_sentence_says_which_way(sense: str, falls: str, rises: str) -> None:
+    """The problem's objective goes one way, its dual's the other."""
     ray = {"ray": [1], "form": "problem"}
     told = check_document(document({**FREE, "sense": sense}, "unbounded", [1], **ray))
     assert f"the objective {falls} without end" in told.claims[0].text
+
+    rows = cone("nonnegative", 2, [0, 0, -3], [1, 0, 1], [0, 1, 1], [1, 1, -1])
+    rays = {"ray": [1, 1], "form": "dual"}
+    told = check_document(document(problem(rows, sense=sense), "unbounded", [1, 0], **rays))
+    assert f"of the dual {rises} without end" in told.claims[0].text
