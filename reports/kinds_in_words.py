@@ -314,6 +314,16 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         proved="no point satisfies the constraints of a [conic problem](verify.md)",
         weights=OTHER_MODEL,
     ),
+    "unbounded": KindInWords(
+        title="An objective without bound",
+        name="The objective falls without end",
+        why="A solver says that it failed; a limit is missing in the problem itself.",
+        proved=(
+            "the objective of a [conic problem](verify.md), or of its dual, has no bound: a "
+            "point, and a ray along which it falls"
+        ),
+        weights=OTHER_MODEL,
+    ),
     "coherent-loop": KindInWords(
         title="Invariance, bounds and decay",
         name="Bounded speed in a changing wind",
