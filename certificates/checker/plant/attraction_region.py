@@ -149,59 +149,59 @@ class AttractionRegion(PlantClaim):
         for k, F in enumerate(loop.F):
             slope = ring.plus(slope, ring.times(_derivative(V, k), F))
         below = ring.plus({(): c}, ring.scaled(V, Fraction(-1)))  # c - V
-        falling = self._squares("decrease", 0, 1, "V does not fall")
+        (falling,) = self._squares("decrease", ["V does not fall"], n, 1)
         yield from _identity(ring.scaled(slope, Fraction(-1)), below, falling, n, 1)
-        groups: list[tuple[str, list[tuple[str, Polynomial, tuple[Fraction, Fraction]]]]] = [
-            ("states", [(v.name, {((k, 1),): Fraction(1)}, side)
-                        for k, (v, side) in enumerate(zip(plant.states, self.box, strict=True))]),
-            ("inputs", [(v.name, u, v.side)
-                        for v, u in zip(plant.inputs, loop.u, strict=True) if v.side is not None]),
-        ]  # fmt: skip
-        for key, limited in groups:
-            for k, (name, q, (low, high)) in enumerate(limited):
-                ring = Ring()
-                room = ring.times(
-                    ring.plus({(): high} if high else {}, ring.scaled(q, Fraction(-1))),
-                    ring.plus(q, {(): -low} if low else {}),
-                )
-                squares = self._squares(key, k, len(limited), f"{name} may leave its range")
-                yield from _identity(room, below, squares, n, 0)
+        states = [{((k, 1),): Fraction(1)} for k in range(n)]
+        inputs = [(v, u, v.side) for v, u in zip(plant.inputs, loop.u, strict=True) if v.side]
+        for key, limited in (
+            ("states", list(zip(plant.states, states, self.box, strict=True))),
+            ("inputs", inputs),
+        ):
+            subjects = [f"{v.name} may leave its range" for v, _, _ in limited]
+            squares = self._squares(key, subjects, n, 0)
+            for (_, q, side), sums in zip(limited, squares, strict=True):
+                yield from _identity(_room(q, side), below, sums, n, 0)
 
-    def _squares(self, key: str, k: int, count: int, subject: str) -> Squares:
-        """Return the matrices of the k-th identity of a group.
+    def _squares(self, key: str, subjects: list[str], n: int, least: int) -> list[Squares]:
+        """Return the matrices of the identities of a group.
 
         Raises
         ------
-        CertificateError : a matrix that does not have the size of its monomials.
+        CertificateError : another number of identities, or a matrix that does not have the size of
+            its monomials.
         """
-        entry = listed(self.claim, key, self.where, count, count)[k]
-        where, n = f"{self.where}.{key}[{k}]", len(self.plant.states)
-        degrees = [integer(entry, name, where) for name in ("degree", "multiplier_degree")]
-        least = int(key == "decrease")
-        matrices = []
-        for name, degree in zip(("squares", "multiplier"), degrees, strict=True):
-            if not least <= degree <= LARGEST_MATRIX:
-                raise CertificateError(f"{where}: degrees from {least} to {LARGEST_MATRIX}")
-            size = comb(n + degree, n) - least
-            matrices.append(read_matrix(entry, name, where, (size, size)))
-        return Squares(matrices[0], degrees[0], matrices[1], degrees[1], subject)
+        count, squares = len(subjects), []
+        for k, entry in enumerate(listed(self.claim, key, self.where, count, count)):
+            where = f"{self.where}.{key}[{k}]"
+            matrices, degrees = [], []
+            for name, of_degree in (("squares", "degree"), ("multiplier", "multiplier_degree")):
+                degree = integer(entry, of_degree, where)
+                if not least <= degree <= LARGEST_MATRIX:
+                    raise CertificateError(
+                        f"{where}.{of_degree}: {least} to {LARGEST_MATRIX} is needed"
+                    )
+                size = comb(n + degree, n) - least
+                degrees.append(degree)
+                matrices.append(read_matrix(entry, name, where, (size, size)))
+            squares.append(Squares(matrices[0], degrees[0], matrices[1], degrees[1], subjects[k]))
+        return squares
 
     def sentence(self) -> str:
         box = ", ".join(
             f"{v.label} in [{at_least(low, 6)}, {at_most(high, 6)}]"
             for v, (low, high) in zip(self.plant.states, self.box, strict=True)
         )
-        alone = " without disturbance" if self.plant.disturbances else ""
-        if self.plant.inputs and self.gains is None:
-            alone += " and with the inputs at rest"
+        rest = [
+            *(["disturbances"] if self.plant.disturbances else []),
+            *(["inputs"] if self.plant.inputs and self.gains is None else []),
+        ]
+        start = f"with {' and '.join(rest)} at rest, every" if rest else "every"
         degree = max(map(_degree, self.V))
         inputs = "; inputs keep their ranges" if any(v.side for v in self.plant.inputs) else ""
-        moved = any(self.plant.graph.value(v.rest) != 0 for v in self.plant.states)
         return (
-            f"every motion that starts where V <= {exactly(self.level)}, with the claim's V of "
-            f"degree {degree} in the states' deviations,{alone} stays there and comes to rest; the "
-            f"set lies inside {box}{inputs}"
-            + ("; here x is x - x*, with * for the point of rest" if moved else "")
+            f"{start} motion that starts where V <= {exactly(self.level)} stays there and comes to "
+            f"rest, with the claim's polynomial V of degree {degree} in the deviations of the "
+            f"states from rest; the set lies inside {box}{inputs}"
         )
 
     def figures(self) -> Iterator[Figure | WindProfile]:
@@ -213,6 +213,13 @@ class AttractionRegion(PlantClaim):
                 for sign, length in ((-1, -low), (1, high))
             )
             yield Figure(f"safe start of {v.symbol}, others at rest", v.unit, start)
+
+
+def _room(q: Polynomial, side: tuple[Fraction, Fraction]) -> Polynomial:
+    """Return (b - q)(q - a) for the limits a and b."""
+    ring = Ring()
+    above = ring.plus(ring.scaled(q, Fraction(-1)), {(): side[1]} if side[1] else {})
+    return ring.times(above, ring.plus(q, {(): -side[0]} if side[0] else {}))
 
 
 def polynomial_loop(plant: PlantNodes, model: Any, gains: Any) -> PolynomialLoop:
