@@ -33,7 +33,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 # Degree of V by the number of states; with more states the matrices are too large to decide.
-DEGREES = {1: 6, 2: 6, 3: 4, 4: 4, 5: 2, 6: 2}
+DEGREES = {1: 4, 2: 4, 3: 4, 4: 4, 5: 2, 6: 2}
 # A state without a range keeps this many times its reach in the first set.
 FREE = 10.0
 DIGITS = (6, 9, 12)  # of matrices
@@ -49,7 +49,7 @@ class AttractionRegion:
 
     Attributes
     ----------
-    degree : of V, even; None takes 6 for two states, 4 for up to four, 2 for more.
+    degree : of V, even; None takes 4 for up to four states, 2 for more.
     """
 
     degree: int | None = None
@@ -189,7 +189,7 @@ class _Search:
 
     def _members(self, text: str) -> dict[str, Any]:
         return {
-            "name": "region of attraction of a polynomial",
+            "name": f"region of attraction of {self.loop.model.name} by a polynomial",
             "kind": "attraction-region",
             "function": text,
             "level": 1,

@@ -128,9 +128,8 @@ def verdict_section(design: PlantDesign, picture: CaptionedFigure | None) -> Sec
         else:
             basis = row.basis or "proved"
             parts = row.parts
-            if name == "safe start" and "polynomial set" in rows:
-                first = rows["polynomial set"].parts[0]
-                parts = (*parts, f"in a polynomial's set {first}")
+            if name == "safe start" and "polynomial" in rows:
+                parts = (*parts, f"by a polynomial: {rows['polynomial'].parts[0]}")
             tiles.append(Tile(name, parts, basis, row.regulator, row.partial, row.shortfall))
     content = {
         "verdict": design.checked.verdict.name,

@@ -143,7 +143,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
 _RESTS_ON = {
     "settles": ("decay", "observed-loop"),
     "safe start": ("input-limits", "invariant-ellipsoid", "observed-loop"),
-    "polynomial set": ("attraction-region",),
+    "polynomial": ("attraction-region",),
     "in samples": ("sampled-loop",),
     "follows": ("tracking",),
     "input": ("input-limits", "observed-loop"),
@@ -301,7 +301,8 @@ def _polynomial_set(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
         ends, reach = loop.model.box.get(label), loop.region.starts[k]
         share = None if ends is None else reach / max(abs(float(end)) for end in ends)
         numbers.append(Number(name_of(label), reach / size, unit, share))
-    return SummaryRow("polynomial set", tuple(_start_parts(numbers)), tuple(numbers))
+    first, *others = _start_parts(numbers)
+    return SummaryRow("polynomial", (f"safe start {first}", *others), tuple(numbers))
 
 
 def _in_samples(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
