@@ -46,8 +46,9 @@ Terms: TypeAlias = Mapping[Exponent, float]
 # Directions of the border, and how far outside of it V is made small.
 DIRECTIONS, OUTSIDE = 200, 1.1
 DIGITS = 9  # of coefficients between the steps
-SHARES = (0.95, 0.7, 0.4, 0.15)  # of a step
-MOST_STEPS = 30
+SHARES = (1.0, 0.5, 0.2, 0.05)  # of a step
+TRUST = 0.4  # |V - U| is at most this share of U
+MOST_STEPS = 20
 LEAST_GROWTH = 5e-3  # of the volume in a step that is worth another
 LEVELS = 0.7 ** np.arange(25)  # of the first function
 ROUND = 0.02  # of |x|^degree in the first function, whose top degree must not vanish
@@ -145,9 +146,13 @@ def larger_function(
         z = monomials(n, range(least, known.degree + 1))
         pencil.squares(f"S {k}", z, constant, parts, columns)
         place += len(entries)
+    half, size = monomials(n, range(1, degree // 2 + 1)), _terms(U)
+    for sign, name in ((1.0, "least"), (-1.0, "most")):
+        constant = {a: (TRUST - sign) * c for a, c in size.items()}
+        pencil.squares(name, half, constant, [{a: sign} for a in v])
     points, weights = _outside(U)
     cost = {j: float(weights @ np.prod(points ** np.array(a), axis=1)) for j, a in enumerate(v)}
-    outcome = optimise(pencil.condition(cost), slack=1e-3, most=quick())
+    outcome = optimise(pencil.condition(cost), slack=1e-2, inside=1e-5, most=quick())
     values = outcome.values if outcome.status == "candidate" else outcome.feasible
     return _rounded(n, dict(zip(v, values["free"].ravel(), strict=False))) if values else None
 
