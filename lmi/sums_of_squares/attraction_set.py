@@ -48,7 +48,7 @@ DIRECTIONS, OUTSIDE = 200, 1.1
 DIGITS = 9  # of coefficients between the steps
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of a step
 TRUST = 0.4  # |V - U| is at most this share of U
-MOST_STEPS = 20
+MOST_STEPS = 30
 LEAST_GROWTH = 5e-3  # of the volume in a step that is worth another
 LEVELS = 0.7 ** np.arange(25)  # of the first function
 ROUND = 0.02  # of |x|^degree in the first function, whose top degree must not vanish
@@ -162,15 +162,15 @@ def largest_set(
     limited: Sequence[Limited],
     first: StatePolynomial,
     degree: int,
-) -> Iterator[tuple[StatePolynomial, list[Squares]]]:
-    """Yield V of a degree with its squares, each set larger than the one before; none if none is found.
+) -> Iterator[StatePolynomial]:
+    """Yield V of a degree, each with a larger set than the one before; none where none is found.
 
     Parameters
     ----------
     field, limited : in coordinates in which the set is about as large as the unit ball.
     first : a positive function whose sets {V <= c} are tried for c = 1, 0.7, 0.49, ...
     """
-    V, squares = first, None
+    squares = None
     for level in LEVELS:
         V = first.times(Fraction(1 / level))
         if V.degree < degree:
@@ -179,33 +179,30 @@ def largest_set(
         squares = multipliers(field, limited, V)
         if squares is not None:
             break
-    for _ in range(MOST_STEPS if squares is not None else 0):
-        assert squares is not None
-        yield V, squares
-        volume, larger = size(V), larger_function(field, limited, V, squares, degree)
-        if larger is None:
+    for _ in range(MOST_STEPS):
+        if squares is None:
             return
-        for share in SHARES:
-            step = larger.times(Fraction(share)) + V.times(Fraction(1 - share))
-            step = _rounded(V.n, _terms(step))
-            better = multipliers(field, limited, step) if size(step) > volume else None
-            if better is not None:
+        yield V
+        U, whole = V, larger_function(field, limited, V, squares, degree)
+        squares = None
+        for share in SHARES if whole is not None else ():
+            part = whole.times(Fraction(share)) + U.times(Fraction(1 - share))
+            V = _rounded(V.n, _terms(part))
+            squares = multipliers(field, limited, V) if volume(V) > volume(U) else None
+            if squares is not None:
                 break
-        if better is None:
-            return
-        V, squares = step, better
-        if size(V) < (1 + LEAST_GROWTH) * volume:
-            yield V, squares
+        if squares is not None and volume(V) < (1 + LEAST_GROWTH) * volume(U):
+            yield V
             return
 
 
-def size(V: StatePolynomial) -> float:
+def volume(V: StatePolynomial) -> float:
     """Return about the volume of {V <= 1} over that of the unit ball; inf where it is unbounded."""
     return float(np.mean(_border(V)[1] ** V.n))
 
 
 def _border(V: StatePolynomial) -> tuple[Floats, Floats]:
-    """Return directions (N, n), the same in each call, and the least r > 0 with V(r d) = 1, (N,)."""
+    """Return directions d (N, n), always the same, and the least r > 0 with V(r d) = 1, (N,)."""
     directions = np.random.default_rng(0).normal(size=(DIRECTIONS // 2, V.n))
     directions = np.concatenate([directions, -directions])
     directions /= np.linalg.norm(directions, axis=1)[:, None]
@@ -246,7 +243,7 @@ def _degrees(left: int, V: int) -> tuple[int, int]:
 
 
 class _Pencil:
-    """LMIs D_0 + sum_k t_k D_k > 0 in numbers t: those of the caller first, then the free entries."""
+    """LMIs D_0 + sum_k t_k D_k > 0 in numbers t: the caller's first, then the free entries of S."""
 
     def __init__(self, shared: int) -> None:
         self.count = shared
@@ -255,7 +252,7 @@ class _Pencil:
     def semidefinite(
         self, name: str, entries: Sequence[Terms], *, strict: bool, first: int = 0
     ) -> None:
-        """Add Lambda >= 0, whose entries on and above the diagonal are numbers from ``first`` on."""
+        """Add Lambda >= 0; its entries on and above the diagonal are the numbers from ``first``."""
         size = int((2 * len(entries)) ** 0.5)
         cells = [(i, j) for i in range(size) for j in range(i, size)]
         columns = list(range(first, first + len(cells)))

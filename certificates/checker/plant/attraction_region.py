@@ -35,8 +35,8 @@ with V' = 0 in D, which is {0}.  V falls along it to V(0) = 0, so it was positiv
 There is no version for discrete time: V(F(x)) has the degree of V times that of F.
 
 Source: Khalil (2002), Nonlinear Systems, theorems 4.4 and 3.3; Parrilo (2000), thesis, sections 4.2
-and 7.3 (squares, the multiplier of c - V); Tan and Packard (2008), IEEE Trans. Automatic Control 53;
-Peyrl and Parrilo (2008), Theoretical Computer Science 409 (projection of S on the identity).
+and 7.3 (squares, the multiplier of c - V); Tan and Packard (2008), IEEE Trans. Automatic Control
+53; Peyrl and Parrilo (2008), Theoretical Computer Science 409 (projection of S on the identity).
 """
 
 from __future__ import annotations
@@ -74,6 +74,9 @@ from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 HALVINGS = 60  # of the length of an axis, for a figure
+
+
+Side = tuple[Fraction, Fraction]
 
 
 class Squares(NamedTuple):
@@ -127,7 +130,7 @@ class AttractionRegion(PlantClaim):
         return V
 
     @cached_property
-    def box(self) -> list[tuple[Fraction, Fraction]]:
+    def box(self) -> list[Side]:
         """The interval of each state that the set keeps."""
         n = len(self.plant.states)
         rows = read_matrix(self.claim, "box", self.where, (n, 2))
@@ -151,13 +154,14 @@ class AttractionRegion(PlantClaim):
         below = ring.plus({(): c}, ring.scaled(V, Fraction(-1)))  # c - V
         (falling,) = self._squares("decrease", ["V does not fall"], n, 1)
         yield from _identity(ring.scaled(slope, Fraction(-1)), below, falling, n, 1)
-        states = [{((k, 1),): Fraction(1)} for k in range(n)]
-        inputs = [(v, u, v.side) for v, u in zip(plant.inputs, loop.u, strict=True) if v.side]
-        for key, limited in (
-            ("states", list(zip(plant.states, states, self.box, strict=True))),
-            ("inputs", inputs),
-        ):
-            subjects = [f"{v.name} may leave its range" for v, _, _ in limited]
+        states: list[tuple[str, Polynomial, Side]] = [
+            (v.name, {((k, 1),): Fraction(1)}, self.box[k]) for k, v in enumerate(plant.states)
+        ]
+        inputs: list[tuple[str, Polynomial, Side]] = [
+            (v.name, u, v.side) for v, u in zip(plant.inputs, loop.u, strict=True) if v.side
+        ]
+        for key, limited in (("states", states), ("inputs", inputs)):
+            subjects = [f"{name} may leave its range" for name, _, _ in limited]
             squares = self._squares(key, subjects, n, 0)
             for (_, q, side), sums in zip(limited, squares, strict=True):
                 yield from _identity(_room(q, side), below, sums, n, 0)
@@ -215,7 +219,7 @@ class AttractionRegion(PlantClaim):
             yield Figure(f"safe start of {v.symbol}, others at rest", v.unit, start)
 
 
-def _room(q: Polynomial, side: tuple[Fraction, Fraction]) -> Polynomial:
+def _room(q: Polynomial, side: Side) -> Polynomial:
     """Return (b - q)(q - a) for the limits a and b."""
     ring = Ring()
     above = ring.plus(ring.scaled(q, Fraction(-1)), {(): side[1]} if side[1] else {})
