@@ -183,9 +183,11 @@ def largest_set(
         if squares is None:
             return
         yield V
-        U, whole = V, larger_function(field, limited, V, squares, degree)
-        squares = None
-        for share in SHARES if whole is not None else ():
+        whole = larger_function(field, limited, V, squares, degree)
+        if whole is None:
+            return
+        U, squares = V, None
+        for share in SHARES:
             part = whole.times(Fraction(share)) + U.times(Fraction(1 - share))
             V = _rounded(V.n, _terms(part))
             squares = multipliers(field, limited, V) if volume(V) > volume(U) else None
