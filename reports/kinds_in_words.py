@@ -111,6 +111,18 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         ),
         assumed="ranges of signals that only schedule, which the verdict names",
     ),
+    "attraction-region": KindInWords(
+        title=r"Region of attraction by squares \cite{takagi-tan-packard}",
+        name="Larger safe set",
+        why="Motions from this set come to rest too; it may be larger than any ellipsoid.",
+        request="AttractionRegion",
+        proved=(
+            "every motion from {V ≤ c}, V a polynomial, stays in it and comes to rest; states and "
+            "inputs keep their ranges; for [polynomial plants](wishes.md) in continuous time"
+        ),
+        assumed="disturbances at rest",
+        weights=(NO_PLANT, NO_PLANT, "theorem", "open (14)", "refused: its form"),
+    ),
     "input-limits": KindInWords(
         title=r"Inputs within limits \cite{takagi-boyd}",
         name="Inputs keep their limits",

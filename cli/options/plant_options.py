@@ -115,6 +115,11 @@ _LAW = group(
 _FURTHER = group(
     "Plants: further claims, and the time of the search",
     option(
+        "safe_start KIND",
+        "Plants: polynomial, to prove also a set of safe starts with a polynomial function, where "
+        "plant and law are polynomials in the states; ellipsoid unless given.",
+    ),
+    option(
         "sample_time TIME",
         "Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds its "
         "command; continuous time alone unless given.",
@@ -158,7 +163,7 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
         name: given[name]
         for name in (
             *("relaxation", "gain_bound", "damping", "fastest", "choice", "effort"),
-            *("objective", "norm_below"),
+            *("objective", "norm_below", "safe_start"),
         )
         if given.get(name) is not None
     }

@@ -382,6 +382,13 @@ class DesignEntry(_Entry):
             "performance, the decay rate, or the share of the inputs' limits that is used"
         ),
     ] = None
+    safe_start: Annotated[
+        Literal["ellipsoid", "polynomial"],
+        Field(
+            description="polynomial: also a proved set of safe starts with a polynomial function, "
+            "for a plant and a law that are polynomials in the states"
+        ),
+    ] = "ellipsoid"
     controller: Annotated[
         Literal["static"] | None,
         BeforeValidator(controller_given),

@@ -145,6 +145,7 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
             decay_rate=_float(rate) if isinstance(rate, Decimal) else rate,
             effort=design.effort,
             relaxation=design.relaxation,
+            safe_start=design.safe_start,
             input_limit=limits,
             initial=initial,
             noise=noise,

@@ -331,8 +331,30 @@ def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> Cl
         horizon=settings.horizon,
         norm=None if wish is None else wish.request,
         norm_below=settings.norm_below,
+        polynomial_region=_polynomial_region(plant, model, settings),
         premise_rates=partial(premise_rates, plant, model),
     )
+
+
+def _polynomial_region(plant: Plant, model: TSModel, settings: PlantSettings) -> bool:
+    """Return whether a polynomial region of attraction is asked for.
+
+    Raises
+    ------
+    ModelError : it is, and the plant is no polynomial, or its law has states of its own.
+    """
+    if settings.safe_start != "polynomial":
+        return False
+    if plant.references or plant.measured is not None or plant.blending is not None:
+        raise ModelError(
+            f"safe_start polynomial: the law of plant {plant.name!r} has states of its own, and "
+            "such a set is for a law of the plant's states alone; leave safe_start out"
+        )
+    from takagi.certificates.document.plant_embedding import plant_and_claim
+    from takagi.certificates.requests.attraction_region import require_polynomial
+
+    require_polynomial(plant_and_claim(model)[0], model.name)
+    return True
 
 
 def input_limits(plant: Plant, model: TSModel, settings: PlantSettings) -> dict[str, float]:

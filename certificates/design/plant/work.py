@@ -53,7 +53,7 @@ def _may_be_the_digits(design: PlantDesign) -> bool:
     """Return whether a claim about the gains is open that a few digits of them may decide."""
     claims = zip(design.document["claims"], design.checked.claims, strict=True)
     return any(
-        claim["kind"] not in ("sector-embedding", "sampled-loop", "tracking")
+        claim["kind"] not in ("sector-embedding", "sampled-loop", "tracking", "attraction-region")
         and checked.verdict.name != "PROVED"
         for claim, checked in claims
     )

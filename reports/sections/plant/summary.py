@@ -124,6 +124,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
         _settles(loop, beside),
         _scheduled(design, loop),
         _safe_start(loop, beside),
+        _polynomial_set(design, loop),
         _in_samples(design, loop),
         _overshoot(design, loop),
         _follows(design),
@@ -142,6 +143,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
 _RESTS_ON = {
     "settles": ("decay", "observed-loop"),
     "safe start": ("input-limits", "invariant-ellipsoid", "observed-loop"),
+    "polynomial": ("attraction-region",),
     "in samples": ("sampled-loop",),
     "follows": ("tracking",),
     "input": ("input-limits", "observed-loop"),
@@ -287,6 +289,20 @@ def _safe_start(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     if little:
         phrases.append("little of the ranges: try narrower ranges, a lower rate, larger inputs")
     return SummaryRow("safe start", tuple(phrases), numbers, words, partial=little)
+
+
+def _polynomial_set(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
+    """Return how far each state alone may start in the set of a polynomial."""
+    if loop.region is None:
+        return None
+    numbers = []
+    for k, label in enumerate(loop.model.states):
+        size, unit = _unit_of_state(loop, k)
+        ends, reach = loop.model.box.get(label), loop.region.starts[k]
+        share = None if ends is None else reach / max(abs(float(end)) for end in ends)
+        numbers.append(Number(name_of(label), reach / size, unit, share))
+    first, *others = _start_parts(numbers)
+    return SummaryRow("polynomial", (f"safe start {first}", *others), tuple(numbers))
 
 
 def _in_samples(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
