@@ -61,8 +61,9 @@ class PlantSettings:
     disturbances : names of those that a norm is about, the others at rest; () takes all.
     norm_below : the norm that is enough, in the units of the plant's file, as
         ``takagi.certificates.design.plant.norm_wish`` writes them; None for the least.
-    feedback : names of the measured outputs that a static law has; () for a law of all states, or
-        with an observer.
+    feedback : names of the measured outputs that a static law has, or a controller of a given
+        order; () for a law of all states, or with an observer.
+    order : the number of that controller's states; 0 for a static law.
 
     Raises
     ------
@@ -87,6 +88,7 @@ class PlantSettings:
     disturbances: tuple[str, ...] = ()
     norm_below: float | None = None
     feedback: tuple[str, ...] = ()
+    order: int = 0
 
     def __post_init__(self) -> None:
         _word("choice", self.choice, CHOICES)
