@@ -40,8 +40,9 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
-# Noise of the sensors, as shares of the ranges; for an energy gain, which has its own pushes.
-NOISE, LITTLE_NOISE = (1.0, 0.3, 0.1, 0.03), (1e-2, 1e-3, 1e-4)
+# Noise of the sensors as shares of the ranges, and what inputs over their ranges count beside
+# states; for an energy gain, which says what counts, the noise alone.
+WEIGHTS, WEIGHTS_OF_GAIN = ((0.3, 1.0), (1.0, 3.0), (3.0, 10.0)), ((1e-2, 1.0), (1e-3, 1.0))
 STARTS, SEED = 4, 0
 # Of the descent from one share of noise to the next: steps, and the gain with which it ends.
 STEPS, ENOUGH = 200, 1e-3
@@ -150,8 +151,8 @@ def _controllers(
     from takagi.lmi.gains.descent.many_starts import best_gains, descend
 
     F: Floats | None = None
-    for share in NOISE if wish is None else LITTLE_NOISE:
-        loops = _loops(plant, model, settings, wish, sizes, share)
+    for share, price in WEIGHTS if wish is None else WEIGHTS_OF_GAIN:
+        loops = _loops(plant, model, settings, wish, sizes, share, price)
         if F is None:
             ends = best_gains(loops, [], starts=STARTS, seed=SEED)
             if not ends:
@@ -171,6 +172,7 @@ def _loops(
     wish: NormWish | None,
     sizes: tuple[Floats, Floats, float],
     share: float,
+    price: float,
 ) -> GainLoops:
     """Return the loops of the module's text, with (u, v) = -F (y, x_c)."""
     from takagi.lmi.gains.descent.gain_loops import GainLoops
@@ -183,7 +185,7 @@ def _loops(
         pushes = np.vstack([np.diag(speed * s), np.zeros((n - own, own))])
         E = np.broadcast_to(pushes, (r, n, own))
         C = np.vstack([np.eye(own, n) / s[:, None], np.zeros((len(u), n))])
-        D12 = np.vstack([np.zeros((own, m)), np.eye(len(u), m) / u[:, None]])
+        D12 = np.vstack([np.zeros((own, m)), price * np.eye(len(u), m) / u[:, None]])
         C, D12, D11 = (np.broadcast_to(M, (r, *M.shape)) for M in (C, D12, np.zeros((len(C), own))))
     else:
         disturbed = wish.plant(model, None)
