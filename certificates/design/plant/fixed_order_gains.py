@@ -11,10 +11,11 @@ descent on an energy gain, from many starts (``lmi/gains/descent``), in the wors
     to      states and inputs over their ranges; or what ``performance`` names
 
 Less noise makes a faster controller.  Each share of noise begins where the last one ended.  A
-decay rate alpha is asked for by A + alpha I in the place of A.  Of the loops for which one quadratic
-function is found, the one with the largest set of starts (x, x_c = 0) is taken; without limits of
-inputs, the first.  x_c is then written in units in which it is of order one from starts in
-the ranges.
+decay rate alpha is asked for by A + alpha I in the place of A.  Where the vertices have no common
+quadratic function, gains and function are changed together, step by step (``lmi/gains/structured``).
+Of the loops with such a function that are not much slower than others, the one with the largest set
+of starts (x, x_c = 0) is taken; without limits of inputs, the first.  x_c is written in units in which it is of order one from
+starts in the ranges.
 
 Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Control Design.
 """
@@ -46,6 +47,11 @@ WEIGHTS, WEIGHTS_OF_GAIN = ((0.3, 1.0), (1.0, 3.0), (3.0, 10.0)), ((1e-2, 1.0), 
 STARTS, SEED = 4, 0
 # Of the descent from one share of noise to the next: steps, and the gain with which it ends.
 STEPS, ENOUGH = 200, 1e-3
+# The size of gains with a common function, at most, beside those without.
+LARGER = 3.0
+# The rate with which their search ends if none is asked, per how fast the plant moves; and how much
+# slower than the fastest a controller with a larger set may be.
+SLOW, SLOWER = 0.02, 0.5
 # How much faster than asked the vertices are made.
 FASTER = 1.1
 # Share of the loop's largest decay rate for the search of the set of starts, if no rate is asked.
@@ -82,13 +88,13 @@ def fixed_order_gains(
     sizes = _sizes(model, plant, box, input_limit)
     data = plant_and_claim(model)[0]
     tried: list[str] = []
-    best: tuple[float, Design, str] | None = None
+    found: list[tuple[float, Design, str]] = []
     for share, K in _controllers(plant, model, settings, wish, sizes):
-        words = f"noise of the sensors of {share:g} of their ranges"
+        words = f"with sensor noise of {share:g} times the ranges"
         loop = ClaimedLoop.of(model, K, model_data=data)
         answer = common_function(loop, alpha)
         if answer.P is None or (alpha is None and not (answer.decay_rate or 0.0) > 0):
-            tried.append(f"{words}: every rule is stable, and no common function was found")
+            tried.append(f"{words} every rule is stable, but no common function was found")
             continue
         size, P = 1.0, np.asarray(answer.P)
         if input_limit is not None and np.isfinite(box).any():
@@ -102,21 +108,22 @@ def fixed_order_gains(
             relaxation="common-gain",
             answer=answer,
         )
-        if best is None or size > best[0]:
-            best = size, design, words
+        found.append((size, design, words))
         if input_limit is None:
             break
     names = ", ".join(settings.feedback)
-    if best is not None:
-        note = f"a controller of {names} with {order} states, by a local search, for {best[2]}"
-        return best[1], (note,)
+    sought = f"controller of {names} with {order} state{'s' if order > 1 else ''}"
+    if found:
+        fastest = max(design.decay_rate for _, design, _ in found)
+        fast = [entry for entry in found if entry[1].decay_rate >= SLOWER * fastest]
+        _, design, words = max(fast, key=lambda entry: entry[0])
+        return design, (f"a {sought}, by a local search {words}",)
     steps = [f"a higher order than {order}"] if order < len(plant.own_states) else []
     steps += ["narrower ranges"] if len(model.A) > 1 else []
     steps += ["a lower decay rate"] if alpha else []
     steps += ["another state in measured", "no controller for an observer"]
-    reason = f"no controller of {names} with {order} states was found by a local search"
-    diagnosis = f"{reason} ({'; '.join(tried) or 'no start led to stable rules'}); try "
-    diagnosis += ", or ".join(steps)
+    why = "; ".join(tried) or "no start led to stable rules"
+    diagnosis = f"a local search found no {sought} ({why}); try {', or '.join(steps)}"
     unknown = Answer(status="unknown", margin=-np.inf, diagnosis=diagnosis)
     return Design(decay_rate=0.0, margin=-np.inf, relaxation="common-gain", answer=unknown), ()
 
@@ -147,7 +154,10 @@ def _controllers(
     wish: NormWish | None,
     sizes: tuple[Floats, Floats, float],
 ) -> Iterator[tuple[float, Floats]]:
-    """Yield shares of noise and gains K (r, m, n), one for all rules, with stable vertices."""
+    """Yield shares of noise and gains K (r, m, n), one for all rules.
+
+    With stable vertices, and where it is found, with a common function.
+    """
     from takagi.lmi.gains.descent.many_starts import best_gains, descend
 
     F: Floats | None = None
@@ -161,8 +171,44 @@ def _controllers(
         else:
             end = descend(loops.norm, loops.entries(F), steps=STEPS, enough=ENOUGH)
             F = loops.gains(end.x)
-        K = np.broadcast_to(F @ loops.C2[0], (len(model.A), *model.B.shape[:0:-1]))
+        settled = _with_function(loops, F, 0.0 if settings.decay_rate else SLOW * sizes[2])
+        K = np.broadcast_to(settled @ loops.C2[0], model.B.transpose(0, 2, 1).shape)
         yield share, _in_even_states(plant, model, sizes[0], K)
+
+
+def _with_function(loops: GainLoops, F: Floats, enough: float) -> Floats:
+    """Return gains near F (1, m, p) with a common quadratic function; F where none is found.
+
+    ``enough`` : the decay rate with which the search ends.
+    """
+    from takagi.lmi.cone.balance import state_units
+    from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
+    from takagi.lmi.gains.structured.joint_steps import StepSearch
+    from takagi.lmi.gains.structured.local_search import LocalSearch, LocalStart
+    from takagi.lmi.gains.structured.structure import Structure
+
+    if len(loops.A) == 1:
+        return F
+    step = 1.0 if loops.discrete else None
+    search = StepSearch(
+        plant=DisturbedPlant(
+            A=loops.A,
+            B=-loops.B2,
+            E=loops.B1,
+            C=loops.C1,
+            D12=-loops.D12,
+            D11=loops.D11,
+            sample_time=step,
+        ),
+        structure=Structure(pattern=loops.pattern, C=loops.C2[0], group=loops.group),
+        objective="decay_rate",
+        relaxation="common-gain",
+        deviations=np.eye(loops.A.shape[1]),
+        gain_bound=LARGER * float(np.linalg.norm(F[0], 2)),
+    )
+    s = state_units(loops.A, None, step=step)
+    point = LocalSearch(search).begun(LocalStart("descent", F, np.diag(s**-2.0)), enough)
+    return F if point is None else point.F
 
 
 def _loops(
