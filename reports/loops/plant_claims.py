@@ -73,8 +73,8 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     units; the least over the proved functions is returned.  The functions are proved, the figures
     are computed from them in floating point.  They hold for starts in the proved set, and {} is
     returned where there is none, or a disturbance that moves the state.  A state whose bound is
-    above 10 is left out: it says nothing, and so are the states of a controller.  {} too for a law with outputs, whose motions depend on
-    the estimate.
+    above 10 is left out: it says nothing; and so are the states of a controller.  {} too for a law
+    with outputs, whose motions depend on the estimate.
     """
     disturbed = any(not v.schedules for v in loop.plant.disturbances)
     if not loop.level_proved or disturbed or loop.observed is not None:

@@ -1,13 +1,14 @@
 """A controller with states of its own: the double integrator, of which the position is measured.
 
-No static gain on x settles x'' = u (its poles sum to 0), and a controller of order 1 does.  Certificates
-of it that are changed by hand must be refused.
+No static gain on x settles x'' = u (its poles sum to 0), and a controller of order 1 does.
+Certificates of it that are changed by hand must be refused.
 """
 
 from __future__ import annotations
 
 import copy
 import json
+import re
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
@@ -111,7 +112,7 @@ def test_one_certificate_for_the_file_that_asks_for_it(tmp_path: Path) -> None:
         of_file(document(), tmp_path, text)
 
 
-SHIFTED = PLANT.replace('[states]', '[states]\ncontroller_1 = {}').replace(
+SHIFTED = PLANT.replace("[states]", "[states]\ncontroller_1 = {}").replace(
     "[equations]", '[equations]\ncontroller_1 = "x/m"'
 )
 
@@ -119,7 +120,7 @@ SHIFTED = PLANT.replace('[states]', '[states]\ncontroller_1 = {}').replace(
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (PLANT + ORDER.replace("1", "2"), "its field controller is .*2.*, and the law has 1 states"),
+        (PLANT + ORDER.replace("1", "2"), "its field controller is .*2.*, and the law has 1"),
         (PLANT + '\n[design]\ncontroller = "static"\n', "its field controller is static"),
         (PLANT.replace('["x"]', '["v"]') + ORDER, "outputs are 'v' there, 'x' in the"),
         (PLANT.replace("u/m", "2*u/m") + ORDER, "equations.v"),
@@ -227,9 +228,13 @@ def test_forged_integrators_are_refused(change: Callable[[Data], Any], words: st
 
 def test_a_state_of_the_plant_is_no_state_of_the_controller(tmp_path: Path) -> None:
     """x' = u is an integrator, and the plant's: the file has x, so that the law may not keep it."""
-    text = HEAD + PLANT.split("[states]")[0] + (
-        '[states]\nx = { unit = "m", range = [-1, 1] }\n[inputs]\nu = { unit = "m/s" }\n'
-        '[equations]\nx = "u"\n'
+    text = (
+        HEAD
+        + PLANT.split("[states]")[0]
+        + (
+            '[states]\nx = { unit = "m", range = [-1, 1] }\n[inputs]\nu = { unit = "m/s" }\n'
+            '[equations]\nx = "u"\n'
+        )
     )
     plant = load_plant(filed(tmp_path, text))
     forged = json.loads(dumps(certify_plant(plant, [[[1.0]]], settings(order=0)).document))
@@ -311,13 +316,17 @@ def test_names_and_orders_that_do_not_fit(tmp_path: Path) -> None:
         with_integrators(taken, 1)
     with pytest.raises(ModelError, match="largest decay rate is not sought"):
         design_plant(plant, settings(decay_rate="max"))
+    with pytest.raises(ModelError, match="gain_bound beside a controller"):
+        design_plant(plant, settings(gain_bound=5.0))
     with pytest.raises(ModelError, match="v2 is measured and is no state"):
         design_plant(plant, settings(feedback=("v2",)))
 
 
 @pytest.mark.slow
 def test_order_one_settles_what_no_static_law_does(tmp_path: Path) -> None:
-    plant = load_plant(filed(tmp_path))
+    """Poles of x'' = -k x sum to 0; s^3 + a s^2 + b s + c = 0 has all that order 1 can want."""
+    text = HEAD + re.sub(r", range = \[.*?\]", "", PLANT) + ORDER
+    plant = load_plant(filed(tmp_path, text))
 
     static = design_plant(plant, settings(order=0))
     dynamic = design_plant(plant, settings())
@@ -325,4 +334,4 @@ def test_order_one_settles_what_no_static_law_does(tmp_path: Path) -> None:
     assert isinstance(static, NoDesign)
     assert isinstance(dynamic, PlantDesign) and dynamic.proved
     assert not np.any(np.asarray(dynamic.gains)[:, :, 1])
-    of_file(json.loads(dumps(dynamic.document)), tmp_path, HEAD + PLANT + ORDER)
+    of_file(json.loads(dumps(dynamic.document)), tmp_path, text)

@@ -376,7 +376,8 @@ def test_a_state_more_lowers_the_energy_gain_of_compleib(plant_file: Path) -> No
 
     plant = GeneralisedPlant(
         A=[[0, 1], [-1, 0]], B1=[[1, 0], [0, 1]], B2=[[0], [1]],
-        C1=[[1, 0], [0, 0]], C2=[[0, 1]], D12=[[0], [1]],
+        C1=[[1, 0], [0, 0]], C2=[[0, 1]],
+        D11=[[0, 0], [0, 0]], D12=[[0], [1]], D21=[[0, 0]],
     )  # fmt: skip
     text = NN2.replace('units = "unchecked"', 'units = "unchecked"\nmeasured = ["v"]')
     asked = ("--controller", "order=1", "--objective", "hinf", "--performance", "x,u")

@@ -241,9 +241,7 @@ class PlantWriting:
                 following = f"{kept_state['name']} + sample_time*{unlimited}"
             start = self.own(f"{kept_state['name']}_rest")
             words = "a state of the controller"
-            self.keeps.append(
-                keep(kept_state["name"], kept_state["unit"], start, following, words)
-            )
+            self.keeps.append(keep(kept_state["name"], kept_state["unit"], start, following, words))
             return
         limited = unlimited
         if variable.get("range") is not None:

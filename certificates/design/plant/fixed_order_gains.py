@@ -2,9 +2,10 @@ r"""A controller of a given order, from the measured states to the inputs.
 
     x_c' = A_c x_c + B_c (y - y*),   u = u* - C_c x_c - D_c (y - y*)
 
-is static output feedback of the plant with integrators (``static_gains.with_integrators``): (u, v) =
--F (y, x_c) with F = [D_c C_c; -B_c -A_c].  No convex form of the question is known.  F is sought by
-descent on an energy gain, from many starts (``lmi/gains/descent``), in the worst vertex:
+is static output feedback of the plant with integrators (``static_gains.with_integrators``):
+(u, v) = -F (y, x_c) with F = [D_c C_c; -B_c -A_c], the same for all rules.  No convex form of the
+question is known.  F is sought by descent on an energy gain, from many starts
+(``lmi/gains/descent``), in the worst vertex:
 
     from    pushes on every state, of its range each time constant, and noise of the sensors, a
             share of their ranges; or from what ``objective = "hinf"`` names, and that noise
@@ -12,10 +13,10 @@ descent on an energy gain, from many starts (``lmi/gains/descent``), in the wors
 
 Less noise makes a faster controller.  Each share of noise begins where the last one ended.  A
 decay rate alpha is asked for by A + alpha I in the place of A.  Where the vertices have no common
-quadratic function, gains and function are changed together, step by step (``lmi/gains/structured``).
-Of the loops with such a function that are not much slower than others, the one with the largest set
-of starts (x, x_c = 0) is taken; without limits of inputs, the first.  x_c is written in units in which it is of order one from
-starts in the ranges.
+quadratic function, gains and function are changed together (``lmi/gains/structured``).  Of the
+loops with such a function that are not much slower than others, the one with the largest set of
+starts (x, x_c = 0) is taken; without limits of inputs, the first.  x_c is written in units in
+which it is of order one from starts in the ranges.
 
 Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Control Design.
 """
@@ -23,13 +24,12 @@ Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Cont
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
-from takagi.certificates.design.plant.static_gains import measured_states
+from takagi.certificates.design.plant.static_gains import beyond_search, measured_states
 from takagi.models.arrays import Floats
 
 if TYPE_CHECKING:
@@ -117,7 +117,8 @@ def fixed_order_gains(
         fastest = max(design.decay_rate for _, design, _ in found)
         fast = [entry for entry in found if entry[1].decay_rate >= SLOWER * fastest]
         _, design, words = max(fast, key=lambda entry: entry[0])
-        return design, (f"a {sought}, by a local search {words}",)
+        note = f"a {sought}, by a local search {words}"
+        return design, (note, *beyond_search(settings))
     steps = [f"a higher order than {order}"] if order < len(plant.own_states) else []
     steps += ["narrower ranges"] if len(model.A) > 1 else []
     steps += ["a lower decay rate"] if alpha else []
@@ -239,7 +240,7 @@ def _loops(
     sensors = [k for k, row in enumerate(rows) if row < own]
     noise = np.zeros((len(rows), len(sensors)))
     noise[sensors, range(len(sensors))] = share * s[[rows[k] for k in sensors]]
-    q, p = E.shape[2], C.shape[1]
+    sensed, p = np.hstack([np.zeros((len(rows), E.shape[2])), noise]), C.shape[1]
     faster = FASTER * settings.decay_rate if isinstance(settings.decay_rate, float | int) else 0.0
     A, B = np.array(model.A, dtype=np.float64), np.array(model.B, dtype=np.float64)
     if model.sample_time is None:
@@ -254,7 +255,7 @@ def _loops(
         C2=np.broadcast_to(y, (r, *y.shape)),
         D11=np.concatenate([D11, np.zeros((r, p, len(sensors)))], axis=2),
         D12=-np.asarray(D12),
-        D21=np.broadcast_to(np.hstack([np.zeros((len(rows), q)), noise]), (r, len(rows), q + len(sensors))),
+        D21=np.broadcast_to(sensed, (r, *sensed.shape)),
         pattern=np.ones((m, len(rows)), dtype=bool),
         group=np.zeros(r, dtype=np.intp),
         discrete=model.sample_time is not None,
@@ -276,6 +277,8 @@ def _in_even_states(plant: Plant, model: TSModel, s: Floats, K: Floats) -> Float
     if not (np.isfinite(values).all() and values[0] > 1e-12 * values[-1] > 0):
         return K
     root = vectors * np.sqrt(values)
+    # Eigenvectors have no sign of their own: the first input falls with each x_c.
+    root *= np.where(K[0, 0, own:] @ root < 0, -1.0, 1.0)
     m = model.B.shape[2] - (n - own)
     even = K.copy()
     even[:, :, own:] = even[:, :, own:] @ root

@@ -107,6 +107,11 @@ def require_states(plant: Plant, settings: PlantSettings) -> None:
             f"objective {settings.objective}: gains of a static law are sought for hinf, for decay "
             "or for the cost by the ranges; choose one of them, or leave controller out"
         )
+    if plant.integrators and settings.gain_bound is not None:
+        raise ModelError(
+            "gain_bound beside a controller of a given order: the sizes of its gains depend on the "
+            "units of its states, which are free; bound the inputs by input_limit instead"
+        )
     if plant.integrators and (settings.objective == "decay" or settings.decay_rate == "max"):
         raise ModelError(
             "the largest decay rate is not sought for a controller of a given order; give a rate "
@@ -171,12 +176,17 @@ def static_gains(
     )
     if slow:
         note += f"; it is {result.value:.4g} 1/s, with a norm of at most {options['gain_bound']:g}"
+    return found, (note, *beyond_search(settings))
+
+
+def beyond_search(settings: PlantSettings) -> tuple[str, ...]:
+    """Return a note about the wishes that were made and that the search ignores."""
     outside = [name for name in ("initial", "damping", "fastest") if getattr(settings, name)]
-    notes = [note]
-    if outside:
-        notes.append(
-            f"{' and '.join(outside)} beside controller static: the search does not know them, and "
-            "the claims about the gains decide; where one is not proved, try a smaller gain_bound, "
-            "or leave controller out"
-        )
-    return found, tuple(notes)
+    if not outside:
+        return ()
+    law = f"order={settings.order}" if settings.order else "static"
+    smaller = "" if settings.order else "try a smaller gain_bound, or "
+    return (
+        f"{' and '.join(outside)} beside controller {law}: the search does not know them, and the "
+        f"claims about the gains decide; where one is not proved, {smaller}leave controller out",
+    )
