@@ -34,7 +34,7 @@ from takagi.reports.code.program_reading import read_controller
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import plant_gain_file
-from tests.certificates.kinds.claims import Data, resealed
+from tests.certificates.kinds.claims import Data, law_data, model_data, resealed, said_of
 from tests.reports.code.compiled import Compiled
 
 pytestmark = pytest.mark.numeric
@@ -70,7 +70,8 @@ def filed(folder: Path, text: str = HEAD + PLANT + ORDER) -> Path:
 
 
 def settings(**wishes: Any) -> PlantSettings:
-    return PlantSettings(**{"feedback": ("x",), "order": 1} | wishes)
+    asked: dict[str, Any] = {"feedback": ("x",), "order": 1}
+    return PlantSettings(**asked | wishes)
 
 
 @lru_cache
@@ -188,7 +189,7 @@ def in_both(change: Callable[[Any], Any]) -> Callable[[Data], None]:
     return changed
 
 
-def renamed(**names: str) -> Callable[[Data], None]:
+def renamed(**names: Any) -> Callable[[Data], None]:
     return in_both(lambda listed: [{**listed[0], **names}])
 
 
@@ -200,9 +201,7 @@ def renamed(**names: str) -> Callable[[Data], None]:
         (felt, "the plant depends on integrators"),
         (shown, "the plant depends on integrators"),
         (heavy, "an entry beside 1"),
-        (lambda d: d["gains"].pop("integrators"), "the law has other states"),
         (lambda d: d["model"].pop("integrators"), "the law has other states"),
-        (lambda d: d.pop("gains"), "the law has other states"),
         (renamed(state="x", rate="u"), "is not that of an integrator of u"),
         (renamed(state="v"), "is not that of an integrator"),
         (renamed(rate="u"), "is not that of an integrator of u"),
@@ -224,6 +223,29 @@ def test_forged_integrators_are_refused(change: Callable[[Data], Any], words: st
     forged["claims"] = [c for c in forged["claims"] if c["kind"] != "gain-rounding"]
     with pytest.raises(CertificateError, match=words):
         check_document(resealed(forged, "controller"))
+
+
+def test_matrices_have_no_integrators() -> None:
+    """The equations that would say what x2 and its rate are do not stand in the file."""
+    listed = {"integrators": [{"state": "x2", "rate": "u1"}]}
+    model = model_data([[[-1, 0], [0, -1]]], B=[[[1], [0]]], **listed)
+    claim = {"name": "decay", "kind": "decay", "decay_rate": 0.1, "P": [[1, 0], [0, 1]]}
+    with pytest.raises(CertificateError, match="'parameters'|'equations'|missing|variables"):
+        said_of(model, law_data([[[0.1, 0]]], **listed), claim)
+
+
+def test_states_that_the_law_does_not_keep_are_no_ones_of_the_file(tmp_path: Path) -> None:
+    """Without the member the law is one of a plant with more states and inputs than the file's."""
+    for owner, words in (("gains", "has other states"), ("", "states are 'x', 'v' there|are 'v'")):
+        forged = document()
+        for part in ("gains", "model") if not owner else (owner,):
+            forged[part].pop("integrators")
+        with pytest.raises(CertificateError, match=words):
+            of_file(resealed(forged, "controller"), tmp_path, HEAD + PLANT)
+    forged = document()
+    forged.pop("gains")
+    with pytest.raises(CertificateError, match="has other states"):
+        of_file(resealed(forged, "controller"), tmp_path, HEAD + PLANT)
 
 
 def test_a_state_of_the_plant_is_no_state_of_the_controller(tmp_path: Path) -> None:
@@ -250,6 +272,10 @@ def program(design: PlantDesign, folder: Path) -> ProgramRun:
     return ProgramRun(read_controller(path))
 
 
+def falling(_: float, z: Any, u: float) -> list[float]:
+    return [z[1], u]
+
+
 def test_the_program_is_the_proved_loop_in_samples(tmp_path: Path) -> None:
     """Its inputs are the measured ones; a simulation with held commands is the matrix power.
 
@@ -272,13 +298,54 @@ def test_the_program_is_the_proved_loop_in_samples(tmp_path: Path) -> None:
     for _ in range(80):
         sent = run.sample(step, {"x": plant[0]})
         assert law.step({"x": plant[0]}) == pytest.approx(sent) and list(sent) == ["u"]
-        motion = solve_ivp(
-            lambda _, z, u=sent["u"]: [z[1], u], (0, step), plant, rtol=1e-10, atol=1e-12
-        )
+        motion = solve_ivp(falling, (0, step), plant, args=(sent["u"],), rtol=1e-10, atol=1e-12)
         plant, state = motion.y[:, -1], loop @ state
         assert [*plant, run.kept["controller_1"]] == pytest.approx(list(state), abs=1e-8)
         assert law.kept() == pytest.approx(run.kept)
     assert abs(state[0]) < 1e-2
+
+
+PENDULUM = """
+measured = ["theta"]
+
+[states]
+theta = { unit = "rad", range = [-1, 1] }
+omega = { unit = "rad/s", range = [-4, 4] }
+
+[inputs]
+a = { unit = "rad/s^2" }
+
+[parameters]
+k = { value = 4, unit = "1/s^2" }
+
+[equations]
+theta = "omega"
+omega = "k*sin(theta) + a"
+"""
+
+
+def test_rules_of_their_own_need_premises_of_what_is_measured(tmp_path: Path) -> None:
+    """Two rules of sin(theta)/theta: the program has their weights, and reads theta alone."""
+    plant = load_plant(filed(tmp_path, HEAD + PENDULUM))
+    K = [[[30.0, 0, -20], [-10, 0, 10]], [[31.0, 0, -20.5], [-10.2, 0, 10]]]
+    design = certify_plant(plant, K, settings(feedback=("theta",)))
+    run, law = program(design, tmp_path), design.law
+
+    assert design.proved and law is not None and len(design.model.rules) == 2
+    assert [signal.name for signal in run.program.inputs] == ["theta"]
+    state = np.array([0.8, 0.0, 0.0])
+    for _ in range(5):
+        command = law.command(state)
+        assert run.sample(0.01, {"theta": 0.8}) == pytest.approx({"a": command[0]})
+        state[2] += 0.01 * command[1]
+        assert run.kept["controller_1"] == pytest.approx(state[2])
+    certificate = json.loads(dumps(design.document))
+    of_file(certificate, tmp_path, HEAD + PENDULUM + ORDER)
+    # The premise of the model may be of omega too; a law of theta alone does not know it.
+    for part in (certificate["gains"]["premises"], certificate["model"]["embedding"]["premises"]):
+        part[0]["expression"] = "sin(theta)/theta + 0*omega + omega - omega"
+    with pytest.raises(OtherModel, match="the law has all states"):
+        of_file(resealed(certificate, "controller"), tmp_path, HEAD + PENDULUM + ORDER)
 
 
 def test_u_has_limits_and_the_rate_none(tmp_path: Path) -> None:

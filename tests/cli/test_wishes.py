@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from takagi.certificates.checker import Verdict, check
@@ -360,6 +361,8 @@ def test_a_controller_with_a_state_of_its_own(
         assert main(["export", str(out), "--to", target, "--out", str(tmp_path / target)]) == 0
     again = ["--gains", str(out / "gains.json"), "--out", str(tmp_path / "again.json")]
     assert main(["certify", str(plant_file), *again, *options[:4]]) == 0
+    assert main(["certify", str(plant_file), *again, "--force"]) == 2
+    assert "give --controller order=1" in capsys.readouterr().err
     other = tmp_path / "other.toml"
     other.write_text(measured("omega", damping=1e-9), encoding="utf-8")
     assert main(["check", str(out / "certificate.json"), "--model", str(other)]) == 1
@@ -375,9 +378,9 @@ def test_a_state_more_lowers_the_energy_gain_of_compleib(plant_file: Path) -> No
     from takagi.lmi import GeneralisedPlant, hinf_fixed_order
 
     plant = GeneralisedPlant(
-        A=[[0, 1], [-1, 0]], B1=[[1, 0], [0, 1]], B2=[[0], [1]],
-        C1=[[1, 0], [0, 0]], C2=[[0, 1]],
-        D11=[[0, 0], [0, 0]], D12=[[0], [1]], D21=[[0, 0]],
+        A=np.array([[0.0, 1], [-1, 0]]), B1=np.eye(2), B2=np.array([[0.0], [1]]),
+        C1=np.diag([1.0, 0]), C2=np.array([[0.0, 1]]),
+        D11=np.zeros((2, 2)), D12=np.array([[0.0], [1]]), D21=np.zeros((1, 2)),
     )  # fmt: skip
     text = NN2.replace('units = "unchecked"', 'units = "unchecked"\nmeasured = ["v"]')
     asked = ("--controller", "order=1", "--objective", "hinf", "--performance", "x,u")
@@ -399,8 +402,9 @@ def test_a_controller_of_half_the_order_beside_the_observer(tmp_path: Path) -> N
     """
     from takagi.models.files.library import data_folder
 
-    starts = []
-    for options in ([], ["--controller", "order=2"]):
+    starts: list[float] = []
+    choices: tuple[list[str], ...] = ([], ["--controller", "order=2"])
+    for options in choices:
         out = tmp_path / f"out{len(starts)}"
         file = str(data_folder() / "flexible_link.toml")
         assert main(["design", file, *options, "--out", str(out), "--no-report"]) == 0

@@ -49,6 +49,8 @@ def integrators_of(model: Any, gains: Any) -> dict[str, str]:
 def require_integrators(model: Any, gains: Any) -> None:
     """Refuse a law with states of its own that are no integrators beside the model's plant.
 
+    A law without them, of a model that has some, is one of all states of that model.
+
     Raises
     ------
     CertificateError : the equation of one is not x_c' = v, something else has x_c or v in it, or

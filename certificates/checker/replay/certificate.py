@@ -113,16 +113,11 @@ def _replayed(
         from takagi.certificates.checker.replay.loop_reading import read_model_loop
 
         loop = read_model_loop(model, gains)
-    if isinstance(gains, dict) and {"observer", "blending", "references"} & gains.keys():
+    if isinstance(gains, dict) and {"observer", "blending", "references", "integrators"} & {*gains}:
         # Imported here: most laws are gains alone.
         from takagi.certificates.checker.replay.containment import require_whole_law
 
-        require_whole_law(gains, kinds)
-    if any(isinstance(owner, dict) and "integrators" in owner for owner in (model, gains)):
-        # Imported here: few laws have states of their own.
-        from takagi.certificates.checker.plant.integrators import require_integrators
-
-        require_integrators(model, gains)
+        require_whole_law(model, gains, kinds)
     outcomes: list[Outcome] = []
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")

@@ -99,7 +99,7 @@ def fixed_order_gains(
         size, P = 1.0, np.asarray(answer.P)
         if input_limit is not None and np.isfinite(box).any():
             set_rate = SHARE_OF_RATE * (answer.decay_rate or 0.0) if alpha is None else alpha
-            size, P = _set_of_starts(loop, plant, input_limit, set_rate)
+            size, P = _set_of_starts(loop, plant, input_limit, set_rate) or (0.0, P)
         design = Design(
             gains=K,
             P=P,
@@ -288,8 +288,8 @@ def _in_even_states(plant: Plant, model: TSModel, s: Floats, K: Floats) -> Float
 
 def _set_of_starts(
     loop: ClaimedLoop, plant: Plant, input_limit: Floats, rate: float
-) -> tuple[float, Floats | None]:
-    """Return the mean width of the largest set of starts x, x_c = 0, and the set's P."""
+) -> tuple[float, Floats] | None:
+    """Return the mean width of the largest set of starts x, x_c = 0, and its P; or None."""
     from takagi.certificates.requests.loop.set_level import box_rows
     from takagi.lmi.analysis.start_set import start_set
 
@@ -300,6 +300,6 @@ def _set_of_starts(
     starts = np.eye(loop.exact.order)[:, plant.own_states]
     found = start_set(loop.A, rows, starts, decay_rate=rate, sample_time=loop.sample_time)
     if found.P is None:
-        return 0.0, None
+        return None
     S = starts.T @ found.P @ starts
     return float(np.exp(-0.5 * np.linalg.slogdet(S)[1] / len(S))), found.P

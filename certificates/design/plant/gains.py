@@ -180,8 +180,9 @@ def _static(
 ) -> FoundGains:
     """Return gains on the measured states alone, or a controller of them."""
     if settings.order:
-        options = {"box": box, "input_limit": input_limit}
-        design, notes = fixed_order_gains(plant, model, settings, wish, **options)
+        design, notes = fixed_order_gains(
+            plant, model, settings, wish, box=box, input_limit=input_limit
+        )
         return FoundGains(design, notes, {}, explainable=False)
     settings, gain_notes = one_gain(model, settings)
     measured = {model.states[k] for k in measured_states(plant, settings)}
