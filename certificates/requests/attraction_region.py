@@ -17,7 +17,7 @@ from takagi.certificates.checker.plant.attraction_region import polynomial_loop
 from takagi.certificates.checker.plant.polynomial import Polynomial
 from takagi.certificates.checker.plant.reading import Variable, read_plant
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.document.decimals import rounded_down, short
+from takagi.certificates.document.model_data import rounded_down, short
 from takagi.certificates.requests.invariant_ellipsoid import set_in_floats
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt

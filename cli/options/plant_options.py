@@ -101,8 +101,9 @@ _LAW = group(
     "Plants: law and model",
     option(
         "controller NAME",
-        "Plants: static, for gains on the measured states alone; an observer unless given, where "
-        "the file says what is measured.",
+        "Plants: static, for gains on the measured states alone, or order=2, for a controller of "
+        "them with two states of its own; an observer unless given, where the file says what is "
+        "measured.",
     ),
     option(
         "relaxation NAME",
@@ -171,12 +172,13 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
         # What the file says about a norm belongs to the objective that is replaced.
         changes = {"performance": (), "disturbances": (), "norm_below": None} | changes
     if given.get("controller") is not None:
-        if given["controller"] != "static":
+        match = re.fullmatch(r"static|order=([1-9][0-9]?)", given["controller"])
+        if match is None:
             raise ModelError(
                 f"option --controller: {given['controller']!r} was given; static is needed, or "
-                "leave it out for an observer"
+                "order=2 for a controller with two states, or leave it out for an observer"
             )
-        changes["feedback"] = static_feedback(entry)
+        changes |= {"feedback": static_feedback(entry), "order": int(match.group(1) or 0)}
     for name in ("performance", "disturbances"):
         if given.get(name):
             typed = [part.strip() for text in given[name] for part in text.split(",")]

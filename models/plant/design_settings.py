@@ -65,8 +65,9 @@ class PlantSettings:
         ``takagi.certificates.design.plant.norm_wish`` writes them; None for the least.
     safe_start : ``"polynomial"`` also asks for a proved set {V <= c} of a polynomial V, for a plant
         and a law that are polynomials in the states; ``"ellipsoid"`` for those of x'Px alone.
-    feedback : names of the measured outputs that a static law has; () for a law of all states, or
-        with an observer.
+    feedback : names of the measured outputs that a static law has, or a controller of a given
+        order; () for a law of all states, or with an observer.
+    order : the number of that controller's states; 0 for a static law.
 
     Raises
     ------
@@ -92,6 +93,7 @@ class PlantSettings:
     norm_below: float | None = None
     feedback: tuple[str, ...] = ()
     safe_start: SafeStart = "ellipsoid"
+    order: int = 0
 
     def __post_init__(self) -> None:
         _word("choice", self.choice, CHOICES)

@@ -113,11 +113,11 @@ def _replayed(
         from takagi.certificates.checker.replay.loop_reading import read_model_loop
 
         loop = read_model_loop(model, gains)
-    if isinstance(gains, dict) and {"observer", "blending", "references"} & gains.keys():
+    if isinstance(gains, dict) and {"observer", "blending", "references", "integrators"} & {*gains}:
         # Imported here: most laws are gains alone.
         from takagi.certificates.checker.replay.containment import require_whole_law
 
-        require_whole_law(gains, kinds)
+        require_whole_law(model, gains, kinds)
     outcomes: list[Outcome] = []
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")

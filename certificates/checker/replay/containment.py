@@ -101,14 +101,20 @@ def _left_open(
     ]
 
 
-def require_whole_law(gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
+def require_whole_law(model: Any, gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
     """Refuse claims about u = -K x where the law has more than gains, and runs otherwise.
 
     With an observer it runs as u = -K xhat.  With a blend it commands two actuators, and only the
     claim ``effort-blend`` says that these are the model's input.  An effort, and the integrals of
     references, are states of the model that move between samples, while a law that runs every T
-    seconds changes them at its samples: xi + T (h - r).
+    seconds changes them at its samples: xi + T (h - r).  The integrators of a controller are
+    states of the model under inputs that are held, so that x_c + T v is what they do.
     """
+    if "integrators" in gains:
+        # Imported here: few laws have states of their own.
+        from takagi.certificates.checker.plant.integrators import require_integrators
+
+        require_integrators(model, gains)
     about_loops = {kind for kind in kinds if kind in ABOUT_LOOPS | {TRACKING, BUMPLESS}}
     extras = [key for key in ("blending", "references") if key in gains]
     if extras and SAMPLED in kinds:

@@ -167,6 +167,12 @@ def read_observer_gains(
         or belongs to another plant.
     """
     source, law = str(path), read_plant_law(path)
+    if "integrators" in law:
+        order = len(law["integrators"])
+        raise CertificateError(
+            f"{source}: its law is a controller with {order} states of its own; give --controller "
+            f"order={order}, or write controller = {{ order = {order} }} in the plant's file"
+        )
     if "observer" not in law:
         raise CertificateError(
             f"{source}: its law has all states, but the plant measures "

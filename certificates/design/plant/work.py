@@ -88,8 +88,9 @@ class PlantWork:
         """Return the design with gains of as few digits as can be proved."""
         last: PlantDesign | None = None
         work = self
-        if gains.input_share < 1 and self.requirements.input_limits is not None:
-            limits = gains.input_share * self.requirements.input_limits
+        limited = self.requirements.input_limits
+        if limited is not None and (gains.input_share < 1 or self.plant.integrators):
+            limits = gains.input_share * limited
             requirements = replace(
                 self.requirements, input_limits=limits, shape=np.asarray(gains.design.P)
             )

@@ -213,10 +213,14 @@ def _with_degrees(number: Number) -> str:
 
 
 def set_starts(loop: PlantLoop, P: ArrayLike, level: object) -> tuple[Number, ...]:
-    """Return how far each state alone may start in {x'Px <= level}, and its share of the range."""
+    """Return how far each state alone may start in {x'Px <= level}, and its share of the range.
+
+    A controller starts at rest: its states are left out.
+    """
     numbers = []
     diagonal = np.diag(np.asarray(P, dtype=np.float64))
-    for k, (label, entry) in enumerate(zip(loop.model.states, diagonal, strict=True)):
+    own = len(diagonal) - len(loop.plant.integrators)
+    for k, (label, entry) in enumerate(zip(loop.model.states[:own], diagonal, strict=False)):
         size, unit = _unit_of_state(loop, k)
         reach = float(np.sqrt(float(Fraction(str(level))) / entry))
         ends = loop.model.box.get(label)
@@ -446,7 +450,8 @@ def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     if proved:
         commands = list(zip(loop.model.inputs, proved, strict=True))
     phrases, numbers = [], []
-    for variable, (label, bound) in zip(loop.plant.inputs, commands, strict=False):
+    own = len(loop.plant.inputs) - len(loop.plant.integrators)
+    for variable, (label, bound) in zip(loop.plant.inputs[:own], commands, strict=False):
         size, unit = file_unit(variable)
         phrases.append(f"|{name_of(label)}| <= {at_most(bound / size)}{behind(unit)}")
         numbers.append(Number(name_of(label), bound / size, unit))
@@ -527,7 +532,10 @@ def _margin_words(number: Number) -> str:
 
 
 def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
-    """Return a row for each input: least and largest value of each gain over the rules, in SI."""
+    """Return a row for each input: least and largest value of each gain over the rules, in SI.
+
+    Of a law with a controller the states that it does not measure are left out.
+    """
     if loop.gains is None:
         return []
     low, high = loop.gains.min(axis=0), loop.gains.max(axis=0)
@@ -535,6 +543,8 @@ def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
     for k, label in enumerate(loop.model.inputs):
         terms = []
         for j, state in enumerate(loop.model.states):
+            if loop.plant.integrators and not loop.gains[:, :, j].any():
+                continue
             unit = per_unit(unit_of(label) or "-", unit_of(state) or "-")
             value = f"{low[k, j]:.4g}"
             if low[k, j] != high[k, j]:
@@ -548,6 +558,11 @@ def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
 
 def _observer(design: PlantDesign) -> SummaryRow | None:
     law = design.output_law
+    if design.plant.integrators:
+        own = ", ".join(state for state, _ in design.plant.integrators)
+        measured = f"of {', '.join(design.settings.feedback)}"
+        phrases = (measured, f"states of its own, which start at rest: {own}")
+        return SummaryRow("controller", phrases, basis="in gains.json")
     if law is None:
         return None
     weights = "its weights are the plant's"
