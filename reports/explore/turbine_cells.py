@@ -1,0 +1,271 @@
+"""A turbine's finished design by wind: of every cell what is proved, gains, shares and margins.
+
+All is read from the design's folder.  Margins are linear and gusts simulated, and they say so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from math import inf, isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from takagi.certificates.design.turbine.result import claim_summary
+from takagi.models.errors import ModelError
+from takagi.reports.explore.axes import Axis
+from takagi.reports.explore.books import TurbineBook
+from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.sections.turbine.summary import (
+    LINEAR,
+    REFERENCE,
+    SIMULATED,
+    gain_margin,
+    phase_margin,
+    proved_claim,
+)
+from takagi.reports.simulation.measured_loop import NOTHING, MeasuredLoop
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.result import ClaimSummary, TurbineDesign
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+    from takagi.reports.explore.plant_cell import Cell
+    from takagi.reports.margins.margins import Margins
+    from takagi.reports.margins.running_over_wind import RunningMargins
+
+LOOPS = ("torque", "pitch")
+
+
+def turbine_book(design: TurbineDesign, folder: Path) -> TurbineBook:
+    """Return the book of a design that was read from a folder.
+
+    Raises
+    ------
+    ModelError : a law without wind cells.
+    """
+    law, summary = design.effort_sharing_law, claim_summary(design)
+    if law is None or summary is None:
+        raise ModelError(
+            f"{folder}: its law has no wind cells to turn; {folder}/report.html has its numbers, "
+            "and 'takagi design MODEL --law effort-sharing' makes a law with cells"
+        )
+    words = tuple(f"{low:g} to {high:g} m/s" for low, high in summary.winds)
+    axis = Axis("wind", "Schedule wind", tuple({} for _ in words), words)
+    measured = design.measured if isinstance(design.measured, MeasuredLoop) else NOTHING
+    cells = [_cell(design, law, summary, measured, k) for k in range(len(words))]
+    command = f"takagi check {folder}"
+    return TurbineBook(design.name, (axis,), cells, command, _panels(law, summary, measured))
+
+
+def _cell(
+    design: TurbineDesign,
+    law: EffortSharingLaw,
+    summary: ClaimSummary,
+    measured: MeasuredLoop,
+    k: int,
+) -> Cell:
+    low, high = summary.winds[k]
+    proved = design.proved and summary.proved[k]
+    rows = [
+        *(_set_rows(summary, k) if summary.proved[k] else []),
+        *_claim_rows(design, law, low, high),
+        *_margin_rows(measured.margins.rows, low, high),
+        *_run_rows(measured, (low + high) / 2),
+    ]
+    shares = [law.pitch_share(wind) for wind in (low, high)]
+    table = {
+        "share of pitch at the trim [-]": shares,
+        "share of torque at the trim [-]": [1 - share for share in shares],
+        "proportional gain [1/s]": list(law.gains.proportional[k : k + 2]),
+        "integral rate [1/s]": [law.gains.integral_rate[k]] * 2,
+        "pitch effectiveness [rad/s^2 per rad]": list(law.schedule.effectiveness[k : k + 2]),
+    }
+    return {
+        "proved": proved,
+        "verdict": "PROVED" if proved else f"{design.verdict_words}: not all is proved here",
+        "sentence": _sentence(design, summary, k),
+        "rows": rows,
+        "gains": {
+            "columns": [f"at {wind:g} m/s" for wind in (low, high)],
+            "labels": list(table),
+            "rows": [[f"{value:.5g}" for value in values] for values in table.values()],
+        },
+        "planes": [],
+        "at": [low, high],
+        "claims": [[claim.name, claim.verdict.name] for claim in design.checked.claims],
+        "notes": [],
+        "new": False,
+        "seconds": 0.0,
+    }
+
+
+def _sentence(design: TurbineDesign, summary: ClaimSummary, k: int) -> str:
+    if not summary.proved[k]:
+        return "Of this wind cell nothing is proved."
+    over = 100 * _over(design, summary, k)
+    share = at_most(over).removeprefix("-")
+    bound = f"at most {share} % above" if over >= 0 else f"at least {share} % below"
+    return (
+        f"While the wind is within {at_least(summary.wind_error[k])} m/s of the law's schedule "
+        f"wind, and that moves at most {at_least(summary.wind_rate[k])} m/s², rotor speed is proved "
+        f"to stay {bound} rated."
+    )
+
+
+def _over(design: TurbineDesign, summary: ClaimSummary, k: int) -> float:
+    """Return the bound on rotor speed in a cell, above rated over rated [-]."""
+    reference = design.document["gains"]["rotor_speed"][k : k + 2]
+    rated = design.turbine.rated_rotor_speed
+    return float((max(reference) + summary.peaks["speed_error"]) / rated - 1)
+
+
+def _set_rows(summary: ClaimSummary, k: int) -> list[Mapping[str, str]]:
+    return [
+        _row(
+            "wind limits",
+            f"wind within {at_least(summary.wind_error[k])} m/s of the schedule wind, which moves "
+            f"at most {at_least(summary.wind_rate[k])} m/s²",
+        ),
+        _row("decay", f"at least {at_least(summary.decay_rates[k])} 1/s, constant known wind"),
+    ]
+
+
+def _claim_rows(
+    design: TurbineDesign, law: EffortSharingLaw, low: float, high: float
+) -> list[Mapping[str, str]]:
+    """Return what the other proved claims say of a cell."""
+    rows = []
+    known = proved_claim(design, "wind-rate")
+    if known is not None:
+        limits = known[0]["ranges"][0]
+        nodes = zip(limits["wind"], limits["estimate_rate"], strict=True)
+        rates = [float(rate) for wind, rate in nodes if low <= float(wind) <= high]
+        if rates:
+            rows.append(_row("known wind", f"may move at most {at_least(min(rates))} m/s²"))
+    smooth = proved_claim(design, "bumpless")
+    spans_of_law = list(pairwise(law.schedule.wind.tolist()))
+    if smooth is not None and (low, high) in spans_of_law:
+        # Its cells are those of the law's tables.
+        cell = smooth[0]["cells"][spans_of_law.index((low, high))]
+        pitch, torque = float(cell["pitch_rate"]), float(cell["torque_rate"])
+        text = (
+            f"no jump; torque at most {at_most(torque / 1e3)} kN m/s, pitch {at_most(pitch)} rad/s"
+        )
+        rows.append(_row("commands", text))
+    running = proved_claim(design, "running-loop")
+    if running is not None:
+        spans = [(float(a), float(b)) for a, b in running[0]["winds"]]
+        if any(a <= low and high <= b for a, b in spans):
+            rate = at_least(float(running[0]["decay_rate"]))
+            rows.append(_row("with observer", f"decays with at least {rate} 1/s, constant wind"))
+    return rows
+
+
+def _margin_rows(
+    rows: Sequence[RunningMargins], low: float, high: float
+) -> list[Mapping[str, str]]:
+    """Return the margins of the loop that runs nearest to a cell: as the file says, and least."""
+    nominal = [row for row in rows if row.nominal]
+    if not nominal:
+        text = "not in this folder; 'takagi design' without --no-report measures them"
+        return [_row("margins", text, LINEAR)]
+    near = min(nominal, key=lambda row: abs(row.wind - (low + high) / 2))
+    texts = [f"{loop} {_margin_words(margins)}" for loop, margins in near.loops]
+    shown = [_row(f"margins at {near.wind:g} m/s", "; ".join(texts) or "no loop", LINEAR)]
+    others = [row for row in rows if not row.nominal]
+    if others:
+        least = min(others, key=lambda row: abs(row.wind - (low + high) / 2)).wind
+        plants = [dict(row.loops) for row in rows if row.wind == least]
+        texts = []
+        for loop in LOOPS:
+            margins = [plant[loop] for plant in plants if loop in plant]
+            if not all(m.stable for m in margins):
+                texts.append(f"{loop} unstable")
+            elif margins:
+                phases = min(phase_margin(m) for m in margins)
+                texts.append(f"{loop} {_numbers(min(map(gain_margin, margins)), phases)}")
+        shown.append(_row(f"all plants, {least:g} m/s", "; ".join(texts) or "no loop", LINEAR))
+    return shown
+
+
+def _margin_words(margins: Margins) -> str:
+    return _numbers(gain_margin(margins), phase_margin(margins)) if margins.stable else "unstable"
+
+
+def _numbers(gain: float, phase: float) -> str:
+    parts = [f"{gain:.3g} dB" if isfinite(gain) else "any gain"]
+    parts += [f"{phase:.3g} deg"] if isfinite(phase) else []
+    return " and ".join(parts)
+
+
+def _run_rows(measured: MeasuredLoop, wind: float) -> list[Mapping[str, str]]:
+    """Return the nearest gust and turbulence that were simulated."""
+    rows = []
+    gusts = [run for run in measured.runs if run.name in ("gust", "")]
+    if gusts:
+        run = min(gusts, key=lambda run: abs(run.wind - wind))
+        text = f"{run.law.metrics.overspeed:.1f} % overspeed in the {run.words}"
+        if run.reference is not None:
+            text += f"; {REFERENCE} {run.reference.metrics.overspeed:.1f} %"
+        rows.append(_row("gust", text, SIMULATED))
+    if measured.turbulent:
+        mean = min(measured.turbulent, key=lambda mean: abs(mean - wind))
+        share = 100 * measured.turbulent[mean].share_inside
+        text = f"of class B at {mean:g} m/s: within the wind limits {share:.0f} % of the time"
+        rows.append(_row("turbulence", text, SIMULATED))
+    return rows
+
+
+def _row(name: str, text: str, basis: str = "proved") -> Mapping[str, str]:
+    return {"name": name, "text": text, "basis": basis, "shortfall": ""}
+
+
+def _panels(
+    law: EffortSharingLaw, summary: ClaimSummary, measured: MeasuredLoop
+) -> list[Mapping[str, Any]]:
+    """Return the lines that the page draws over wind."""
+    wind = [float(value) for value in law.schedule.wind]
+    middle = [(low + high) / 2 for low, high in summary.winds]
+    pitch = [law.pitch_share(value) for value in wind]
+    nominal = [row for row in measured.margins.rows if row.nominal]
+    panels = [
+        _panel(
+            "Share at the trim",
+            "-",
+            {"pitch": (wind, pitch), "torque": (wind, [1 - p for p in pitch])},
+        ),
+        _panel(
+            "Gains",
+            "1/s",
+            {
+                "proportional": (wind, list(law.gains.proportional)),
+                "integral rate": (middle, list(law.gains.integral_rate[: len(middle)])),
+            },
+        ),
+        _panel("Proved wind limit", "m/s", {"|v − v_s|": (middle, summary.wind_error)}),
+    ]
+    if nominal:
+        lines = {}
+        for loop in LOOPS:
+            margins = [(row.wind, dict(row.loops).get(loop)) for row in nominal]
+            sizes = [inf if m is None or not m.stable else gain_margin(m) for _, m in margins]
+            lines[loop] = [at for at, _ in margins], sizes
+        panels.append(_panel("Gain margin, not proved", "dB", lines))
+    return panels
+
+
+def _panel(
+    title: str, unit: str, lines: Mapping[str, tuple[Sequence[float], Sequence[float]]]
+) -> Mapping[str, Any]:
+    return {
+        "title": title,
+        "unit": unit,
+        "lines": [
+            {
+                "name": name,
+                "x": [float(x) for x in xs],
+                "y": [float(f"{y:.4g}") if isfinite(y) else None for y in ys],
+            }
+            for name, (xs, ys) in lines.items()
+        ],
+    }
