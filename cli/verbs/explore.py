@@ -105,8 +105,8 @@ def _book(model: str, cache: Path | None) -> Book | str:
     from takagi.reports.explore.books import cache_folder, plant_book
 
     require_folder_place(cache_folder(source, cache))
-    with progress(f"takagi explore {model}") as tell:
-        return plant_book(source, plant_settings, cache, tell)
+    with progress(f"takagi explore {model}: the first design"):
+        return plant_book(source, plant_settings, cache)
 
 
 run = partial(run_command, "explore", explore)

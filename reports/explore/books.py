@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
-import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.document.certificate_file import provenance
 from takagi.certificates.sweep.store import canonical
@@ -20,35 +19,6 @@ from takagi.reports.explore.workers import Worker
 if TYPE_CHECKING:
     from takagi.models.plant_files.loader import PlantFile
     from takagi.reports.explore.plant_cell import Cell, SettingsOf
-
-
-class Book(Protocol):
-    """Designs by the positions of sliders; all answers are JSON."""
-
-    @property
-    def title(self) -> str: ...
-
-    @property
-    def axes(self) -> Sequence[Axis]: ...
-
-    @property
-    def panels(self) -> Sequence[Mapping[str, Any]]:
-        """Lines over the first slider, which belong to all positions."""
-
-    def progress(self) -> tuple[int, int]:
-        """Return how many designs are ready, and of how many."""
-
-    def nearest(self, steps: Steps) -> Mapping[str, Any]:
-        """Return the design at a position, or else the nearest that is ready."""
-
-    async def exact(self, steps: Steps) -> Mapping[str, Any] | None:
-        """Return the design at a position; None if another one was asked for meanwhile."""
-
-    async def fill(self) -> None:
-        """Compute what is missing, in the background."""
-
-    def close(self) -> None:
-        """End all processes."""
 
 
 def cache_folder(source: PlantFile, place: Path | None) -> Path:
@@ -66,94 +36,73 @@ def cache_folder(source: PlantFile, place: Path | None) -> Path:
 
 
 @dataclass(eq=False)
-class PlantBook:
-    """Designs of one plant.
+class Book:
+    """The designs that a page shows, by the positions of its sliders; all answers are JSON.
 
     Attributes
     ----------
-    axes : the sliders;  cells : position -> design, of this run alone.
+    cells : position -> design, of this run alone.
+    grid : the positions that are computed in the background.
+    command_at : position -> the command that makes its design.
+    panels : lines over the first slider, which belong to all positions.
     folder : where designs are kept.
+    workers : one for what the page asks for, one for the grid; none where every cell is there.
     """
 
-    source: PlantFile
+    title: str
     axes: tuple[Axis, ...]
-    folder: Path
-    settings_of: SettingsOf
     cells: dict[Steps, Cell]
+    grid: Sequence[Steps]
+    command_at: Callable[[Steps], str]
+    panels: Sequence[Mapping[str, Any]] = ()
+    folder: Path = Path()
+    workers: Sequence[Worker] = ()
     _asked: Steps = ()
     _seconds: list[float] = field(default_factory=list)
-    _workers: list[Worker] = field(default_factory=list)
     _running: dict[Steps, asyncio.Task[Cell | None]] = field(default_factory=dict)
 
-    @property
-    def title(self) -> str:
-        """The name of the plant."""
-        return self.source.model.name
-
-    @property
-    def panels(self) -> Sequence[Mapping[str, Any]]:
-        """See ``Book``: a plant has none."""
-        return ()
-
     def progress(self) -> tuple[int, int]:
-        """See ``Book``."""
-        grid = grid_of(self.axes)
-        return sum(steps in self.cells for steps in grid), len(grid)
+        """Return how many designs of the grid are ready, and of how many."""
+        return sum(steps in self.cells for steps in self.grid), len(self.grid)
 
     def nearest(self, steps: Steps) -> Mapping[str, Any]:
-        """See ``Book``; only designs count as near, and the position itself whatever it has."""
+        """Return what a position has, or else the nearest design that is ready."""
         self._asked = steps
-        designs = [at for at, cell in self.cells.items() if "none" not in cell]
-        shown = steps if steps in self.cells else min(designs, key=lambda at: _distance(at, steps))
-        return self._answer(shown, steps)
+        if steps in self.cells:
+            return self._answer(steps, steps)
+        designs = (at for at, cell in self.cells.items() if "none" not in cell)
+        return self._answer(min(designs, key=lambda at: _distance(at, steps)), steps)
 
     async def exact(self, steps: Steps) -> Mapping[str, Any] | None:
-        """See ``Book``."""
+        """Return what a position has; None if another one was asked for meanwhile."""
         self._asked = steps
         if steps not in self.cells:
             task = self._running.get(steps)
-            cell = await (task or self._made(self._process(0), steps))
+            cell = await (task or self._made(self.workers[0], steps))
             if cell is None:
                 return None
             self.cells[steps] = cell
         return self._answer(steps, steps)
 
-    def _answer(self, shown: Steps, steps: Steps) -> Mapping[str, Any]:
-        cell = self.cells[shown]
-        if shown in grid_of(self.axes):
-            origin = "precomputed"
-        else:
-            origin = (
-                f"designed now in {cell['seconds']:.2g} s" if cell["new"] else "designed before"
-            )
-        return {
-            "cell": cell,
-            "exact": shown == steps,
-            "origin": origin,
-            "shown": list(shown),
-            "command": command_of(self.source, options_at(self.axes, shown), shown),
-            "expected": median(self._seconds) if self._seconds else None,
-        }
-
     async def fill(self) -> None:
-        """See ``Book``: the grid's designs, those near the page's position first."""
-        waiting = [steps for steps in grid_of(self.axes) if steps not in self.cells]
+        """Compute the grid, what is near to the page's position first."""
+        waiting = [steps for steps in self.grid if steps not in self.cells]
         while waiting:
             steps = min(waiting, key=lambda at: _distance(at, self._asked or at))
             waiting.remove(steps)
             if steps in self.cells:
                 continue
-            task = asyncio.ensure_future(self._made(self._process(1), steps))
+            task = asyncio.ensure_future(self._made(self.workers[1], steps))
             self._running[steps] = task
             cell = await task
             del self._running[steps]
             if cell is not None:
                 self.cells[steps] = cell
 
-    def _process(self, number: int) -> Worker:
-        while len(self._workers) <= number:
-            self._workers.append(Worker(str(self.source.name), self.settings_of))
-        return self._workers[number]
+    def close(self) -> None:
+        """End all processes."""
+        for worker in self.workers:
+            worker.end()
 
     async def _made(self, worker: Worker, steps: Steps) -> Cell | None:
         place = self.folder / "-".join(map(str, steps))
@@ -162,81 +111,55 @@ class PlantBook:
             self._seconds.append(cell["seconds"])
         return cell
 
-    def close(self) -> None:
-        """See ``Book``."""
-        for worker in self._workers:
-            worker.end()
+    def _answer(self, shown: Steps, steps: Steps) -> Mapping[str, Any]:
+        cell = self.cells[shown]
+        if shown in self.grid:
+            origin = "precomputed" if self.workers else "read from the design's folder"
+        else:
+            origin = (
+                f"designed now in {cell['seconds']:.2g} s" if cell["new"] else "designed before"
+            )
+        return {
+            "cell": cell,
+            "exact": shown == steps,
+            "origin": origin,
+            "shown": shown,
+            "command": self.command_at(shown),
+            "expected": median(self._seconds) if self._seconds else None,
+        }
 
 
 def _distance(one: Steps, other: Steps) -> int:
     return sum(abs(a - b) for a, b in zip(one, other, strict=True))
 
 
-@dataclass(frozen=True, eq=False)
-class TurbineBook:
-    """The wind cells of a finished design, all there from the start."""
-
-    title: str
-    axes: tuple[Axis, ...]
-    cells: Sequence[Cell]
-    command: str
-    panels: Sequence[Mapping[str, Any]]
-
-    def progress(self) -> tuple[int, int]:
-        """See ``Book``."""
-        return len(self.cells), len(self.cells)
-
-    def nearest(self, steps: Steps) -> Mapping[str, Any]:
-        """See ``Book``."""
-        return {
-            "cell": self.cells[steps[0]],
-            "exact": True,
-            "origin": "read from the design's folder; its certificate was checked when it was read",
-            "shown": list(steps),
-            "command": self.command,
-            "expected": None,
-        }
-
-    async def exact(self, steps: Steps) -> Mapping[str, Any]:
-        """See ``Book``."""
-        return self.nearest(steps)
-
-    async def fill(self) -> None:
-        """See ``Book``: nothing is missing."""
-
-    def close(self) -> None:
-        """See ``Book``: there are no processes."""
-
-
-def plant_book(
-    source: PlantFile, settings_of: SettingsOf, place: Path | None, tell: Any
-) -> PlantBook | str:
+def plant_book(source: PlantFile, settings_of: SettingsOf, place: Path | None) -> Book | str:
     """Return the book of a plant with its first design, which the sliders are made around.
 
     The reason where the plant's file has no design.
 
     Raises
     ------
-    ModelError : a plant that cannot be designed, or that has nothing to turn.
+    ModelError : a plant that has nothing to turn.
     """
     from takagi.models.errors import ModelError
-    from takagi.reports.explore.axes import axes_of
-    from takagi.reports.explore.plant_cell import made_cell, read_checked
 
-    if not source.model.inputs:
+    if not source.entry.inputs:
         raise ModelError(
             f"{source.name}: a plant without inputs has nothing to turn; 'takagi design "
             f"{source.name} --out DIR' analyses it"
         )
     folder = cache_folder(source, place)
-    first = folder / "first"
-    cell = made_cell(source, {}, first, settings_of, tell)
+    workers = (Worker(str(source.name), settings_of), Worker(str(source.name), settings_of))
+    cell, axes = workers[0].first(folder / "first")
     if "none" in cell:
         return str(cell["none"])
-    axes = axes_of(source, read_checked(first, source, settings_of(source, {})))
-    return PlantBook(source, axes, folder, settings_of, {(0,) * len(axes): cell})
-
-
-def as_json(value: Any) -> bytes:
-    """Return JSON without NaN, as the page reads it."""
-    return json.dumps(value, allow_nan=False, separators=(",", ":")).encode()
+    return Book(
+        source.entry.name or Path(source.name).stem,
+        axes,
+        {(0,) * len(axes): cell},
+        grid_of(axes),
+        lambda steps: command_of(source, options_at(axes, steps), steps),
+        folder=folder,
+        workers=workers,
+    )

@@ -34,7 +34,7 @@ SettingsOf: TypeAlias = "Callable[[PlantFile, Mapping[str, Any]], PlantSettings]
 NONE = "none.json"
 # The step of a design that asks many questions only to explain why there is no answer.
 EXPLAINING = "what would help"
-AROUND, AROUND_MANY, MOST_POINTS = 6, 3, 60
+AROUND, AROUND_MANY, MOST_POINTS = 6, 3, 100
 
 
 class _NotSought(Exception):

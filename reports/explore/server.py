@@ -19,11 +19,10 @@ from typing import TYPE_CHECKING, Any
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from takagi.models.errors import ModelError
-from takagi.reports.explore.books import as_json
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Receive, Scope, Send
@@ -235,7 +234,7 @@ def _template(package: str, name: str) -> bytes:
 
 
 def _answer(value: Any, status: int = 200) -> Response:
-    return Response(as_json(value), status, media_type="application/json")
+    return JSONResponse(value, status)
 
 
 def _refused(why: str) -> Response:

@@ -5,6 +5,7 @@ All is read from the design's folder.  Margins are linear and gusts simulated, a
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import inf, isfinite
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.errors import ModelError
 from takagi.reports.explore.axes import Axis
-from takagi.reports.explore.books import TurbineBook
+from takagi.reports.explore.books import Book
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.sections.turbine.summary import (
     LINEAR,
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 LOOPS = ("torque", "pitch")
 
 
-def turbine_book(design: TurbineDesign, folder: Path) -> TurbineBook:
+def turbine_book(design: TurbineDesign, folder: Path) -> Book:
     """Return the book of a design that was read from a folder.
 
     Raises
@@ -52,9 +53,15 @@ def turbine_book(design: TurbineDesign, folder: Path) -> TurbineBook:
     words = tuple(f"{low:g} to {high:g} m/s" for low, high in summary.winds)
     axis = Axis("wind", "Schedule wind", tuple({} for _ in words), words)
     measured = design.measured if isinstance(design.measured, MeasuredLoop) else NOTHING
-    cells = [_cell(design, law, summary, measured, k) for k in range(len(words))]
-    command = f"takagi check {folder}"
-    return TurbineBook(design.name, (axis,), cells, command, _panels(law, summary, measured))
+    cells = {(k,): _cell(design, law, summary, measured, k) for k in range(len(words))}
+    return Book(
+        design.name,
+        (axis,),
+        cells,
+        list(cells),
+        lambda _: shlex.join(["takagi", "check", str(folder)]),
+        _panels(law, summary, measured),
+    )
 
 
 def _cell(
@@ -107,8 +114,8 @@ def _sentence(design: TurbineDesign, summary: ClaimSummary, k: int) -> str:
     bound = f"at most {share} % above" if over >= 0 else f"at least {share} % below"
     return (
         f"While the wind is within {at_least(summary.wind_error[k])} m/s of the law's schedule "
-        f"wind, and that moves at most {at_least(summary.wind_rate[k])} m/s², rotor speed is proved "
-        f"to stay {bound} rated."
+        f"wind, and that moves at most {at_least(summary.wind_rate[k])} m/s², rotor speed is "
+        f"proved to stay {bound} rated."
     )
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.sharedctypes import Synchronized
 
+    from takagi.reports.explore.axes import Axis
     from takagi.reports.explore.plant_cell import Cell, SettingsOf
 
 ENDED = (
@@ -44,6 +45,12 @@ class Worker:
         )
         self._process.start()
         theirs.close()
+
+    def first(self, folder: Path) -> tuple[Cell, tuple[Axis, ...]]:
+        """Return the design without options, and the sliders around it; () where it has none."""
+        self._pipe.send((0, None, folder))
+        answer: tuple[Cell, tuple[Axis, ...]] = self._pipe.recv()
+        return answer
 
     async def cell(self, options: Mapping[str, Any], folder: Path) -> Cell | None:
         """Return the design with the options; None if a newer one was asked for meanwhile."""
@@ -82,9 +89,11 @@ def _serve(
 ) -> None:
     """Answer tasks until the pipe is closed."""
     start_process()
+    from takagi.certificates.design.plant.design import design_plant
     from takagi.models.loading import read_model
-    from takagi.models.plant_files.loader import PlantFile
-    from takagi.reports.explore.plant_cell import made_cell
+    from takagi.models.plant_files.loader import PlantFile, load_plant
+    from takagi.reports.explore.axes import axes_of
+    from takagi.reports.explore.plant_cell import made_cell, read_checked
 
     source = read_model(model)
     assert isinstance(source, PlantFile)  # the server looked
@@ -99,11 +108,20 @@ def _serve(
                 raise _Stale
 
         try:
-            answer = made_cell(source, options, folder, settings_of, tell)
+            answer = made_cell(source, options or {}, folder, settings_of, tell)
         except _Stale:
             answer = None
         except Exception as error:
             words = " ".join(str(error).split())
             answer = {"none": f"internal error ({type(error).__name__}: {words})", "new": True}
             answer["seconds"] = 0.0
-        pipe.send(answer)
+        if options is not None:
+            pipe.send(answer)
+            continue
+        assert answer is not None  # nothing newer was asked for
+        settings = settings_of(source, {})
+        made = "none" not in answer
+        pipe.send((answer, axes_of(source, read_checked(folder, source, settings)) if made else ()))
+        if not answer["new"]:
+            # The smallest design loads the solvers before the page asks for one.
+            design_plant(load_plant("cart_pole_2rules"))

@@ -6,6 +6,8 @@ const byId = (id) => document.getElementById(id);
 const page = Array.from(crypto.getRandomValues(new Uint32Array(4)), (k) => k.toString(36)).join("-");
 const WIDTH = 560, HEIGHT = 430, LEFT = 62, BOTTOM = 46, TOP = 12, RIGHT = 12;
 
+const NOTHING = { gains: { columns: [], labels: [], rows: [] }, claims: [], notes: [] };
+
 let axes = [], panels = [], steps = [], plane = 0, shown = null, asking = null, ended = false;
 
 // ---------------------------------------------------------------- the server
@@ -103,25 +105,26 @@ function where(at) {
 function show(answer, here) {
   const { cell, exact } = answer, none = "none" in cell;
   const badge = byId("badge"), pending = byId("pending");
-  badge.className = `badge ${cell.proved ? "PROVED" : none ? "DISPROVED" : "part"}`;
-  badge.textContent = none ? "NO DESIGN" : cell.verdict;
-  byId("origin").textContent = exact ? answer.origin : "precomputed, for another position";
+  badge.className = `badge ${none ? "DISPROVED" : cell.proved && exact ? "PROVED" : "part"}`;
+  badge.textContent = none ? "NO DESIGN" : exact ? cell.verdict : `${cell.verdict} for another position`;
+  byId("origin").textContent = answer.origin;
   const about = answer.expected ? `, in about ${answer.expected.toPrecision(1)} s` : "";
   pending.textContent = `Shown is the nearest design, for ${where(answer.shown)}. `
     + `The one that you ask for is being made${about}.`;
   pending.hidden = exact;
+  byId("answer").dataset.at = exact ? here.join("-") : "";
   byId("sentence").textContent = none ? cell.none : cell.sentence;
-  for (const id of ["rows", "picture", "gain-box"]) byId(id).classList.toggle("stale", !exact || none);
   byId("command").textContent = answer.command;
   byId("copied").textContent = "";
-  // Where there is no design, an older picture would be of another one.
+  // Where there is no design nothing stays: it would be of another one.
   shown = none ? null : cell;
-  for (const id of ["rows", "picture", "gain-box"]) byId(id).hidden = none;
-  if (!none) {
-    showRows(cell.rows);
-    showGains(cell);
-    draw();
+  for (const id of ["figures", "picture", "gain-box"]) {
+    byId(id).hidden = none;
+    byId(id).classList.toggle("stale", !exact);
   }
+  showRows(none ? [] : cell.rows);
+  showGains(none ? NOTHING : cell);
+  draw();
 }
 
 function showRows(rows) {
@@ -209,7 +212,7 @@ function legend(entries) {
 }
 
 function draw() {
-  if (!shown) return;
+  if (!shown) { byId("drawing").replaceChildren(); return; }
   if (panels.length) { drawPanels(shown.at); return; }
   const planes = shown.planes;
   byId("choose").hidden = planes.length < 2;
