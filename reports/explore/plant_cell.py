@@ -180,7 +180,7 @@ def _planes(design: PlantDesign, loop: PlantLoop) -> list[Mapping[str, Any]]:
         else [*starts(loop), *around(loop, AROUND_MANY)]
     )
     simulated = motions(loop, begin)
-    plane_list = []
+    plane_list: list[Mapping[str, Any]] = []
     for pair in pairs:
         units = [_unit(loop, k) for k in pair]
         sizes = np.array([[size] for size, _ in units])

@@ -12,9 +12,10 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.errors import ModelError
-from takagi.reports.explore.axes import Axis
+from takagi.reports.explore.axes import Axis, Steps
 from takagi.reports.explore.books import Book
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.sections.turbine.summary import (
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from takagi.reports.margins.running_over_wind import RunningMargins
 
 LOOPS = ("torque", "pitch")
+NO_SET = "The set and the bound of rotor speed are not proved."
 
 
 def turbine_book(design: TurbineDesign, folder: Path) -> Book:
@@ -53,7 +55,9 @@ def turbine_book(design: TurbineDesign, folder: Path) -> Book:
     words = tuple(f"{low:g} to {high:g} m/s" for low, high in summary.winds)
     axis = Axis("wind", "Schedule wind", tuple({} for _ in words), words)
     measured = design.measured if isinstance(design.measured, MeasuredLoop) else NOTHING
-    cells = {(k,): _cell(design, law, summary, measured, k) for k in range(len(words))}
+    cells: dict[Steps, Cell] = {
+        (k,): _cell(design, law, summary, measured, k) for k in range(len(words))
+    }
     return Book(
         design.name,
         (axis,),
@@ -72,9 +76,11 @@ def _cell(
     k: int,
 ) -> Cell:
     low, high = summary.winds[k]
-    proved = design.proved and summary.proved[k]
+    # A motion may pass through every cell: with one of them open the set holds in none.
+    of_set = summary.verdict is Verdict.PROVED and summary.proved[k]
+    proved = design.proved and of_set
     rows = [
-        *(_set_rows(summary, k) if summary.proved[k] else []),
+        *(_set_rows(summary, k) if of_set else []),
         *_claim_rows(design, law, low, high),
         *_margin_rows(measured.margins.rows, low, high),
         *_run_rows(measured, (low + high) / 2),
@@ -90,7 +96,7 @@ def _cell(
     return {
         "proved": proved,
         "verdict": "PROVED" if proved else f"{design.verdict_words}: not all is proved here",
-        "sentence": _sentence(design, summary, k),
+        "sentence": _sentence(design, summary, k) if of_set else NO_SET,
         "rows": rows,
         "gains": {
             "columns": [f"at {wind:g} m/s" for wind in (low, high)],
@@ -107,8 +113,6 @@ def _cell(
 
 
 def _sentence(design: TurbineDesign, summary: ClaimSummary, k: int) -> str:
-    if not summary.proved[k]:
-        return "Of this wind cell nothing is proved."
     over = 100 * _over(design, summary, k)
     share = at_most(over).removeprefix("-")
     bound = f"at most {share} % above" if over >= 0 else f"at least {share} % below"
@@ -154,10 +158,8 @@ def _claim_rows(
     if smooth is not None and (low, high) in spans_of_law:
         # Its cells are those of the law's tables.
         cell = smooth[0]["cells"][spans_of_law.index((low, high))]
-        pitch, torque = float(cell["pitch_rate"]), float(cell["torque_rate"])
-        text = (
-            f"no jump; torque at most {at_most(torque / 1e3)} kN m/s, pitch {at_most(pitch)} rad/s"
-        )
+        torque, pitch = (at_most(float(cell[f"{of}_rate"])) for of in LOOPS)
+        text = f"no jump; torque moves at most at {torque} N m/s, pitch at {pitch} rad/s"
         rows.append(_row("commands", text))
     running = proved_claim(design, "running-loop")
     if running is not None:
@@ -172,37 +174,32 @@ def _margin_rows(
     rows: Sequence[RunningMargins], low: float, high: float
 ) -> list[Mapping[str, str]]:
     """Return the margins of the loop that runs nearest to a cell: as the file says, and least."""
-    nominal = [row for row in rows if row.nominal]
-    if not nominal:
+    if not rows:
         text = "not in this folder; 'takagi design' without --no-report measures them"
         return [_row("margins", text, LINEAR)]
-    near = min(nominal, key=lambda row: abs(row.wind - (low + high) / 2))
-    texts = [f"{loop} {_margin_words(margins)}" for loop, margins in near.loops]
-    shown = [_row(f"margins at {near.wind:g} m/s", "; ".join(texts) or "no loop", LINEAR)]
-    others = [row for row in rows if not row.nominal]
-    if others:
-        least = min(others, key=lambda row: abs(row.wind - (low + high) / 2)).wind
-        plants = [dict(row.loops) for row in rows if row.wind == least]
-        texts = []
-        for loop in LOOPS:
-            margins = [plant[loop] for plant in plants if loop in plant]
-            if not all(m.stable for m in margins):
-                texts.append(f"{loop} unstable")
-            elif margins:
-                phases = min(phase_margin(m) for m in margins)
-                texts.append(f"{loop} {_numbers(min(map(gain_margin, margins)), phases)}")
-        shown.append(_row(f"all plants, {least:g} m/s", "; ".join(texts) or "no loop", LINEAR))
+    nominal = [row for row in rows if row.nominal]
+    measured_winds = {row.wind for row in rows if not row.nominal}
+    every = [row for row in rows if row.wind in measured_winds]
+    shown = []
+    for name, chosen in (("margins", nominal), ("all plants", every)):
+        if not chosen:
+            continue
+        wind = min((row.wind for row in chosen), key=lambda at: abs(at - (low + high) / 2))
+        of_loop: dict[str, list[Margins]] = {}
+        for loop, margins in (pair for row in chosen if row.wind == wind for pair in row.loops):
+            of_loop.setdefault(loop, []).append(margins)
+        words = "; ".join(f"{loop} {_least(margins)}" for loop, margins in of_loop.items())
+        shown.append(_row(f"{name} at {wind:g} m/s", words or "no loop", LINEAR))
     return shown
 
 
-def _margin_words(margins: Margins) -> str:
-    return _numbers(gain_margin(margins), phase_margin(margins)) if margins.stable else "unstable"
-
-
-def _numbers(gain: float, phase: float) -> str:
-    parts = [f"{gain:.3g} dB" if isfinite(gain) else "any gain"]
-    parts += [f"{phase:.3g} deg"] if isfinite(phase) else []
-    return " and ".join(parts)
+def _least(margins: Sequence[Margins]) -> str:
+    """Return the least gain and phase margin in words."""
+    if not all(m.stable for m in margins):
+        return "unstable"
+    gain, phase = min(map(gain_margin, margins)), min(map(phase_margin, margins))
+    words = f"{gain:.3g} dB" if isfinite(gain) else "any gain"
+    return f"{words} and {phase:.3g} deg" if isfinite(phase) else words
 
 
 def _run_rows(measured: MeasuredLoop, wind: float) -> list[Mapping[str, str]]:

@@ -17,10 +17,7 @@ if TYPE_CHECKING:
     from takagi.reports.explore.axes import Axis
     from takagi.reports.explore.plant_cell import Cell, SettingsOf
 
-ENDED = (
-    "The process that designs was ended from outside, perhaps for want of memory; move the slider "
-    "to try again."
-)
+ENDED = "The process that designs was ended from outside, perhaps for want of memory; try again."
 
 
 class Worker:
@@ -48,8 +45,11 @@ class Worker:
 
     def first(self, folder: Path) -> tuple[Cell, tuple[Axis, ...]]:
         """Return the design without options, and the sliders around it; () where it has none."""
-        self._pipe.send((0, None, folder))
-        answer: tuple[Cell, tuple[Axis, ...]] = self._pipe.recv()
+        try:
+            self._pipe.send((0, None, folder))
+            answer: tuple[Cell, tuple[Axis, ...]] = self._pipe.recv()
+        except (EOFError, OSError):
+            return {"none": ENDED}, ()
         return answer
 
     async def cell(self, options: Mapping[str, Any], folder: Path) -> Cell | None:
