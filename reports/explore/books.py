@@ -116,9 +116,8 @@ class Book:
         if shown in self.grid:
             origin = "precomputed" if self.workers else "read from the design's folder"
         else:
-            origin = (
-                f"designed now in {cell['seconds']:.2g} s" if cell["new"] else "designed before"
-            )
+            done = "sought" if "none" in cell else "designed"
+            origin = f"{done} now in {cell['seconds']:.2g} s" if cell["new"] else f"{done} before"
         return {
             "cell": cell,
             "exact": shown == steps,

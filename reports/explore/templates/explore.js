@@ -108,7 +108,7 @@ function show(answer, here) {
   badge.className = `badge ${none ? "DISPROVED" : cell.proved && exact ? "PROVED" : "part"}`;
   badge.textContent = none ? "NO DESIGN" : exact ? cell.verdict : `${cell.verdict} for another position`;
   byId("origin").textContent = answer.origin;
-  const about = answer.expected ? `, in about ${answer.expected.toPrecision(1)} s` : "";
+  const about = answer.expected ? `, in about ${Math.max(1, Math.round(answer.expected))} s` : "";
   pending.textContent = `Shown is the nearest design, for ${where(answer.shown)}. `
     + `The one that you ask for is being made${about}.`;
   pending.hidden = exact;
