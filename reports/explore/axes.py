@@ -83,7 +83,7 @@ def command_of(source: PlantFile, options: Mapping[str, Any], steps: Steps) -> s
 def _settling(first: PlantDesign) -> Axis:
     loop = plant_loop(first)
     time = settling_time(loop) or (loop.decay_rate and norm_settling_time(loop.decay_rate))
-    times = dict.fromkeys(f"{time * factor:.2g}s" for factor in TIMES) if time else {}
+    times = dict.fromkeys(f"{float(f'{time * factor:.2g}'):g}s" for factor in TIMES) if time else {}
     options: list[Options] = [{}, *({"settle": text} for text in times)]
     words = (FREE, *(f"{text[:-1]} s to 2 %" for text in times))
     return Axis("settle", "Settling time", tuple(options), words)
