@@ -58,14 +58,14 @@ def made_cell(
     started = time.perf_counter()
     try:
         settings = settings_of(source, options)
-        reason = _reason_kept(folder)
+        reason = _reason_kept(folder, options)
         design = None if reason else _kept(folder, source, settings)
         new = reason is None and design is None
         if new:
             made = _designed(source, settings, tell)
             if isinstance(made, NoDesign):
                 reason = made.reason
-                write_folder(folder, {NONE: json.dumps({"reason": reason})})
+                write_folder(folder, {NONE: json.dumps({"reason": reason, "for": options})})
             else:
                 from takagi.reports.design_folder import law_files
 
@@ -95,9 +95,10 @@ def _designed(
         return NoDesign("The solver finds no gains for this. The command says what is in the way.")
 
 
-def _reason_kept(folder: Path) -> str | None:
+def _reason_kept(folder: Path, options: Mapping[str, Any]) -> str | None:
     try:
-        return str(json.loads((folder / NONE).read_text(encoding="utf-8"))["reason"])
+        kept = json.loads((folder / NONE).read_text(encoding="utf-8"))
+        return str(kept["reason"]) if kept["for"] == options else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 

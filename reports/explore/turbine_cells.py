@@ -18,6 +18,7 @@ from takagi.models.errors import ModelError
 from takagi.reports.explore.axes import Axis, Steps
 from takagi.reports.explore.books import Book
 from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.sections.turbine.cells import over_rated
 from takagi.reports.sections.turbine.summary import (
     LINEAR,
     REFERENCE,
@@ -103,17 +104,13 @@ def _cell(
             "labels": list(table),
             "rows": [[f"{value:.5g}" for value in values] for values in table.values()],
         },
-        "planes": [],
         "at": [low, high],
         "claims": [[claim.name, claim.verdict.name] for claim in design.checked.claims],
-        "notes": [],
-        "new": False,
-        "seconds": 0.0,
     }
 
 
 def _sentence(design: TurbineDesign, summary: ClaimSummary, k: int) -> str:
-    over = 100 * _over(design, summary, k)
+    over = 100 * over_rated(design, summary)[k]
     share = at_most(over).removeprefix("-")
     bound = f"at most {share} % above" if over >= 0 else f"at least {share} % below"
     return (
@@ -121,13 +118,6 @@ def _sentence(design: TurbineDesign, summary: ClaimSummary, k: int) -> str:
         f"wind, and that moves at most {at_least(summary.wind_rate[k])} m/s², rotor speed is "
         f"proved to stay {bound} rated."
     )
-
-
-def _over(design: TurbineDesign, summary: ClaimSummary, k: int) -> float:
-    """Return the bound on rotor speed in a cell, above rated over rated [-]."""
-    reference = design.document["gains"]["rotor_speed"][k : k + 2]
-    rated = design.turbine.rated_rotor_speed
-    return float((max(reference) + summary.peaks["speed_error"]) / rated - 1)
 
 
 def _set_rows(summary: ClaimSummary, k: int) -> list[Mapping[str, str]]:
@@ -216,7 +206,7 @@ def _run_rows(measured: MeasuredLoop, wind: float) -> list[Mapping[str, str]]:
         mean = min(measured.turbulent, key=lambda mean: abs(mean - wind))
         share = 100 * measured.turbulent[mean].share_inside
         text = f"of class B at {mean:g} m/s: within the wind limits {share:.0f} % of the time"
-        rows.append(_row("turbulence", text, SIMULATED))
+        rows += [_row("turbulence", text, SIMULATED)] if isfinite(share) else []
     return rows
 
 
@@ -232,22 +222,15 @@ def _panels(
     middle = [(low + high) / 2 for low, high in summary.winds]
     pitch = [law.pitch_share(value) for value in wind]
     nominal = [row for row in measured.margins.rows if row.nominal]
-    panels = [
-        _panel(
-            "Share at the trim",
-            "-",
-            {"pitch": (wind, pitch), "torque": (wind, [1 - p for p in pitch])},
-        ),
-        _panel(
-            "Gains",
-            "1/s",
-            {
-                "proportional": (wind, list(law.gains.proportional)),
-                "integral rate": (middle, list(law.gains.integral_rate[: len(middle)])),
-            },
-        ),
-        _panel("Proved wind limit", "m/s", {"|v − v_s|": (middle, summary.wind_error)}),
-    ]
+    shares = {"pitch": (wind, pitch), "torque": (wind, [1 - p for p in pitch])}
+    gains = {
+        "proportional": (wind, list(law.gains.proportional)),
+        "integral rate": (middle, list(law.gains.integral_rate[: len(middle)])),
+    }
+    panels = [_panel("Share at the trim", "-", shares), _panel("Gains", "1/s", gains)]
+    if summary.verdict is Verdict.PROVED:
+        limits = {"|v − v_s|": (middle, summary.wind_error)}
+        panels.append(_panel("Proved wind limit", "m/s", limits))
     if nominal:
         lines = {}
         for loop in LOOPS:

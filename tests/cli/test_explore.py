@@ -20,7 +20,7 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture
 def cheap_book(monkeypatch: pytest.MonkeyPatch) -> Book:
     """A page of one position, made without processes."""
-    cell = {"proved": True, "verdict": "PROVED", "new": False, "seconds": 0.0}
+    cell = {"proved": True, "verdict": "PROVED"}
     axis = Axis("settle", "Settling time", ({},), ("as the file says",))
     book = Book("Plant", (axis,), {(0,): cell}, [(0,)], lambda _: "takagi design")
     monkeypatch.setattr(books, "plant_book", lambda *_: book)

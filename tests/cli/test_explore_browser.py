@@ -89,7 +89,7 @@ def require_accessible(page: Page) -> None:
         page.set_viewport_size({"width": width, "height": 850})
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         for scheme in ("light", "dark"):
-            page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+            page.emulate_media(color_scheme=scheme)
             faults = Axe().run(page).response["violations"]
             serious = [f["id"] for f in faults if f["impact"] in ("serious", "critical")]
             assert serious == [], (width, scheme)

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import check
+from takagi.certificates.design.design import NoDesign
 from takagi.cli.main import main
 from takagi.cli.options.plant_options import plant_settings
 from takagi.models.plant_files.loader import PlantFile
@@ -120,7 +121,7 @@ def test_a_changed_folder_is_never_shown_as_proved(
     folder = tmp_path / "first"
     shutil.copytree(first, folder)
     damage(folder)
-    monkeypatch.setattr(plant_cell, "_designed", lambda *_: plant_cell.NoDesign("made anew"))
+    monkeypatch.setattr(plant_cell, "_designed", lambda *_: NoDesign("made anew"))
 
     cell = cell_of(pendulum, folder)
 
@@ -132,7 +133,7 @@ def test_a_design_for_other_requirements_is_not_taken(
     pendulum: PlantFile, first: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A whole, proved folder in the wrong place, and one of another plant."""
-    monkeypatch.setattr(plant_cell, "_designed", lambda *_: plant_cell.NoDesign("made anew"))
+    monkeypatch.setattr(plant_cell, "_designed", lambda *_: NoDesign("made anew"))
     for place in ("one", "two"):
         shutil.copytree(first, tmp_path / place)
     assert cell_of(pendulum, tmp_path / "one", settle="3s")["none"] == "made anew"
@@ -167,6 +168,7 @@ def test_no_design_is_an_answer_without_numbers(pendulum: PlantFile, tmp_path: P
     assert "no gains" in first["none"]
     assert set(first) == {"none", "new", "seconds"}
     assert (second["none"], second["new"]) == (first["none"], False)
+    assert cell_of(pendulum, tmp_path / "none", settle="3s")["proved"]
     assert "--settle" in cell_of(pendulum, tmp_path / "bad", settle="-1s")["none"]
 
 

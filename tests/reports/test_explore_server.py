@@ -15,7 +15,7 @@ from takagi.reports.explore.server import bound_socket, guarded_application
 
 TOKEN, PORT = "a-random-word", 8123
 HOME = f"http://127.0.0.1:{PORT}"
-CELL = {"proved": True, "verdict": "PROVED", "new": False, "seconds": 0.0}
+CELL = {"proved": True, "verdict": "PROVED"}
 
 
 class Client:
@@ -23,7 +23,9 @@ class Client:
 
     def __init__(self, base: str = HOME) -> None:
         axis = Axis("wind", "Wind", ({}, {}, {}), ("3 m/s", "4 m/s", "5 m/s"))
-        cells = {(k,): {**CELL, "sentence": f"cell {k}"} for k in range(3)}
+        cells: dict[tuple[int, ...], dict[str, Any]] = {
+            (k,): {**CELL, "sentence": f"cell {k}"} for k in range(3)
+        }
         book = Book("Turbine", (axis,), cells, list(cells), lambda at: f"command {at[0]}")
         self._application: Any = guarded_application(book, TOKEN, PORT)
         self._base = base

@@ -52,6 +52,7 @@ def test_what_is_not_proved_is_not_shown_as_proved(turbine_design: TurbineDesign
     checked = replace(turbine_design.checked, verdict=Verdict.UNDECIDED, claims=claims)
     book = turbine_book(replace(turbine_design, measured=NOTHING, checked=checked), FOLDER)
 
+    assert "Proved wind limit" not in [panel["title"] for panel in book.panels]
     for cell in book.cells.values():
         assert not cell["proved"]
         assert cell["verdict"].startswith("UNDECIDED")

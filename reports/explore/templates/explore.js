@@ -6,7 +6,7 @@ const byId = (id) => document.getElementById(id);
 const page = Array.from(crypto.getRandomValues(new Uint32Array(4)), (k) => k.toString(36)).join("-");
 const WIDTH = 560, HEIGHT = 430, LEFT = 62, BOTTOM = 46, TOP = 12, RIGHT = 12;
 
-const NOTHING = { gains: { columns: [], labels: [], rows: [] }, claims: [], notes: [] };
+const NOTHING = { gains: { columns: [], labels: [], rows: [] }, claims: [] };
 
 let axes = [], panels = [], steps = [], plane = 0, shown = null, asking = null, ended = false;
 
@@ -147,7 +147,7 @@ function showGains(cell) {
       made("th", { scope: "row" }, labels[k]), ...row.map((value) => made("td", {}, value))))),
   );
   byId("claims").replaceChildren(...cell.claims.map(([name, verdict]) => made("li", {}, `${verdict}: ${name}`)));
-  byId("notes").replaceChildren(...cell.notes.map((note) => made("li", {}, note)));
+  byId("notes").replaceChildren(...(cell.notes || []).map((note) => made("li", {}, note)));
 }
 
 // ---------------------------------------------------------------- pictures
