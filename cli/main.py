@@ -34,6 +34,11 @@ VERBS = (
         "Check a certificate in exact arithmetic, trusting nothing else in it",
         "check build/nrel5mw/certificate.json",
     ),
+    Verb(
+        "explore",
+        "Turn settling time, limits and starts on a page, and see what is proved",
+        "explore cart_pole",
+    ),
     Verb("certify", "Write a certificate for given gains, or for new ones"),
     Verb("verify", "Say what is proved of an LMI or conic problem of another program"),
     Verb("compare", "Compare two designs of one plant"),
