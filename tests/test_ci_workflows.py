@@ -6,7 +6,6 @@ import json
 import os
 import re
 import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import PlantFile
 from takagi.reports.design_folder import law_files
 from takagi.reports.output import write_folder
+from tests.takagi_tool import path_with_takagi
 from tests.test_ci_page import PLANT
 
 WHO = ("-c", "user.name=test", "-c", "user.email=test@example.invalid")
@@ -115,16 +115,8 @@ def edited(place: Path) -> None:
 
 def environment(folder: Path, **more: str) -> Mapping[str, str]:
     """Return an environment in which ``takagi`` is this checkout's, with nothing of a real job."""
-    tools = folder / "tools"
-    tools.mkdir(exist_ok=True)
-    script = tools / "takagi"
-    script.write_text(
-        f'#!/bin/sh\nexec "{sys.executable}" -c '
-        '"import sys; from takagi.cli.main import main; sys.exit(main(sys.argv[1:]))" "$@"\n'
-    )
-    script.chmod(0o755)
     kept = {key: value for key, value in os.environ.items() if not key.startswith(("CI", "GIT"))}
-    return {**kept, "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}", **more}
+    return {**kept, "PATH": path_with_takagi(folder / "tools"), **more}
 
 
 def bash(place: Path, script: str, env: Mapping[str, str]) -> subprocess.CompletedProcess[str]:

@@ -6,13 +6,13 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from takagi.cli.main import VERBS, main
 from takagi.cli.verbs.help import SUBJECTS
+from tests.takagi_tool import path_with_takagi
 
 Capture = pytest.CaptureFixture[str]
 ROOT = Path(__file__).parents[2]
@@ -97,14 +97,7 @@ def test_files_are_left_to_the_shell(monkeypatch: pytest.MonkeyPatch, capsys: Ca
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
 def test_the_script_is_installed_and_bash_runs_it(tmp_path: Path) -> None:
     """In an empty home; the script calls the command that is on the path."""
-    tool = tmp_path / "bin" / "takagi"
-    tool.parent.mkdir()
-    tool.write_text(
-        f'#!/bin/sh\nexec "{sys.executable}" -c '
-        '"import sys; from takagi.cli.main import main; sys.exit(main(sys.argv[1:]))" "$@"\n'
-    )
-    tool.chmod(0o755)
-    path = f"{tool.parent}{os.pathsep}{os.environ['PATH']}"
+    path = path_with_takagi(tmp_path / "bin")
     environment = {**os.environ, "HOME": str(tmp_path), "PATH": path}
     script = (
         "takagi --install-completion bash >&2 && . ~/.bashrc && "
