@@ -236,7 +236,7 @@ def values_in_words(row: Moved) -> tuple[str, str]:
     """Return both values; with more digits than usual if they would otherwise look equal."""
     for digits in _DIGITS:
         old, new = _number(row.old, digits), _number(row.new, digits)
-        if old != new:
+        if old != new or row.old == row.new:
             break
     return old, new
 
