@@ -21,7 +21,8 @@ help:
 	@echo "make test        run all tests (marked-tests: those that need TeX or minutes)"
 	@echo "make processors  run the tests whose numbers depend on the processor as on three kinds"
 	@echo "make check       lint, types and layers: what a change must pass beside the tests"
-	@echo "make packaging   build the distribution and try it in a clean environment"
+	@echo "make packaging   build the distribution and try it in a clean environment (and in those of"
+	@echo "                 PYTHONS=\"python3.12 python3.13\")"
 	@echo "make bench       measure the times that the documentation promises"
 	@echo "make campaigns   count false verdicts, changed certificates and broken checker lines (an hour;"
 	@echo "                 of the checker's lines 300 changes, drawn at random)"
@@ -67,7 +68,7 @@ layers: $(VENV)/.installed-dev
 	cd .links && ../$(BIN)/lint-imports --config ../pyproject.toml --no-cache
 
 packaging: $(VENV)/.installed-dev
-	.ci/try-wheel $(BIN)/python
+	.ci/try-wheel $(BIN)/python $(PYTHONS)
 
 bench: $(VENV)/.installed-bench
 	@for script in $(MEASURED); do \

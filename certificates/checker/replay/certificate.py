@@ -78,8 +78,12 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
     """Refuse another format or version, and parts that are not those of the hashes."""
     if text(data, "format", "certificate") != FORMAT:
         raise CertificateError(f"{path}: the format is not {FORMAT!r}")
-    if integer(data, "version", "certificate") != VERSION:
-        raise CertificateError(f"{path}: this checker reads version {VERSION}; use a matching one")
+    version = integer(data, "version", "certificate")
+    if version != VERSION:
+        raise CertificateError(
+            f"{path}: a certificate of version {version}; this checker reads version {VERSION}: "
+            "use the takagi that wrote it, or make it again with 'takagi certify'"
+        )
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
     # A hash detects accidental changes; a controller without a claim may have no hash.
     hashed = ["model", "gains", "claims"]
