@@ -119,9 +119,13 @@ def public_names(package: str) -> str:
         rooms[named if _source(named).name == "__init__.py" else package].append(name)
     sections = []
     for room, names in sorted(rooms.items()):
-        about = (ast.get_docstring(ast.parse(_source(room).read_text("utf-8"))) or "").split("\n")[0]
+        about = (ast.get_docstring(ast.parse(_source(room).read_text("utf-8"))) or "").split("\n")[
+            0
+        ]
         title = room.rpartition(".")[2].replace("_", " ").capitalize()
         heading = f"## {title}\n\n{about}" if room != package else "## Shared"
+        if len(rooms) == 1:
+            heading = ""
         blocks = [f"::: {package}.{name}" for name in sorted(names, key=str.lower)]
         sections.append("\n\n".join([heading, *blocks]))
     return "\n\n".join(sections)
