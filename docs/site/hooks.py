@@ -15,17 +15,23 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from pymdownx.slugs import slugify
+from pymdownx.superfences import SuperFencesException
 
+from takagi.models import ModelError
 from takagi.reports.page.mathml import mathml
 
 ROOT = Path(__file__).resolve().parents[2]
 # Files of the repository's root that are pages of the site.
 ROOT_PAGES = {"CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md"}
 PAGE_OF = {**ROOT_PAGES, "README.md": "index.md"}
+# What a search shows after all other pages, and by how much less it counts.
+LAST, SEARCHED_LAST = ("api/", "changelog", "contributing", "architecture"), 0.2
 LINK = re.compile(r"(?<=\]\()([^)#\s:]+)(?=[)#])")
 # GitHub begins a list below a line of text; Python's Markdown wants an empty line between them.
 LIST_BELOW_TEXT = re.compile(r"^((?![-*|>#\s]|\d+\. ).+\n)(?=[-*] |1\. )", re.MULTILINE)
 FENCE = re.compile(r"(^```.*?^```$)", re.DOTALL | re.MULTILINE)
+# A lone brace is taken for one that is left over from a command: these signs stand for it.
+BRACES = {"{": "\u2774", "}": "\u2775"}
 NAMES_OF = re.compile(r"^<!-- public names of (takagi[\w.]*) -->$", re.MULTILINE)
 
 
@@ -35,7 +41,7 @@ class InlineFormula(InlineProcessor):
     def handleMatch(  # type: ignore[override]
         self, m: re.Match[str], data: str
     ) -> tuple[str, int, int]:
-        return self.md.htmlStash.store(mathml(m[1], block=False)), m.start(0), m.end(0)
+        return self.md.htmlStash.store(formula(m[1], block=False)), m.start(0), m.end(0)
 
 
 class Formulas(Extension):
@@ -47,8 +53,32 @@ class Formulas(Extension):
 
 
 def formula_block(source: str, *_: Any, **__: Any) -> str:
-    """Return a fenced block of LaTeX as MathML; a keyboard can scroll it."""
-    return f'<div class="formula" tabindex="0">{mathml(source.strip())}</div>'
+    """Return a fenced block of LaTeX as MathML; a keyboard can scroll it.
+
+    Raises
+    ------
+    SuperFencesException : what is not converted; any other exception would be passed over.
+    """
+    try:
+        set_in = formula(source.strip(), block=True)
+    except ModelError as error:
+        raise SuperFencesException(str(error)) from error
+    aligned = " aligned" if "{aligned}" in source else ""
+    return f'<div class="formula{aligned}" tabindex="0">{set_in}</div>'
+
+
+def formula(latex: str, *, block: bool) -> str:
+    """Return LaTeX of the pages as MathML: GitHub's has a little more than that of the reports."""
+    latex = latex.replace(r"\begin{aligned}", r"\begin{array}{rl}")
+    latex = latex.replace(r"\end{aligned}", r"\end{array}")
+    latex = re.sub(r"\\([td]?)frac(\d)(\d)", r"\\\1frac{\2}{\3}", latex)
+    for brace, sign in BRACES.items():
+        latex = latex.replace(f"\\{brace}", sign)
+    set_in = mathml(latex, block=block)
+    for brace, sign in BRACES.items():
+        set_in = re.sub(rf"<m[io]>{sign}</m[io]>", f"<mo>{brace}</mo>", set_in)
+        set_in = set_in.replace(sign, f"\\{brace}")
+    return set_in
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -81,6 +111,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
     """Return the page with links inside the site, lists as GitHub shows them, and public names."""
     uri = page.file.src_uri
+    # A search finds the page about a word before the many docstrings that have it.
+    page.meta.setdefault("search", {"boost": SEARCHED_LAST if uri.startswith(LAST) else 1})
 
     def inside(found: re.Match[str]) -> str:
         path = posixpath.normpath(posixpath.join(posixpath.dirname(_home(uri)), found[1]))
@@ -96,6 +128,12 @@ def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
         if k % 2 == 0:
             parts[k] = LIST_BELOW_TEXT.sub(r"\1\n", LINK.sub(inside, part))
     return NAMES_OF.sub(lambda found: public_names(found[1]), "".join(parts))
+
+
+def on_post_page(output: str, **_: Any) -> str:
+    """Return the page with a name for the dialog that the theme leaves without one."""
+    search = 'data-md-component="search" role="dialog"'
+    return output.replace(search, f'{search} aria-label="Search"')
 
 
 def _home(uri: str) -> str:
