@@ -333,7 +333,7 @@ def row(found: Measured) -> tuple[str, Settling]:
     law, other = settling(loop), settling(loop, linear(loop, K))
     sets = beside_regulator(loop, PLANTS / f"{found.name}.toml", K)
     compared = "only" if np.isinf(sets.volume) else f"{sets.volume:.2f}, {sets.corners:.2f}"
-    settled = " / ".join(
+    settled = "/".join(
         shown_time(s.slowest, unit) + (f" ({s.lost} of {s.starts} do not)" if s.lost else "")
         for s in (law, other)
     )
@@ -341,11 +341,10 @@ def row(found: Measured) -> tuple[str, Settling]:
         f"[{found.text['name']}](../tests/gallery/plants/{found.name}.toml)",
         f"{n}, {len(loop.inputs)}",
         str(len(loop.gains)),
-        "PROVED",
-        f"{found.wall:.1f} / {found.processor:.1f}",
+        f"{found.wall:.1f}/{found.processor:.1f}",
         ", ".join(parts),
         compared,
-        f"{effort(loop, loop.gains):.2g} / {effort(loop, K):.2g}",
+        f"{effort(loop, loop.gains):.2g}/{effort(loop, K):.2g}",
         settled,
         judgement(sets, law, other),
     )
@@ -370,9 +369,9 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
     )
     said += verdicts([rows[m.name] for m in proved])
     table = (
-        "| plant | states, inputs | rules | verdict | time [s] | set | set / LQR's "
-        "| gains: law / LQR | settles: law / LQR | set, settling |\n"
-        "|---|---|---|---|---|---|---|---|---|---|\n"
+        "| plant | states, inputs | rules | time [s] | set | set / LQR's "
+        "| gains: law/LQR | settles: law/LQR | set, settling |\n"
+        "|---|---|---|---|---|---|---|---|---|\n"
     )
     table += "\n".join(rows[m.name] for m in proved) + "\n"
     lost = [
@@ -385,8 +384,7 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
         lost.insert(0, "\n## Not proved\n\n| plant | time [s] | what is said |\n|---|---|---|\n")
     pictures = PICTURES
     pictures += "".join(
-        f"\n### {m.text['name']}\n\n![{m.text['name']}](figures/gallery/{m.name}.svg)\n"
-        for m in proved
+        f"\n![{m.text['name']}](figures/gallery/{m.name}.svg)\n*{m.text['name']}*\n" for m in proved
     )
     columns = COLUMNS.format(cores=cores, shared=shared)
     turbines = TURBINE_HEAD + "\n".join(kept_turbines()) + "\n" + TURBINE_COLUMNS
@@ -454,7 +452,7 @@ def kept(asked: list[str]) -> tuple[list[Measured], dict[str, str]]:
         found = re.match(r"\| \[[^]]*\]\(\.\./tests/gallery/plants/(\w+)\.toml\) \|", line)
         if found is None or found[1] in asked or not (PLANTS / f"{found[1]}.toml").exists():
             continue
-        wall, processor = map(float, line.split(" | ")[4].split(" / "))
+        wall, processor = map(float, line.split(" | ")[3].split("/"))
         text = tomllib.loads((PLANTS / f"{found[1]}.toml").read_text(encoding="utf-8"))
         members.append(Measured(found[1], text, 0, wall, processor, "", None))
         rows[found[1]] = line

@@ -24,8 +24,12 @@ ROOT = Path(__file__).resolve().parents[2]
 # Files of the repository's root that are pages of the site.
 ROOT_PAGES = {"CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md"}
 PAGE_OF = {**ROOT_PAGES, "README.md": "index.md"}
-# What a search shows after all other pages, and by how much less it counts.
-LAST, SEARCHED_LAST = ("api/", "changelog", "contributing", "architecture"), 0.2
+# How much a page counts in a search: what explains a word comes before the many that use it.
+COUNTS = {
+    **dict.fromkeys(("api/", "changelog", "contributing", "architecture"), 0.2),
+    **dict.fromkeys(("conditions", "benchmarks", "gallery-table"), 0.4),
+    **dict.fromkeys(("tutorial", "glossary", "want", "cli"), 3.0),
+}
 LINK = re.compile(r"(?<=\]\()([^)#\s:]+)(?=[)#])")
 # GitHub begins a list below a line of text; Python's Markdown wants an empty line between them.
 LIST_BELOW_TEXT = re.compile(r"^((?![-*|>#\s]|\d+\. ).+\n)(?=[-*] |1\. )", re.MULTILINE)
@@ -111,8 +115,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
     """Return the page with links inside the site, lists as GitHub shows them, and public names."""
     uri = page.file.src_uri
-    # A search finds the page about a word before the many docstrings that have it.
-    page.meta.setdefault("search", {"boost": SEARCHED_LAST if uri.startswith(LAST) else 1})
+    count = next((boost for start, boost in COUNTS.items() if uri.startswith(start)), 1.0)
+    page.meta.setdefault("search", {"boost": count})
 
     def inside(found: re.Match[str]) -> str:
         path = posixpath.normpath(posixpath.join(posixpath.dirname(_home(uri)), found[1]))

@@ -70,7 +70,7 @@ def designed(name: str) -> PlantDesign:
 def tile(name: str, about: str, design: PlantDesign) -> str:
     """Return one tile of the page, in Markdown."""
     first, second = drawn_states(plant_loop(design))
-    alt = f"{first} and {second}: the proved set, and motions into the rest"
+    alt = f"Motions and set: {first}, {second}"
     verdict = "PROVED" if design.proved else "not proved"
     return (
         f"-   [![{alt}](figures/tiles/{name}.svg)](../models/data/{name}.toml)\n\n"
