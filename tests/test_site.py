@@ -1,4 +1,4 @@
-"""What the site makes of pages and docstrings; ``make site`` builds all of it, warnings being errors."""
+"""What the site makes of pages and docstrings; ``make site`` builds all, warnings being errors."""
 
 from __future__ import annotations
 
