@@ -333,7 +333,7 @@ def row(found: Measured) -> tuple[str, Settling]:
     law, other = settling(loop), settling(loop, linear(loop, K))
     sets = beside_regulator(loop, PLANTS / f"{found.name}.toml", K)
     compared = "only" if np.isinf(sets.volume) else f"{sets.volume:.2f}, {sets.corners:.2f}"
-    settled = "/".join(
+    settled = " / ".join(
         shown_time(s.slowest, unit) + (f" ({s.lost} of {s.starts} do not)" if s.lost else "")
         for s in (law, other)
     )

@@ -13,7 +13,7 @@ from typing import Any
 
 import griffe
 
-ENTRY = re.compile(r"^(\*{0,2}[\w.]+(?:, \*{0,2}[\w.]+)*) : (.*)$")
+ENTRY = re.compile(r"^(?:``)?(\*{0,2}[\w.]+(?:, \*{0,2}[\w.]+)*)(?:``)? : (.*)$")
 CODE = re.compile(r"(``.+?``|`[^`\n]+`)")
 LITERAL = re.compile(r"::$", re.MULTILINE)
 
@@ -41,9 +41,7 @@ def as_markdown(docstring: str) -> str:
 
 
 def _section(title: str, lines: list[str]) -> str:
-    if not title:
-        return _text(lines)
-    return f"**{title}**\n\n{_entries(lines)}"
+    return f"**{title}**\n\n{_entries(lines)}" if title else _entries(lines)
 
 
 def _entries(lines: list[str]) -> str:
