@@ -134,6 +134,11 @@ def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
     return NAMES_OF.sub(lambda found: public_names(found[1]), "".join(parts))
 
 
+def on_page_content(html: str, **_: Any) -> str:
+    """Return the page's content with no table header that is empty."""
+    return html.replace("<th></th>", "<td></td>")
+
+
 def on_post_page(output: str, **_: Any) -> str:
     """Return the page with a name for the dialog that the theme leaves without one."""
     search = 'data-md-component="search" role="dialog"'
