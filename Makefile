@@ -13,7 +13,7 @@ MEASURED := measure costs validation_plant lmi_layer lmi_growth kim_lee_ladder e
 
 .DEFAULT_GOAL := help
 .PHONY: help design study test marked-tests processors lint format types layers packaging bench \
-        campaigns docs check clean
+        campaigns docs site check clean
 
 help:
 	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
@@ -27,6 +27,7 @@ help:
 	@echo "make campaigns   count false verdicts, changed certificates and broken checker lines (an hour;"
 	@echo "                 of the checker's lines 300 changes, drawn at random)"
 	@echo "make docs        write the pages that are made from the code: conditions, published, rooms"
+	@echo "make site        build the documentation as a site in build/site; a broken link is an error"
 	@echo "make format      write the code as the linter wants it"
 	@echo "make clean       remove all that was made, the environment included"
 
@@ -82,6 +83,9 @@ campaigns: $(VENV)/.installed-dev
 
 docs: $(VENV)/.installed-dev
 	$(BIN)/python docs/make_pages.py
+
+site: $(VENV)/.installed-dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \
