@@ -101,8 +101,8 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     if not bounds:
         return {}
     factors: Floats = _ROUNDED * np.min(bounds, axis=0)
-    own = len(loop.names) - len(loop.plant.integrators)
-    pairs = zip(loop.names[:own], factors, strict=False)
+    count = len(loop.names) - len(loop.plant.integrators)
+    pairs = zip(loop.names[:count], factors, strict=False)
     return {name: float(factor) for name, factor in pairs if factor <= USEFUL}
 
 

@@ -361,7 +361,8 @@ def test_a_controller_with_a_state_of_its_own(
         assert main(["export", str(out), "--to", target, "--out", str(tmp_path / target)]) == 0
     again = ["--gains", str(out / "gains.json"), "--out", str(tmp_path / "again.json")]
     assert main(["certify", str(plant_file), *again, *options[:4]]) == 0
-    assert main(["certify", str(plant_file), *again, "--force"]) == 2
+    again[-1] = str(tmp_path / "more.json")
+    assert main(["certify", str(plant_file), *again]) == 2
     assert "give --controller order=1" in capsys.readouterr().err
     other = tmp_path / "other.toml"
     other.write_text(measured("omega", damping=1e-9), encoding="utf-8")
@@ -372,8 +373,8 @@ def test_a_controller_with_a_state_of_its_own(
 def test_a_state_more_lowers_the_energy_gain_of_compleib(plant_file: Path) -> None:
     """NN2: 2.2216 is the least with static gains (published with COMPleib).
 
-    1.7648 is the least of any order, by ``hinf_output_feedback``; order 1 is between them, and
-    within its least by ``hinf_fixed_order``, whose search is another.
+    1.7643 is a lower bound for every order, by ``hinf_output_feedback``; order 1 is between them,
+    and near its least by ``hinf_fixed_order``, whose search is another.
     """
     from takagi.lmi import GeneralisedPlant, hinf_fixed_order
 
@@ -390,8 +391,7 @@ def test_a_state_more_lowers_the_energy_gain_of_compleib(plant_file: Path) -> No
     gain = claim_of(claims, "l2-gain")["gain"]
     least = hinf_fixed_order(plant, 1, starts=4).gain
     assert status == 0 and least is not None
-    assert 1.7648 < gain < 2.2
-    assert least <= gain < 1.02 * least
+    assert 1.7643 < gain < 1.005 * least < 2.2
 
 
 @pytest.mark.slow

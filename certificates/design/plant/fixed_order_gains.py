@@ -15,8 +15,8 @@ Less noise makes a faster controller.  Each share of noise begins where the last
 decay rate alpha is asked for by A + alpha I in the place of A.  Where the vertices have no common
 quadratic function, gains and function are changed together (``lmi/gains/structured``).  Of the
 loops with such a function that are not much slower than others, the one with the largest set of
-starts (x, x_c = 0) is taken; without limits of inputs, the first.  x_c is written in units in
-which it is of order one from starts in the ranges.
+starts (x, x_c = 0) is taken; without limits of inputs, the first; for an energy gain, the one with
+the least.  x_c is written in units in which it is of order one from starts in the ranges.
 
 Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Control Design.
 """
@@ -24,7 +24,7 @@ Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Cont
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
@@ -85,11 +85,11 @@ def fixed_order_gains(
 
     order, rate = settings.order, settings.decay_rate
     alpha = rate if isinstance(rate, float | int) else None
-    sizes = _sizes(model, plant, box, input_limit)
+    task = _Task(plant, model, settings, wish, *_sizes(model, plant, box, input_limit))
     data = plant_and_claim(model)[0]
     tried: list[str] = []
-    found: list[tuple[float, Design, str]] = []
-    for share, K in _controllers(plant, model, settings, wish, sizes):
+    candidates: list[tuple[float, Design, str]] = []
+    for share, K in _controllers(task):
         words = f"with sensor noise of {share:g} times the ranges"
         loop = ClaimedLoop.of(model, K, model_data=data)
         answer = common_function(loop, alpha)
@@ -97,7 +97,10 @@ def fixed_order_gains(
             tried.append(f"{words} every rule is stable, but no common function was found")
             continue
         size, P = 1.0, np.asarray(answer.P)
-        if input_limit is not None and np.isfinite(box).any():
+        if wish is not None:
+            loops = _loops(task, 0.0, 1.0)
+            size = -loops.norm(loops.entries(K[:1] @ loops.C2[0].T))[0]
+        elif input_limit is not None and np.isfinite(box).any():
             set_rate = SHARE_OF_RATE * (answer.decay_rate or 0.0) if alpha is None else alpha
             size, P = _set_of_starts(loop, plant, input_limit, set_rate) or (0.0, P)
         design = Design(
@@ -108,14 +111,15 @@ def fixed_order_gains(
             relaxation="common-gain",
             answer=answer,
         )
-        found.append((size, design, words))
-        if input_limit is None:
+        candidates.append((size, design, words))
+        if wish is None and input_limit is None:
             break
     names = ", ".join(settings.feedback)
     sought = f"controller of {names} with {order} state{'s' if order > 1 else ''}"
-    if found:
-        fastest = max(design.decay_rate for _, design, _ in found)
-        fast = [entry for entry in found if entry[1].decay_rate >= SLOWER * fastest]
+    if candidates:
+        slowest = SLOWER if wish is None else 0.0
+        enough = slowest * max(design.decay_rate for _, design, _ in candidates)
+        fast = [entry for entry in candidates if entry[1].decay_rate >= enough]
         _, design, words = max(fast, key=lambda entry: entry[0])
         note = f"a {sought}, by a local search {words}"
         return design, (note, *beyond_search(settings))
@@ -127,6 +131,18 @@ def fixed_order_gains(
     diagnosis = f"a local search found no {sought} ({why}); try {', or '.join(steps)}"
     unknown = Answer(status="unknown", margin=-np.inf, diagnosis=diagnosis)
     return Design(decay_rate=0.0, margin=-np.inf, relaxation="common-gain", answer=unknown), ()
+
+
+class _Task(NamedTuple):
+    """What is asked; sizes of the plant's states and inputs, and how fast it moves."""
+
+    plant: Plant
+    model: TSModel
+    settings: PlantSettings
+    wish: NormWish | None
+    states: Floats
+    inputs: Floats
+    speed: float
 
 
 def _sizes(
@@ -148,13 +164,7 @@ def _sizes(
     return s, u, float(fastest.min()) or 1.0
 
 
-def _controllers(
-    plant: Plant,
-    model: TSModel,
-    settings: PlantSettings,
-    wish: NormWish | None,
-    sizes: tuple[Floats, Floats, float],
-) -> Iterator[tuple[float, Floats]]:
+def _controllers(task: _Task) -> Iterator[tuple[float, Floats]]:
     """Yield shares of noise and gains K (r, m, n), one for all rules.
 
     With stable vertices, and where it is found, with a common function.
@@ -162,19 +172,21 @@ def _controllers(
     from takagi.lmi.gains.descent.many_starts import best_gains, descend
 
     F: Floats | None = None
-    for share, price in WEIGHTS if wish is None else WEIGHTS_OF_GAIN:
-        loops = _loops(plant, model, settings, wish, sizes, share, price)
-        if F is None:
-            ends = best_gains(loops, [], starts=STARTS, seed=SEED)
+    enough = 0.0 if task.settings.decay_rate else SLOW * task.speed
+    for share, price in WEIGHTS if task.wish is None else WEIGHTS_OF_GAIN:
+        loops = _loops(task, share, price)
+        if F is None or task.wish is not None:
+            named = [] if F is None else [("before", F)]
+            ends = best_gains(loops, named, starts=STARTS, seed=SEED)
             if not ends:
                 return
             F = ends[0].F
         else:
             end = descend(loops.norm, loops.entries(F), steps=STEPS, enough=ENOUGH)
             F = loops.gains(end.x)
-        settled = _with_function(loops, F, 0.0 if settings.decay_rate else SLOW * sizes[2])
-        K = np.broadcast_to(settled @ loops.C2[0], model.B.transpose(0, 2, 1).shape)
-        yield share, _in_even_states(plant, model, sizes[0], K)
+        K = _with_function(loops, F, enough) @ loops.C2[0]
+        whole = np.broadcast_to(K, task.model.B.transpose(0, 2, 1).shape)
+        yield share, _in_even_states(task.model, task.states, whole)
 
 
 def _with_function(loops: GainLoops, F: Floats, enough: float) -> Floats:
@@ -212,36 +224,28 @@ def _with_function(loops: GainLoops, F: Floats, enough: float) -> Floats:
     return F if point is None else point.F
 
 
-def _loops(
-    plant: Plant,
-    model: TSModel,
-    settings: PlantSettings,
-    wish: NormWish | None,
-    sizes: tuple[Floats, Floats, float],
-    share: float,
-    price: float,
-) -> GainLoops:
+def _loops(task: _Task, share: float, price: float) -> GainLoops:
     """Return the loops of the module's text, with (u, v) = -F (y, x_c)."""
     from takagi.lmi.gains.descent.gain_loops import GainLoops
 
-    s, u, speed = sizes
-    (r, n, m), own = model.B.shape, len(s)
-    rows = measured_states(plant, settings)
+    model, rate, s, u = task.model, task.settings.decay_rate, task.states, task.inputs
+    (r, n, m), count = model.B.shape, len(s)
+    rows = measured_states(task.plant, task.settings)
     y = np.eye(n)[rows]
-    if wish is None:
-        pushes = np.vstack([np.diag(speed * s), np.zeros((n - own, own))])
-        E = np.broadcast_to(pushes, (r, n, own))
-        C = np.vstack([np.eye(own, n) / s[:, None], np.zeros((len(u), n))])
-        D12 = np.vstack([np.zeros((own, m)), price * np.eye(len(u), m) / u[:, None]])
-        C, D12, D11 = (np.broadcast_to(M, (r, *M.shape)) for M in (C, D12, np.zeros((len(C), own))))
+    if task.wish is None:
+        E = np.eye(n, count) * task.speed * s
+        C = np.vstack([np.eye(count, n) / s[:, None], np.zeros((len(u), n))])
+        D12 = np.vstack([np.zeros((count, m)), price * np.eye(len(u), m) / u[:, None]])
+        D11 = np.zeros((len(C), count))
+        E, C, D12, D11 = (np.broadcast_to(M, (r, *M.shape)) for M in (E, C, D12, D11))
     else:
-        disturbed = wish.plant(model, None)
+        disturbed = task.wish.plant(model, None)
         E, C, D12, D11 = disturbed.E, disturbed.C, disturbed.D12, disturbed.D11
-    sensors = [k for k, row in enumerate(rows) if row < own]
+    sensors = [k for k, row in enumerate(rows) if row < count]
     noise = np.zeros((len(rows), len(sensors)))
     noise[sensors, range(len(sensors))] = share * s[[rows[k] for k in sensors]]
     sensed, p = np.hstack([np.zeros((len(rows), E.shape[2])), noise]), C.shape[1]
-    faster = FASTER * settings.decay_rate if isinstance(settings.decay_rate, float | int) else 0.0
+    faster = FASTER * rate if isinstance(rate, float | int) else 0.0
     A, B = np.array(model.A, dtype=np.float64), np.array(model.B, dtype=np.float64)
     if model.sample_time is None:
         A = A + faster * np.eye(n)
@@ -262,26 +266,26 @@ def _loops(
     )
 
 
-def _in_even_states(plant: Plant, model: TSModel, s: Floats, K: Floats) -> Floats:
+def _in_even_states(model: TSModel, s: Floats, K: Floats) -> Floats:
     """Return K with x_c in units in which its mean square, from starts of size s, is that of 1."""
-    own, n = len(s), model.A.shape[1]
+    count, n = len(s), model.A.shape[1]
     A = np.mean(np.asarray(model.A) - np.asarray(model.B) @ K, axis=0)
     start = np.zeros((n, n))
-    start[:own, :own] = np.diag(s**2)
+    start[:count, :count] = np.diag(s**2)
     if model.sample_time is None:
         speed = max(float(-np.linalg.eigvals(A).real.max()), 1e-9)
         spread = solve_continuous_lyapunov(A, -speed * start)
     else:
         spread = solve_discrete_lyapunov(A, start)
-    values, vectors = np.linalg.eigh(spread[own:, own:])
+    values, vectors = np.linalg.eigh(spread[count:, count:])
     if not (np.isfinite(values).all() and values[0] > 1e-12 * values[-1] > 0):
         return K
     root = vectors * np.sqrt(values)
     # Eigenvectors have no sign of their own: the first input falls with each x_c.
-    root *= np.where(K[0, 0, own:] @ root < 0, -1.0, 1.0)
-    m = model.B.shape[2] - (n - own)
+    root *= np.where(K[0, 0, count:] @ root < 0, -1.0, 1.0)
+    m = model.B.shape[2] - (n - count)
     even = K.copy()
-    even[:, :, own:] = even[:, :, own:] @ root
+    even[:, :, count:] = even[:, :, count:] @ root
     even[:, m:] = np.linalg.solve(root, even[:, m:])
     return even
 
@@ -298,8 +302,8 @@ def _set_of_starts(
     rows = loop.gains[:, limited] / input_limit[limited, None]
     rows = np.vstack([box_rows(loop), rows.reshape(-1, rows.shape[2])])
     starts = np.eye(loop.exact.order)[:, plant.own_states]
-    found = start_set(loop.A, rows, starts, decay_rate=rate, sample_time=loop.sample_time)
-    if found.P is None:
+    ellipsoid = start_set(loop.A, rows, starts, decay_rate=rate, sample_time=loop.sample_time)
+    if ellipsoid.P is None:
         return None
-    S = starts.T @ found.P @ starts
-    return float(np.exp(-0.5 * np.linalg.slogdet(S)[1] / len(S))), found.P
+    S = starts.T @ ellipsoid.P @ starts
+    return float(np.exp(-0.5 * np.linalg.slogdet(S)[1] / len(S))), ellipsoid.P

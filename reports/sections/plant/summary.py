@@ -219,8 +219,8 @@ def set_starts(loop: PlantLoop, P: ArrayLike, level: object) -> tuple[Number, ..
     """
     numbers = []
     diagonal = np.diag(np.asarray(P, dtype=np.float64))
-    own = len(diagonal) - len(loop.plant.integrators)
-    for k, (label, entry) in enumerate(zip(loop.model.states[:own], diagonal, strict=False)):
+    count = len(diagonal) - len(loop.plant.integrators)
+    for k, (label, entry) in enumerate(zip(loop.model.states[:count], diagonal, strict=False)):
         size, unit = _unit_of_state(loop, k)
         reach = float(np.sqrt(float(Fraction(str(level))) / entry))
         ends = loop.model.box.get(label)
@@ -450,8 +450,8 @@ def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     if proved:
         commands = list(zip(loop.model.inputs, proved, strict=True))
     phrases, numbers = [], []
-    own = len(loop.plant.inputs) - len(loop.plant.integrators)
-    for variable, (label, bound) in zip(loop.plant.inputs[:own], commands, strict=False):
+    count = len(loop.plant.inputs) - len(loop.plant.integrators)
+    for variable, (label, bound) in zip(loop.plant.inputs[:count], commands, strict=False):
         size, unit = file_unit(variable)
         phrases.append(f"|{name_of(label)}| <= {at_most(bound / size)}{behind(unit)}")
         numbers.append(Number(name_of(label), bound / size, unit))
@@ -559,9 +559,9 @@ def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
 def _observer(design: PlantDesign) -> SummaryRow | None:
     law = design.output_law
     if design.plant.integrators:
-        own = ", ".join(state for state, _ in design.plant.integrators)
+        names = ", ".join(state for state, _ in design.plant.integrators)
         measured = f"of {', '.join(design.settings.feedback)}"
-        phrases = (measured, f"states of its own, which start at rest: {own}")
+        phrases = (measured, f"states of its own, which start at rest: {names}")
         return SummaryRow("controller", phrases, basis="in gains.json")
     if law is None:
         return None
