@@ -121,12 +121,18 @@ def _polynomial_set(
     distances = np.linspace(0.0, FARTHEST, RAYS)[1:, None, None]
     outside = region.V(distances * directions) > region.level
     first = np.where(outside.any(axis=0), outside.argmax(axis=0), RAYS - 2)
-    border = (distances[first, 0] * directions)[:, pair].T / sizes
+    ends = [distances[np.maximum(first - 1, 0), 0], distances[first, 0]]
+    for _ in range(HALVINGS):
+        middle = (ends[0] + ends[1]) / 2
+        beyond = (region.V(middle * directions) > region.level)[:, None]
+        ends = [np.where(beyond, ends[0], middle), np.where(beyond, middle, ends[1])]
+    border = (ends[0] * directions)[:, pair].T / sizes
     axes.plot(*border, color=COLOURS[2], lw=1.6, label="safe starts by a polynomial")
     return np.asarray(border)
 
 
-FARTHEST, RAYS = 6.0, 601  # of a border's distance, over that along the axes
+# How far a border is looked for, over its distance along the axes; steps, and their halvings.
+FARTHEST, RAYS, HALVINGS = 6.0, 301, 20
 POINTS = 181
 MOST_PLANES = 4
 
