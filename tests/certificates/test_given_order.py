@@ -374,6 +374,20 @@ def test_discrete_time_keeps_the_rate_itself(tmp_path: Path) -> None:
     of_file(json.loads(dumps(design.document)), tmp_path, text)
 
 
+def test_no_controller_is_an_answer_with_what_to_try(tmp_path: Path) -> None:
+    """x' = x is unstable and does not show in y: no controller of y settles it."""
+    text = HEAD + (
+        'measured = ["y"]\n[states]\nx = { unit = "m" }\ny = { unit = "m" }\n'
+        '[inputs]\nu = { unit = "m/s" }\n[parameters]\na = { value = 1, unit = "1/s" }\n'
+        '[equations]\nx = "a*x + u"\ny = "-a*y + u"\n'
+    )
+    answer = design_plant(load_plant(filed(tmp_path, text)), settings(feedback=("y",)))
+
+    assert isinstance(answer, NoDesign)
+    assert "found no controller of y with 1 state (no start led to stable rules)" in answer.reason
+    assert "try a higher order than 1, or another state in measured" in answer.reason
+
+
 def test_names_and_orders_that_do_not_fit(tmp_path: Path) -> None:
     plant = load_plant(filed(tmp_path))
     with pytest.raises(ModelError, match="has 2 states, and more are of no use"):

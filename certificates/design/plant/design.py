@@ -247,6 +247,9 @@ def _reason(gains: FoundGains, work: PlantWork) -> str:
     from takagi.lmi import explain
 
     design = gains.design
+    if work.plant.integrators and design.answer.diagnosis:
+        # The search for a controller says what to try itself.
+        return in_file_rates(design.answer.diagnosis, work.plant)
     cause = obstacle(design.answer, work.plant, work.model, work.settings)
     paragraphs = [cause] if cause else []
     if design.answer.diagnosis:
