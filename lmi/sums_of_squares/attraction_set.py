@@ -13,10 +13,10 @@ changes of V and of m is left out:
     -V' = z'S_0 z + m_0 (1 - U) - (m_0 at U) (V - U),   and so for q_k.
 
 The volume of {V <= 1} grows by int r^n (U - V) / (r dU/dr) over all directions, where r is the
-distance of the border.  ``larger_function`` takes this integral with V - U at points slightly
-outside, which limits the step.  Then the largest share of the step is taken with which multipliers
-exist and the volume is larger (``largest_set``).  No set is smaller than the one before; none need
-be the largest.
+distance of the border.  ``larger_function`` maximises this integral, of V - U at points slightly
+outside of the border, with (1 - d) U <= V <= (1 + d) U as sums of squares.  Then the largest share
+of the step is taken with which multipliers exist and the volume is larger (``largest_set``).  No
+set is smaller than the one before; none need be the largest.
 
 The entries of S that are free beside the identity are the solver's variables: no equality is left.
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Checked, Verdict
+from takagi.certificates.checker.words.figure import Figure
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.pdc import OutputFeedback
@@ -190,7 +191,9 @@ def _region(design: PlantDesign, model: TSModel) -> PolynomialRegion | None:
     for claim, checked in claims:
         if claim["kind"] == "attraction-region" and checked.verdict is Verdict.PROVED:
             V = StatePolynomial.of(claim["function"], [name_of(label) for label in model.states])
-            starts = tuple(float(figure.value) for figure in checked.figures)
+            starts = tuple(
+                float(figure.value or 0) for figure in checked.figures if isinstance(figure, Figure)
+            )
             return PolynomialRegion(V, float(Fraction(str(claim["level"]))), starts)
     return None
 
