@@ -52,7 +52,7 @@ def test_a_notebook_runs(notebook: Path, tmp_path: Path, monkeypatch: pytest.Mon
     """In an empty folder; a cell that fails stops it, and its outputs are those of its text."""
     monkeypatch.setenv("PATH", path_with_takagi(tmp_path / "tools"))
     monkeypatch.setenv("MPLBACKEND", "agg")
-    content = nbformat.read(notebook, as_version=4)
+    content = nbformat.read(notebook, as_version=4)  # type: ignore[no-untyped-call]
     place = {"metadata": {"path": str(tmp_path)}}
 
     NotebookClient(content, timeout=1800, kernel_name="python3", resources=place).execute()

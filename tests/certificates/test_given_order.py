@@ -328,7 +328,7 @@ def test_rules_of_their_own_need_premises_of_what_is_measured(tmp_path: Path) ->
     """Two rules of sin(theta)/theta: the program has their weights, and reads theta alone."""
     plant = load_plant(filed(tmp_path, HEAD + PENDULUM))
     K: list[Any] = [[[30.0, 0, -20], [-10, 0, 10]], [[31.0, 0, -20.5], [-10.2, 0, 10]]]
-    design = certify_plant(plant, K, settings(feedback=("theta",)))
+    design = certify_plant(plant, np.array(K), settings(feedback=("theta",)))
     run, law = program(design, tmp_path), design.law
 
     assert design.proved and law is not None and len(design.model.rules) == 2
