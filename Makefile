@@ -13,7 +13,7 @@ MEASURED := measure costs validation_plant lmi_layer lmi_growth kim_lee_ladder e
 
 .DEFAULT_GOAL := help
 .PHONY: help design study test marked-tests processors lint format types layers packaging bench \
-        campaigns docs check clean
+        campaigns docs site check clean
 
 help:
 	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
@@ -21,11 +21,13 @@ help:
 	@echo "make test        run all tests (marked-tests: those that need TeX or minutes)"
 	@echo "make processors  run the tests whose numbers depend on the processor as on three kinds"
 	@echo "make check       lint, types and layers: what a change must pass beside the tests"
-	@echo "make packaging   build the distribution and try it in a clean environment"
+	@echo "make packaging   build the distribution and try it in a clean environment (and in those of"
+	@echo "                 PYTHONS=\"python3.12 python3.13\")"
 	@echo "make bench       measure the times that the documentation promises"
 	@echo "make campaigns   count false verdicts, changed certificates and broken checker lines (an hour;"
 	@echo "                 of the checker's lines 300 changes, drawn at random)"
 	@echo "make docs        write the pages that are made from the code: conditions, published, rooms"
+	@echo "make site        build the documentation as a site in build/site; a broken link is an error"
 	@echo "make format      write the code as the linter wants it"
 	@echo "make clean       remove all that was made, the environment included"
 
@@ -66,7 +68,7 @@ layers: $(VENV)/.installed-dev
 	cd .links && ../$(BIN)/lint-imports --config ../pyproject.toml --no-cache
 
 packaging: $(VENV)/.installed-dev
-	.ci/try-wheel $(BIN)/python
+	.ci/try-wheel $(BIN)/python $(PYTHONS)
 
 bench: $(VENV)/.installed-bench
 	@for script in $(MEASURED); do \
@@ -80,6 +82,9 @@ campaigns: $(VENV)/.installed-dev
 
 docs: $(VENV)/.installed-dev
 	$(BIN)/python docs/make_pages.py
+
+site: $(VENV)/.installed-dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \

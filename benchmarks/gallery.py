@@ -2,8 +2,8 @@
 
 Run it by ``python benchmarks/gallery.py``: some minutes.  It designs every plant file in
 tests/gallery/plants by ``takagi design FILE``, simulates what was found with the plants read anew
-(tests/gallery/textbook_loop.py), and writes docs/gallery.md and docs/figures/gallery.  Names of
-files as arguments draw these plants alone and leave the page; with ``--rows`` before them their
+(tests/gallery/textbook_loop.py), and writes docs/gallery-table.md and docs/figures/gallery.  Names
+of files as arguments draw these plants alone and leave the page; with ``--rows`` before them their
 rows are written too, and the other rows stay as they are on the page.  ``--turbines`` alone
 designs and simulates the wind turbines of tests/gallery/turbines, and writes their rows.
 """
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PLANTS = ROOT / "tests" / "gallery" / "plants"
-PAGE = ROOT / "docs" / "gallery.md"
+PAGE = ROOT / "docs" / "gallery-table.md"
 FIGURES = ROOT / "docs" / "figures" / "gallery"
 # The time of plants that are not in SI; the others are in seconds.
 TIMES = {"glucose": "min", "predator_prey": "years", "chua": "", "jet_engine": ""}
@@ -65,55 +65,56 @@ LATE = 1.2  # times LQR's settling time
 EQUAL = 1.02  # what counts as the same size or time as LQR's
 SHOWN = 1.4  # of the time in which the law settles, in the pictures
 POINTS = 160  # of a line in a picture
-HEAD = """# Gallery: textbook plants
+HEAD = """# Gallery: all plants in a table
 
-For those who look for a plant like theirs: a file of some thirty lines each, with its source.
-Equations and numbers are recalled from the source; ranges are chosen. Each design is
+Plants of courses and papers that are not built in, each a file of some thirty lines with its
+source. Equations and numbers are those of the source, as far as they could be recalled or compared;
+ranges are chosen. The command is
 
     takagi design tests/gallery/plants/NAME.toml --out build/NAME
 
+with its defaults. `python benchmarks/gallery.py` writes this page and its pictures.
+
 """
 COLUMNS = """
-- **time**: wall clock and processor, with proof and report, on {cores} cores {shared}.
-- **set**: how far from rest a state may start, one state at a time, and the share of its range to
-  the nearer side. From anywhere in the set, an ellipsoid, it is proved that the motion stays in it,
-  that no input passes its range, and that it comes to rest.
-- **set / LQR's**: the volume of the set over that of the set proved for LQR's gain, as a length
-  (n-th root), and the largest multiple of the ranges inside over LQR's; "only" where none is proved
-  for LQR. LQR is that of python-control at rest, with the weights 1/range².
-- **gains**: the largest command, over all rules, to a state with every variable at the end of its
-  range, in multiples of the input's limit.
-- **settles**: the slowest of the runs from both ends of every axis of the set, until all states
-  stay within 2 % of the set's reach; simulated by scipy without takagi, inputs cut at their ranges.
+- **time**: wall clock and processor of the whole command, on {cores} cores {shared}.
+- **set**: how far from rest one state may start alone, and the share of its range. From anywhere in
+  the set it is proved that the motion stays in it, that inputs keep their ranges, and that it comes
+  to rest.
+- **set / LQR's**: volumes of the two proved sets as a length (n-th root), then the largest
+  multiples of the ranges inside; "only" where none is proved for LQR.
+- **gains**: the largest command to a state with every variable at the end of its range, in
+  multiples of the input's limit. LQR is python-control's at rest, with weights 1/range².
+- **settles**: the slowest run from both ends of every axis of the set, until all states stay within
+  2 % of its reach; LQR from the same starts. scipy integrates equations that are read without
+  takagi, with inputs cut at their ranges.
 
-How the law is chosen: [plants](plants.md#the-law-where-nothing-is-asked). `--settle` and
-`--decay-rate` ask for more.
+How the law is chosen beside LQR: [plants](plants.md#the-law-where-nothing-is-asked).
 """
 TURBINES = ROOT / "tests" / "gallery" / "turbines"
 TURBINE_HEAD = """
 ## Turbines
 
-Wind turbines of public files. The commands are `takagi design tests/gallery/turbines/NAME.toml
---out build/NAME` and `takagi simulate tests/gallery/turbines/NAME.toml --law-from
-build/NAME/gains.json --wind ramp`.
+Wind turbines of public files, which name them; the frozen wake is computed. The commands are
+`takagi design tests/gallery/turbines/NAME.toml --out build/NAME` and `takagi simulate build/NAME
+--wind ramp --out build/ramp`.
 
 | turbine | verdict | winds [m/s] | wind error [m/s] | rotor speed | decay [1/s] | ramp |
 |---|---|---|---|---|---|---|
 """
 TURBINE_COLUMNS = """
-- **verdict**: on the claims about the loop, the wind's rate and the actuators' rates.
+- **verdict**: on the claims about loop, wind rate and actuators; the command adds one about the
+  loop with its observer.
 - **wind error**: how far the wind may be from the schedule wind, at the weakest and the best wind.
-- **rotor speed**: over rated, at most, from any start in the certified set; **decay**: in constant
-  wind, at least.
-- **ramp**: simulated on the [validation plant](validation-plant.md), 8 to 14 to 8 m/s in 180 s:
-  largest overspeed, pitch travel.
+- **rotor speed**: over rated, at most, from the proved set; **decay**: in constant wind, at least.
+- **ramp**: simulated on the [validation plant](validation-plant.md), wind 8 to 14 to 8 m/s in
+  180 s: largest overspeed, pitch travel.
 """
 PICTURES = """
 ## Pictures
 
-The set in the plane of the first two states (dashed), with motions from its outermost points; the
-first state and input from one of these points, under the law and under LQR, with the input's range
-in grey.
+Of each plant: the set in the plane of the first two states (dashed), with motions from its
+outermost points; the first state and input over time from one of them, under the law and under LQR.
 """
 
 
@@ -340,11 +341,10 @@ def row(found: Measured) -> tuple[str, Settling]:
         f"[{found.text['name']}](../tests/gallery/plants/{found.name}.toml)",
         f"{n}, {len(loop.inputs)}",
         str(len(loop.gains)),
-        "PROVED",
-        f"{found.wall:.1f} / {found.processor:.1f}",
+        f"{found.wall:.1f}/{found.processor:.1f}",
         ", ".join(parts),
         compared,
-        f"{effort(loop, loop.gains):.2g} / {effort(loop, K):.2g}",
+        f"{effort(loop, loop.gains):.2g}/{effort(loop, K):.2g}",
         settled,
         judgement(sets, law, other),
     )
@@ -352,7 +352,7 @@ def row(found: Measured) -> tuple[str, Settling]:
 
 
 def page(members: list[Measured], rows: dict[str, str]) -> str:
-    """Return docs/gallery.md."""
+    """Return docs/gallery-table.md."""
     proved = [m for m in members if m.name in rows]
     walls = sorted(m.wall for m in proved)
     processors = sorted(m.processor for m in proved)
@@ -369,9 +369,9 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
     )
     said += verdicts([rows[m.name] for m in proved])
     table = (
-        "| plant | states, inputs | rules | verdict | time [s] | set | set / LQR's "
-        "| gains: law / LQR | settles: law / LQR | set, settling |\n"
-        "|---|---|---|---|---|---|---|---|---|---|\n"
+        "| plant | states, inputs | rules | time [s] | set | set / LQR's "
+        "| gains: law/LQR | settles: law/LQR | set, settling |\n"
+        "|---|---|---|---|---|---|---|---|---|\n"
     )
     table += "\n".join(rows[m.name] for m in proved) + "\n"
     lost = [
@@ -384,9 +384,7 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
         lost.insert(0, "\n## Not proved\n\n| plant | time [s] | what is said |\n|---|---|---|\n")
     pictures = PICTURES
     pictures += "".join(
-        f"\n### {m.text['name']}\n\n{m.text['source']}.\n\n"
-        f"![{m.text['name']}](figures/gallery/{m.name}.svg)\n"
-        for m in proved
+        f"\n![{m.text['name']}](figures/gallery/{m.name}.svg)\n*{m.text['name']}*\n" for m in proved
     )
     columns = COLUMNS.format(cores=cores, shared=shared)
     turbines = TURBINE_HEAD + "\n".join(kept_turbines()) + "\n" + TURBINE_COLUMNS
@@ -454,7 +452,7 @@ def kept(asked: list[str]) -> tuple[list[Measured], dict[str, str]]:
         found = re.match(r"\| \[[^]]*\]\(\.\./tests/gallery/plants/(\w+)\.toml\) \|", line)
         if found is None or found[1] in asked or not (PLANTS / f"{found[1]}.toml").exists():
             continue
-        wall, processor = map(float, line.split(" | ")[4].split(" / "))
+        wall, processor = map(float, line.split(" | ")[3].split("/"))
         text = tomllib.loads((PLANTS / f"{found[1]}.toml").read_text(encoding="utf-8"))
         members.append(Measured(found[1], text, 0, wall, processor, "", None))
         rows[found[1]] = line

@@ -12,6 +12,7 @@ from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
+import problem_judge
 from second_reading import (
     Data,
     Loop,
@@ -33,6 +34,8 @@ DRAWS = 40
 
 def why_false(document: Data, rng: random.Random) -> str:
     """Return which claim of a document is false, and why; empty when none was seen to be."""
+    if document["model"]["kind"] == "conic-problem":
+        return problem_judge.why_false(document)
     loop = Loop(document)
     law, model = document.get("gains"), document["model"]
     if law is not None:
@@ -182,7 +185,7 @@ def invariant_set(loop: Loop, claim: Data, rng: random.Random) -> str:
         if not is_semidefinite(F - P * s):
             return f"V rises at {h}"
         return out_of_box(loop, P, level, K)
-    E = loop.blended("E" if claim["disturbance"] == "disturbances" else "B", h)
+    E = loop.entrance(claim, h)
     if "disturbance_norm" in claim:
         bounds = [rational(claim["disturbance_norm"])] * E.ncols()
         W = identity(E.ncols(), bounds[0])
@@ -193,7 +196,8 @@ def invariant_set(loop: Loop, claim: Data, rng: random.Random) -> str:
     whole = blocks([[F - P * s, -PG], [-PG.transpose(), identity(W.ncols(), s * level) - H]])
     if min(bounds) < 0 or not is_semidefinite(whole):
         return f"V leaves its level at {h}"
-    sides = loop.pushed if claim["disturbance"] == "disturbances" else []
+    disturbed = claim["disturbance"] == "disturbances" and loop.pushed
+    sides = [loop.pushed[k] for k in loop.entering(claim)] if disturbed else []
     for b, side in zip(bounds, sides, strict=False):
         if side is not None and b > min(-side[0], side[1]):
             return "the disturbance leaves its range"
@@ -222,9 +226,17 @@ def path(loop: Loop, claim: Data, h: Any, g: Any) -> tuple[Mat, Mat, Mat, Mat]:
     """Return (A, B, C, D) from the disturbance to the output of model."""
     G, C = loop.closed(h, g), loop.closed(h, g, letters="CD")
     if claim["disturbance"] == "disturbances":
-        E = loop.blended("E", h)
+        E = loop.entrance(claim, h)
         return G, E, C, zeros(C.nrows(), E.ncols())
     return G, loop.blended("B", h), C, loop.blended("D", h)
+
+
+def dissipated(F: Mat, PG: Mat, H: Mat, C: Mat, D: Mat, gain: Any) -> bool:
+    """Return whether V' <= gain |w|^2 - |y|^2 / gain, for V' = -x'Fx + 2 x'PGw + w'Hw."""
+    side = -(PG + C.transpose() * D * (1 / gain))
+    corner = identity(D.ncols(), gain) - H - D.transpose() * D * (1 / gain)
+    whole = blocks([[F - C.transpose() * C * (1 / gain), side], [side.transpose(), corner]])
+    return is_semidefinite(whole)
 
 
 def l2_gain(loop: Loop, claim: Data, rng: random.Random) -> str:
@@ -234,11 +246,7 @@ def l2_gain(loop: Loop, claim: Data, rng: random.Random) -> str:
     gain = rational(claim["gain"])
     if gain <= 0:
         return "the gain is not positive"
-    F, PG, H = change(loop, P, A, B)
-    side = -(PG + C.transpose() * D * (1 / gain))
-    corner = identity(D.ncols(), gain) - H - D.transpose() * D * (1 / gain)
-    whole = blocks([[F - C.transpose() * C * (1 / gain), side], [side.transpose(), corner]])
-    if not is_semidefinite(whole):
+    if not dissipated(*change(loop, P, A, B), C, D, gain):
         return f"more energy leaves at {h}"
     if "energy_bound" in claim and not why:
         level = gain * rational(claim["energy_bound"]) ** 2
@@ -277,14 +285,40 @@ def peak(loop: Loop, claim: Data, rng: random.Random) -> str:
     return ""
 
 
+def weighted(loop: Loop, claim: Data) -> list[Mat]:
+    """Return the functions P_i of P(h) = sum_i h_i P_i."""
+    listed = {tuple(int(Fraction(v)) for v in e["powers"][0]): e["matrix"] for e in claim["P"]}
+    return [
+        matrix(listed[tuple(int(k == i) for k in range(loop.count))]) for i in range(loop.count)
+    ]
+
+
+def fuzzy_l2_gain(loop: Loop, claim: Data, rng: random.Random) -> str:
+    """As ``l2_gain`` by the function of ``fuzzy_decay``."""
+    h, g = loop.pair(rng)
+    A, B, C, D = path(loop, claim, h, g)
+    functions, gain = weighted(loop, claim), rational(claim["gain"])
+    P = blend(functions, h)
+    if gain <= 0 or not is_symmetric(P) or not is_definite(P):
+        return "the gain is not positive, or P(h) not positive definite"
+    i, j = rng.sample(range(loop.count), 2)
+    bounds = [rational(b) for b in claim["rates"][0]]
+    F, PG, H = change(loop, P, A, B)
+    if loop.step is None:
+        F = F - (functions[i] - functions[j]) * min(bounds[i], bounds[j])
+    else:
+        after = blend(functions, loop.pair(rng)[0])
+        F, PG = P - A.transpose() * after * A, A.transpose() * after * B
+        H = B.transpose() * after * B
+    holds = min(bounds) >= 0 and dissipated(F, PG, H, C, D, gain)
+    return "" if holds else f"more energy leaves at {h}"
+
+
 def fuzzy_decay(loop: Loop, claim: Data, rng: random.Random) -> str:
     """P linear in the weights of rules, and corners of their rates."""
     h, g = loop.pair(rng)
     rate, G = rational(claim["decay_rate"]), loop.closed(h, g)
-    listed = {tuple(int(Fraction(v)) for v in e["powers"][0]): e["matrix"] for e in claim["P"]}
-    functions = [
-        matrix(listed[tuple(int(k == i) for k in range(loop.count))]) for i in range(loop.count)
-    ]
+    functions = weighted(loop, claim)
     P = blend(functions, h)
     if not is_symmetric(P) or not is_definite(P):
         return "P(h) is not positive definite"
@@ -321,5 +355,6 @@ TRIED: dict[str, Callable[[Loop, Data, random.Random], str]] = {
     "h2-norm": h2_norm,
     "peak": peak,
     "fuzzy-decay": fuzzy_decay,
+    "fuzzy-l2-gain": fuzzy_l2_gain,
     "observer": observer,
 }

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import DesignSettings, certify, design_turbine
+from takagi.certificates.claims.problem_verification import verify
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.requests import (
@@ -20,6 +21,13 @@ from takagi.certificates.requests import (
 )
 from takagi.certificates.requests.request import Request
 from takagi.lmi import EigenvalueRegion
+from takagi.lmi.problem_files.problem import (
+    NONNEGATIVE,
+    SEMIDEFINITE,
+    ZERO,
+    Block,
+    ConicProblem,
+)
 from takagi.models import Plant, Premise, TSModel, load_model, nrel5mw
 
 Data = dict[str, Any]
@@ -66,6 +74,21 @@ def exclusions() -> Iterator[tuple[str, Data]]:
     """Yield a certificate that says no: a pair of order 2 without a common function."""
     pair = TSModel([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -6.0], [0.1667, -1.0]]])
     yield "no function for a pair", _plain(certify(pair, decay_rate=0).document)
+
+
+def problems() -> Iterator[tuple[str, Data]]:
+    """Yield certificates about conic problems: an enclosed optimum, none, and no bound."""
+    box = Block(NONNEGATIVE, 2, entries={(1, 0): 1.0, (0, 1): 4.0, (1, 1): -1.0})
+    line = Block(ZERO, 1, entries={(1, 0): 1.0, (2, 0): 1.0, (3, 0): -1.0, (0, 0): -1.0})
+    product = Block(SEMIDEFINITE, 2, entries={(1, 0): 1.0, (0, 1): 1.0, (2, 2): 1.0})
+    far = Block(NONNEGATIVE, 1, entries={(1, 0): -1.0, (2, 0): -1.0, (0, 0): 1.0})
+    for name, c, blocks in (
+        ("optimum", (1, 1, 0), (box, line, product)),
+        ("no solution", (1, 1, 0), (product, far)),
+        ("no bound", (0, -1, 0), (box, line, product)),
+    ):
+        problem = ConicProblem(name, np.array(c, dtype=float), 0.0, False, blocks)
+        yield f"conic problem, {name}", _plain(verify(problem).document)
 
 
 def turbine() -> Iterator[tuple[str, Data]]:

@@ -34,7 +34,7 @@ from damage import Data, Place, as_written, mutant, resealed, text_of  # noqa: E
 from exact_truth import cayley, pair_has_function, plus  # noqa: E402
 from judge import why_false  # noqa: E402
 from measure import PAGE, placed, summary, table  # noqa: E402
-from mutated import exclusions, general_models, plants, turbine  # noqa: E402
+from mutated import exclusions, general_models, plants, problems, turbine  # noqa: E402
 
 from takagi.certificates import CertificateError, Verdict, check  # noqa: E402
 
@@ -64,7 +64,12 @@ def main() -> int:
     reader.add_argument("--without-turbine", action="store_true", help="which takes a second each")
     reader.add_argument("--only", help="one certificate by name; leaves the page as it is")
     asked = reader.parse_args()
-    sources: list[Iterator[tuple[str, Data]]] = [general_models(), exclusions(), plants()]
+    sources: list[Iterator[tuple[str, Data]]] = [
+        general_models(),
+        exclusions(),
+        problems(),
+        plants(),
+    ]
     if not asked.without_turbine:
         sources.append(turbine())
     documents = [each for each in chain(*sources) if asked.only in (None, each[0])]

@@ -23,6 +23,8 @@ import flint
 Data = dict[str, Any]
 Mat = Any
 Name = Callable[[str], Any]
+# Kinds of claims that may name the disturbances which enter.
+NAMING = ("l2-gain", "h2-norm", "peak", "fuzzy-l2-gain")
 MIDDLES = (Fraction(0), Fraction(1), Fraction(1, 2))
 
 
@@ -157,7 +159,9 @@ class Loop:
                 found.append(flint.fmpq_mat(rows))
             self.stacks[letter] = found
         self.sides = _sides(model["states"]), _sides(model["inputs"])
-        self.pushed = _sides(model.get("disturbances", []))
+        disturbances = model.get("disturbances", [])
+        self.pushed = _sides(disturbances)
+        self.pushing = [f"{v.get('symbol', v['name'])} [{v['unit']}]" for v in disturbances]
 
     def _read_vertices(self, model: Data) -> None:
         self.stacks = {x: [matrix(M) for M in model[x]] for x in "ABCDE" if x in model}
@@ -172,6 +176,7 @@ class Loop:
 
         self.sides = sides("state_names"), sides("input_names")
         self.pushed = sides("disturbance_names")
+        self.pushing = list(model.get("disturbance_names") or [])
 
     @property
     def count(self) -> int:
@@ -200,6 +205,19 @@ class Loop:
 
     def blended(self, letter: str, h: list[Any]) -> Mat:
         return blend(self.stacks[letter], h)
+
+    def entrance(self, claim: Data, h: list[Any]) -> Mat:
+        """Return the columns of E that the claim names, all without names; or B."""
+        if claim["disturbance"] != "disturbances":
+            return self.blended("B", h)
+        E, columns = self.blended("E", h), self.entering(claim)
+        return flint.fmpq_mat([[E[i, k] for k in columns] for i in range(E.nrows())])
+
+    def entering(self, claim: Data) -> list[int]:
+        """Return the numbers of the disturbances that w consists of; the others are at rest."""
+        if "entering" not in claim or claim["kind"] not in NAMING:
+            return list(range(self.stacks["E"][0].ncols()))
+        return [self.pushing.index(name) for name in claim["entering"]]
 
     def pair(self, rng: random.Random, *, own: bool = False, stretch: Any = 1) -> tuple[Any, Any]:
         """Return (h, g): the weights of vertices and of gains."""

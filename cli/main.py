@@ -34,9 +34,14 @@ VERBS = (
         "Check a certificate in exact arithmetic, trusting nothing else in it",
         "check build/nrel5mw/certificate.json",
     ),
+    Verb(
+        "explore",
+        "Turn settling time, limits and starts on a page, and see what is proved",
+        "explore cart_pole",
+    ),
     Verb("certify", "Write a certificate for given gains, or for new ones"),
     Verb("verify", "Say what is proved of an LMI or conic problem of another program"),
-    Verb("compare", "Compare two designs of one plant"),
+    Verb("compare", "Compare designs of one plant, also on one page"),
     Verb("sweep", "Map where a turbine's law is proved, over a grid of its parameters"),
     Verb("study", "Compare a turbine's laws in many winds: fatigue, energy, what is proved"),
     Verb("tune", "Tune a turbine's law for loads, energy and recovery; every point is proved"),
@@ -51,6 +56,7 @@ VERBS = (
         "Simulate laws on the nonlinear plant: a turbine's side by side in winds, another's alone",
         "simulate nrel5mw --out build/simulation",
     ),
+    Verb("help", "Explain a verb or a subject: units, verdicts, wishes, margins, ..."),
 )
 
 
@@ -61,7 +67,8 @@ Design gain-scheduled controllers for Takagi-Sugeno models, and prove what is cl
 """
 
 _CLOSING = """\
-`takagi VERB --help` explains a verb; `takagi --version` says which release this is.
+`takagi VERB --help` explains a verb, `takagi help TOPIC` a subject; `takagi --version` says which
+release this is.
 MODEL is a built-in name (see `takagi models`) or the path of a TOML file; docs/first-plants.md
 shows how a plant of your own is written, designed and proved.
 
@@ -104,12 +111,20 @@ def _collect_seldom() -> None:
     atexit.register(gc.freeze)
 
 
+def _complete(arguments: list[str]) -> int:
+    # Imported here: nothing else needs typer before a verb is known.
+    status: int = import_module("takagi.cli.completion").complete(arguments, VERBS)
+    return status
+
+
 def _dispatch(arguments: list[str]) -> int:
+    if "_TAKAGI_COMPLETE" in os.environ:
+        return _complete(arguments)
     if not arguments:
         print(_help(), end="", file=sys.stderr)
         return MISUSE
     first, following = arguments[0], arguments[1:]
-    if first in ("--help", "-h", "help"):
+    if first in ("--help", "-h"):
         print(_help(), end="")
         return 0
     if first == "--version":
@@ -118,6 +133,8 @@ def _dispatch(arguments: list[str]) -> int:
 
         print(f"takagi {version('takagi')}")
         return 0
+    if first in ("--install-completion", "--show-completion"):
+        return _complete(arguments)
     for verb in VERBS:
         if verb.name == first:
             empty = _empty(following)
@@ -143,7 +160,8 @@ def _unknown(word: str) -> str:
     from takagi.models.errors import did_you_mean
 
     kind = "option" if word.startswith("-") else "verb"
-    names = ["--help", "--version"] if kind == "option" else [verb.name for verb in VERBS]
+    options = ["--help", "--version", "--install-completion", "--show-completion"]
+    names = options if kind == "option" else [verb.name for verb in VERBS]
     return (
         f"Error: {kind} {word!r} is not known{did_you_mean(word, names)}\n"
         f"Known: {', '.join(names)}; `takagi --help` explains them."

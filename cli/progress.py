@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -16,13 +17,99 @@ if TYPE_CHECKING:
 Tell = Callable[..., None]
 
 _PATIENCE = 2.0  # s; shorter work needs no bar
+_TELLING = 0.5  # s; the pace of a shorter step says little
+_EARLIEST = 4.0  # s; before that a time remaining would be a guess
+
+
+class Step(NamedTuple):
+    """A step of a long work: how its words begin, and what it usually takes on one core [s].
+
+    ``varies``: its time depends on the model, so that nothing is said of the time remaining before
+    it has ended.
+    """
+
+    words: str
+    seconds: float
+    varies: bool = False
+
+
+class StepLine:
+    """The step at work, the share that is done, and about how long the others take."""
+
+    def __init__(self, steps: Sequence[Step], now: Callable[[], float] = time.monotonic) -> None:
+        self._steps, self._now = list(steps), now
+        self._started = self._entered = now()
+        self._k = -1
+        self._taken = [0.0] * len(self._steps)
+        self._words = ""
+
+    def tell(self, words: str) -> None:
+        """Take a report; it begins a later step if it has the words of one."""
+        following = range(self._k + 1, len(self._steps))
+        k = next((k for k in following if words.startswith(self._steps[k].words)), None)
+        if k is not None:
+            now = self._now()
+            if self._k >= 0:
+                self._taken[self._k] = now - self._entered
+            self._k, self._entered = k, now
+        self._words = words
+
+    def __str__(self) -> str:
+        """Return a line such as ``"3 of 6  gains  45 %  about 12 s left"``."""
+        if self._k < 0:
+            return self._words
+        parts = [f"{self._k + 1} of {len(self._steps)}", self._words, f"{self._share():.0%}"]
+        parts[-1] = parts[-1].replace("%", " %")
+        left = self._left()
+        return "  ".join([*parts, f"about {_in_words(left)} left"] if left is not None else parts)
+
+    def _pace(self) -> float | None:
+        """Return time taken over time expected, the median of the steps done; None before any."""
+        ratios = sorted(
+            taken / step.seconds
+            for step, taken in zip(self._steps[: self._k], self._taken, strict=False)
+            if taken and not step.varies and step.seconds >= _TELLING
+        )
+        return ratios[len(ratios) // 2] if ratios else None
+
+    def _share(self) -> float:
+        """Return the share of the usual time that is done; a step alone never fills its part."""
+        weights = [step.seconds for step in self._steps]
+        expected = weights[self._k] * (self._pace() or 1.0)
+        part = min((self._now() - self._entered) / expected, 0.95)
+        return (sum(weights[: self._k]) + part * weights[self._k]) / sum(weights)
+
+    def _left(self) -> float | None:
+        """Return the time remaining [s]; None where nothing honest can be said of it."""
+        pace, now = self._pace(), self._now()
+        remaining = self._steps[self._k :]
+        if pace is None or now - self._started < _EARLIEST or any(s.varies for s in remaining):
+            return None
+        current = remaining[0].seconds * pace - (now - self._entered)
+        # A step that takes longer than expected makes the expectation worthless.
+        if current < 0:
+            return None
+        return current + pace * sum(step.seconds for step in remaining[1:])
+
+
+def _in_words(seconds: float) -> str:
+    """Return a time to about a tenth of it."""
+    if seconds < 20:
+        return f"{max(round(seconds), 1)} s"
+    return f"{round(seconds / 10) * 10} s" if seconds < 90 else f"{round(seconds / 60)} min"
 
 
 @contextmanager
 def progress(
-    title: str, *, stream: TextIO | None = None, patience: float = _PATIENCE
+    title: str,
+    *,
+    line: StepLine | None = None,
+    stream: TextIO | None = None,
+    patience: float = _PATIENCE,
 ) -> Iterator[Tell]:
     """Yield ``tell(step, done=None)``; a bar appears once the work has taken ``patience`` seconds.
+
+    With ``line`` the bar counts its steps; several bars, one after the other, may have one line.
 
     Quiet when the stream (default: standard error) is not a terminal.  The bar is gone when the
     work ends, whether well or not: what remains on the terminal is the answer.
@@ -31,7 +118,7 @@ def progress(
     if not target.isatty():
         yield _tell_nobody
         return
-    bar = _Bar(title, target)
+    bar = _Bar(title, target, line)
     # A timer is used because a solver may run for a minute without reporting progress.
     timer = threading.Timer(patience, bar.show)
     timer.daemon = True
@@ -50,8 +137,8 @@ def _tell_nobody(step: str, done: float | None = None) -> None:
 class _Bar:
     """A rich bar that is made late; the timer's thread and the worker's share it under a lock."""
 
-    def __init__(self, title: str, stream: TextIO) -> None:
-        self._title, self._stream = title, stream
+    def __init__(self, title: str, stream: TextIO, line: StepLine | None) -> None:
+        self._title, self._stream, self._line = title, stream, line
         self._step = ""
         self._done: float | None = None
         self._shown: Progress | None = None
@@ -61,6 +148,8 @@ class _Bar:
     def tell(self, step: str, done: float | None = None) -> None:
         with self._lock:
             self._step, self._done = step, done
+            if self._line is not None:
+                self._line.tell(step)
             if self._shown is not None:
                 self._update(self._shown)
 
@@ -73,13 +162,16 @@ class _Bar:
                 return
             self._shown = Progress(
                 SpinnerColumn(),
-                TextColumn("{task.description}"),
-                BarColumn(bar_width=24),
+                TextColumn("{task.description}", markup=False),
+                # The line becomes text whenever the bar is drawn: time passes within a step.
+                BarColumn(bar_width=24)
+                if self._line is None
+                else TextColumn("{task.fields[line]}", markup=False),
                 TimeElapsedColumn(),
                 console=Console(file=self._stream),
                 transient=True,
             )
-            self._shown.add_task(self._title, total=None)
+            self._shown.add_task(self._title, total=None, line=self._line or "")
             self._update(self._shown)
             self._shown.start()
 
@@ -90,6 +182,7 @@ class _Bar:
                 self._shown.stop()
 
     def _update(self, shown: Progress) -> None:
-        text = f"{self._title}: {self._step}" if self._step else self._title
+        named = self._step and self._line is None
+        text = f"{self._title}: {self._step}" if named else self._title
         total = None if self._done is None else 1.0
         shown.update(shown.task_ids[0], description=text, total=total, completed=self._done or 0.0)

@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from catalogue import kinds, page, pendulum, published, rooms, trusted
+from catalogue import kinds, page, pendulum, published, rooms, schemas, trusted
 from catalogue.sheet import sheet
 
 HERE = Path(__file__).parent
@@ -21,6 +21,7 @@ PAGES = {
     "blends.md": kinds.blends,
     "claims.md": kinds.claims,
     "figures/rooms.svg": rooms.picture,
+    **schemas.SCHEMAS,
 }
 # Measured on certificates that take seconds to make: their own tests compare them.
 MEASURED = {"certificate.md": trusted.page}
@@ -49,6 +50,7 @@ def main() -> int:
             print(f"docs/{name} is not what it is made of; run: make docs", file=sys.stderr)
             stale = 1
         else:
+            path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8")
             print(f"docs/{name}: written")
     return stale

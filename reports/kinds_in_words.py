@@ -111,6 +111,18 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         ),
         assumed="ranges of signals that only schedule, which the verdict names",
     ),
+    "attraction-region": KindInWords(
+        title=r"Region of attraction by squares \cite{takagi-tan-packard}",
+        name="Larger safe set",
+        why="Motions from this set come to rest too; it may be larger than any ellipsoid.",
+        request="AttractionRegion",
+        proved=(
+            "every motion from {V ≤ c}, V a polynomial, stays in it and comes to rest; states and "
+            "inputs keep their ranges; for [polynomial plants](wishes.md) in continuous time"
+        ),
+        assumed="disturbances at rest",
+        weights=(NO_PLANT, NO_PLANT, "theorem", "open (14)", "refused: its form"),
+    ),
     "input-limits": KindInWords(
         title=r"Inputs within limits \cite{takagi-boyd}",
         name="Inputs keep their limits",
@@ -312,6 +324,16 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         name="The constraints contradict one another",
         why="No solver finds a point, and it is no fault of the solver.",
         proved="no point satisfies the constraints of a [conic problem](verify.md)",
+        weights=OTHER_MODEL,
+    ),
+    "unbounded": KindInWords(
+        title="An objective without bound",
+        name="The objective falls without end",
+        why="A solver says that it failed; a limit is missing in the problem itself.",
+        proved=(
+            "the objective of a [conic problem](verify.md), or of its dual, has no bound: a "
+            "point, and a ray along which it falls"
+        ),
         weights=OTHER_MODEL,
     ),
     "coherent-loop": KindInWords(

@@ -29,6 +29,7 @@ from takagi.certificates.requests.attempts import (
     proved_of,
     requests_for,
 )
+from takagi.certificates.requests.attraction_region import AttractionRegion
 from takagi.certificates.requests.decay import Decay, Poles
 from takagi.certificates.requests.exit_probability import ExitProbability
 from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
@@ -231,6 +232,7 @@ class ClaimRequirements:
     noise : label of a disturbance -> root of the intensity of the white noise that it is, SI.
     horizon : T in s within which the probability of leaving a set is to be bounded.
     shape : P of the set on which the inputs keep their limits; None for the best that is found.
+    polynomial_region : whether a region of attraction of a polynomial is asked for.
     premise_rates : bounds of the premises' rates, for a function that depends on the weights, where
         no common one is found; None for none.
     norm : the request of a norm of at most a number, or of the least for None; None for no norm.
@@ -246,6 +248,7 @@ class ClaimRequirements:
     shape: Floats | None = None
     norm: Callable[[float | None], Request] | None = None
     norm_below: float | None = None
+    polynomial_region: bool = False
     premise_rates: Callable[[], Mapping[str, float] | None] | None = None
 
 
@@ -310,6 +313,8 @@ def _attempts(
     required = [decay, *(attempted(request, loop) for request in _demanded(loop, requirements))]
     required += [*_sampled(loop, requirements.sample_time), *_under_noise(loop, requirements)]
     required += [*_tracking(loop), *_with_norm(loop, requirements)]
+    if requirements.polynomial_region:
+        required.append(AttractionRegion().attempt(loop))
     if not decay.proved or decay.claim["kind"] == "fuzzy-decay":
         return required, ["without decay by a common function nothing else was tried"]
     if len(loop.exact.groups()) > MOST_BLENDS:

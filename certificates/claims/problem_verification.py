@@ -4,7 +4,8 @@ A solution x at the edge of a cone leaves it when it is rounded.  So the problem
 with smaller cones, S_k(x) - d e_k in K_k with e_k well inside, and d grows until every constraint
 holds exactly.  The same is done with multipliers: y in the dual cones with <A_i, y> = c_i bounds
 the optimum from the other side.  Where no solution exists, multipliers with
-<A_i, y> = 0 and <B, y> < 0 say so.  Equations are solved exactly by the checker, which changes the
+<A_i, y> = 0 and <B, y> < 0 say so; where the objective has no bound, a ray from the point does.
+Equations are solved exactly by the checker, which changes the
 places of ``basis``; here only these places are chosen, by a factorisation with pivots.
 
 Source: Jansson, Chaykin, Keil (2007), SIAM J. Numer. Anal. 46(1), for the perturbed problems.
@@ -14,13 +15,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse as sp
 
-from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.checker.replay.claim_kinds import class_of
 from takagi.certificates.document.certificate_file import as_read, certificate_document
@@ -35,8 +37,11 @@ from takagi.lmi.problem_files.problem import (
     as_data,
     values_by_block,
 )
+from takagi.lmi.problem_files.reading import FORMS, ending_of
 from takagi.lmi.problem_files.solve import (
+    LONGEST_RAY,
     contradiction,
+    falling_ray,
     most_inside,
     multiplier_problem,
     shrunken,
@@ -46,6 +51,11 @@ from takagi.models.arrays import Floats
 
 # By these shares of the solution's size the cones are made smaller, one after another.
 SMALLER = (1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+# The way from the solver's point, which is a little outside, to one inside is gone to 2^power of
+# it, with this least power and so many steps of bisection.
+SMALLEST_POWER, BISECTIONS = -16.0, 5
+# It is tried from the solver's point and from so many of the last candidates outside.
+NEAREST = 1
 # A point inside is looked for within this many times the size of the solution.
 FARTHEST = 100.0
 # A bound that holds in a box alone holds for variables of this many times the solution's size.
@@ -56,6 +66,8 @@ MOST_MULTIPLIERS = 1_500
 RANK = 1e-11
 # The checker refuses numbers with longer exponents.
 SMALLEST = 1e-30
+# A ray that misses its cones by more is not worth a word.
+NEAR = 1e-3
 Claim = dict[str, Any]
 
 
@@ -66,7 +78,7 @@ class Verification:
     Attributes
     ----------
     settled : whether there is an answer: no solution, or a solution and, where the problem has an
-        objective, a bound of the optimum.
+        objective, a bound of the optimum or that there is none.
     notes : what was not proved, and how far from it.
     """
 
@@ -74,6 +86,11 @@ class Verification:
     checked: Checked
     settled: bool
     notes: tuple[str, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """UNDECIDED where a question is open, also if claims that say less are proved."""
+        return self.checked.verdict if self.settled else Verdict.UNDECIDED
 
 
 def verify(
@@ -98,24 +115,21 @@ def verify(
     prover = _Prover(problem)
     tell("a point that satisfies every constraint")
     point, distance = prover.feasible(given.x)
-    claims, notes = [point] if point else [], []
-    with_objective = bool(np.any(problem.objective))
+    claims: list[Claim] = [] if point is None else [point]
+    notes: list[str] = []
     if point is None:
         tell("multipliers that contradict every point")
-        none = prover.no_solution()
-        claims += [none] if none else []
-        if none is None:
-            notes.append(f"no point was found; the nearest misses a constraint by {distance:.2g}")
-    elif with_objective:
+        claims, notes = prover.contradicted(distance)
+    elif np.any(problem.objective):
         tell("a bound of the optimum")
-        bound = prover.bound(given.y, given.x)
-        claims += [bound] if bound else []
-        if bound is None:
-            notes.append("no bound of the optimum: no multipliers were found")
-    settled = bool(claims) and (point is None or not with_objective or len(claims) == 2)
-    if settled and "radius" in claims[-1]:
-        settled = False
-        notes.append("the bound holds in a box alone: no multipliers inside their cones were found")
+        claims, notes = prover.bounded(point, given)
+    settled = bool(claims) and not notes
+    forms = FORMS.get(ending_of(problem.name), ("the problem", "its dual"))
+    notes += [
+        f"the objective without bound is that of {forms[claim['form'] == 'dual']}"
+        for claim in claims
+        if claim["kind"] == "unbounded"
+    ]
     if problem.rounded:
         notes.append(
             f"{problem.rounded} numbers of the file have more digits than a float: the certificate "
@@ -142,34 +156,140 @@ class _Prover:
 
     def feasible(self, x: Floats) -> tuple[Claim | None, float]:
         """Return the claim of a point near x; without one, how far the best point is outside."""
-        nearest = self._outside(x)
-        for candidate in _candidates(x, self.problem):
-            claim = self.point_claim(candidate)
-            if self._holds(claim):
-                return claim, 0.0
-            nearest = min(nearest, self._outside(candidate))
-        return None, nearest
+        claim_of, cost = self.point_claim, self.problem.objective
+        claim, outside = self._best(_candidates(x, self.problem), claim_of, cost)
+        distance = min(self._outside(z) for z in (x, *outside))
+        return claim and self._outwards(claim, outside, claim_of, cost), distance
 
-    def bound(self, y: Floats | None, x: Floats) -> Claim | None:
-        """Return the claim of multipliers near y that bound the optimum."""
+    def bounded(self, point: Claim, given: Solution) -> tuple[list[Claim], list[str]]:
+        """Return the claims on the optimum of a problem with a point, and what was not proved."""
+        ray = falling_ray(self.problem)
+        is_near = ray is not None and ray[1] > -NEAR
+        unbounded = self._unbounded("problem", point, ray[0]) if ray and is_near else None
+        if unbounded:
+            return [unbounded], []
+        y = given.y
         if y is None:
             solution = solve_conic(self.problem).solution
             y = solution.y if solution else None
-        if y is None:
-            y = np.zeros(self._A.shape[0])
+        y = np.zeros(self._A.shape[0]) if y is None else y
+        bound = self._bound(y)
+        if bound:
+            return [point, bound], []
+        notes = ["the bound holds in a box alone: no multipliers inside their cones were found"]
+        bound = self._bound_in_a_box(y, given.x)
+        if bound is None:
+            notes = ["no bound of the optimum: no multipliers were found"]
+        if ray and is_near:
+            notes.append(
+                f"that the objective falls without end is not proved: a ray of entries up to "
+                f"{LONGEST_RAY:.0e} along which it falls by 1 misses the cones by {_miss(ray[1])}"
+            )
+        return [point, *([bound] if bound else [])], notes
+
+    def contradicted(self, distance: float) -> tuple[list[Claim], list[str]]:
+        """Return the claims on a problem without a point, and what was not proved.
+
+        Parameters
+        ----------
+        distance : by how much the nearest point misses a constraint.
+        """
+        inside = contradiction(self.problem)
+        claim = None
+        if inside is not None:
+            claim = self._multiplier_claim("no solution", "no-solution", inside[0])
+        if claim is None or not self._holds(claim):
+            notes = [f"no point was found; the nearest misses a constraint by {distance:.2g}"]
+            if inside is not None and inside[1] > -NEAR:
+                notes.append(
+                    "that there is none is not proved: the nearest multipliers miss their cones "
+                    f"by {_miss(inside[1])}"
+                )
+            return [], notes
+        claims = [claim]
+        if np.any(self.problem.objective):
+            start = most_inside(multiplier_problem(self.problem), LONGEST_RAY)
+            if start is not None:
+                first = self._multiplier_claim("", "optimum-bound", start[0])
+                dual = self._unbounded("dual", first, np.array(claim["point"]))
+                claims += [dual] if dual else []
+        return claims, []
+
+    def _unbounded(self, form: str, start: Claim, ray: Floats) -> Claim | None:
+        """Return the claim that the objective has no bound along a ray from the start's point."""
+        for digits in (17, 9, 6, 3):
+            claim = {
+                "name": "no bound of the optimum",
+                "kind": "unbounded",
+                "form": form,
+                "point": start["point"],
+                "ray": _tiny_as_zero(np.round(ray, digits)),
+                "basis": start["basis"],
+            }
+            if self._holds(claim):
+                return claim
+        return None
+
+    def _bound(self, y: Floats) -> Claim | None:
+        """Return the claim of multipliers near y that bound the optimum."""
+        claim_of = partial(self._multiplier_claim, "bound of the optimum", "optimum-bound")
+        products = self._weights * self._constant
         ways = [self._multipliers_near(y)]
         if len(y) <= MOST_MULTIPLIERS:
             ways.append(_candidates(y, multiplier_problem(self.problem)))
-        bounds = []
-        for way in ways:
-            claims = (
-                self._multiplier_claim("bound of the optimum", "optimum-bound", z) for z in way
-            )
-            bounds += [claim for claim in (next(filter(self._holds, claims), None),) if claim]
+        pairs = [self._best(way, claim_of, products) for way in ways]
+        bounds = [(claim, outside) for claim, outside in pairs if claim is not None]
         if not bounds:
-            return self._bound_in_a_box(y, x)
-        least_product = self._weights * self._constant
-        return min(bounds, key=lambda claim: float(least_product @ np.array(claim["point"])))
+            return None
+        best, outside = min(bounds, key=lambda pair: float(products @ pair[0]["point"]))
+        return self._outwards(best, outside, claim_of, products)
+
+    def _best(
+        self, way: Iterator[Floats], claim_of: Callable[[Floats], Claim], cost: Floats
+    ) -> tuple[Claim | None, list[Floats]]:
+        """Return the claim of the candidate with the least cost, and the candidates that fail.
+
+        From the first that holds on the cost grows with the distance from the cones' edges, unless
+        the solver did not arrive.
+        """
+        best, outside = None, []
+        for candidate in way:
+            claim = claim_of(candidate)
+            if not self._holds(claim):
+                outside.append(candidate)
+            elif best is None or cost @ claim["point"] < cost @ best["point"]:
+                best = claim
+                if not np.any(cost):
+                    break
+            else:
+                break
+        return best, outside
+
+    def _outwards(
+        self,
+        inside: Claim,
+        outside: list[Floats],
+        claim_of: Callable[[Floats], Claim],
+        cost: Floats,
+    ) -> Claim:
+        """Return the claim of a point on the way to those outside, as far as it holds.
+
+        The cones are convex: between a solver's point, which is outside by its tolerance, and one
+        inside, all points hold from one on.  It is looked for by bisection of the power of 2.
+        """
+        best = inside
+        for start in outside[:1] + outside[1:][-NEAREST:]:
+            end, holds, fails = np.array(best["point"]), 0.0, SMALLEST_POWER
+            if cost @ start >= cost @ end:
+                continue
+            for _ in range(BISECTIONS):
+                middle = (holds + fails) / 2
+                claim = claim_of(start + (end - start) * 2**middle)
+                if self._holds(claim):
+                    holds, best = middle, claim
+                else:
+                    fails = middle
+        return best
 
     def _multipliers_near(self, y: Floats) -> Iterator[Floats]:
         """Yield multipliers near y, first y itself, then ever farther inside their cones.
@@ -216,14 +336,6 @@ class _Prover:
                 return claim
         return None
 
-    def no_solution(self) -> Claim | None:
-        """Return the claim of multipliers that contradict every point."""
-        inside = contradiction(self.problem)
-        if inside is None:
-            return None
-        claim = self._multiplier_claim("no solution", "no-solution", inside[0])
-        return claim if self._holds(claim) else None
-
     def point_claim(self, x: Floats) -> Claim:
         """Return the claim ``feasible-point`` of x, proved or not."""
         return {
@@ -242,13 +354,38 @@ class _Prover:
         return _basis(self._A.toarray()[is_equation])
 
     @cached_property
+    def _products(self) -> sp.csr_array:
+        """The matrix of the products <A_i, y>."""
+        return sp.csr_array(self._A.multiply(self._weights[:, None]).T)
+
+    @cached_property
     def _multiplier_basis(self) -> list[int]:
         """The multipliers in which the equations <A_i, y> = c_i are solved."""
-        return _basis(self._A.multiply(self._weights[:, None]).T.toarray())
+        return _basis(self._products.toarray())
 
     def _multiplier_claim(self, name: str, kind: str, y: Floats) -> Claim:
-        basis = self._multiplier_basis
-        return {"name": name, "kind": kind, "point": _tiny_as_zero(y), "basis": basis}
+        """Return the claim of the multipliers next to y that hold their equations as floats.
+
+        What the checker changes in the basis alone may leave the cones; the least change that
+        solves the equations is smaller.
+        """
+        right = np.zeros(len(self.problem.objective))
+        if kind == "optimum-bound":
+            right = self.problem.objective
+        for _ in range(2):
+            y = y + self._products.T @ (self._inverse @ (right - self._products @ y))
+        return {
+            "name": name,
+            "kind": kind,
+            "point": _tiny_as_zero(y),
+            "basis": self._multiplier_basis,
+        }
+
+    @cached_property
+    def _inverse(self) -> Floats:
+        """(E E')^+ of the equations E y = c; the least change of y is E' times it."""
+        squares = (self._products @ self._products.T).toarray()
+        return np.asarray(np.linalg.pinv(squares, hermitian=True))
 
     def _holds(self, claim: Claim) -> bool:
         read = class_of(claim["kind"]).read(as_read(claim), self._data, "claim")
@@ -278,6 +415,11 @@ def _candidates(x: Floats, problem: ConicProblem) -> Iterator[Floats]:
     inside = most_inside(problem, FARTHEST * size)
     if inside is not None:
         yield inside[0]
+
+
+def _miss(inside: float) -> str:
+    """Return by how much what is inside by a negative number misses its cones."""
+    return f"{max(0.0, -inside):.2g}"
 
 
 def _tiny_as_zero(values: Floats) -> list[float]:

@@ -33,6 +33,23 @@ ORDER = ("format", "version", "name", "turbine", "plant", "units", "law", "state
 LAST = ("language", "programs", "rotor", "tables", "certificate")
 
 
+def read_gain_file(path: Path) -> dict[str, Any]:
+    """Return the content of a gain file, its numbers as they are written.
+
+    Raises
+    ------
+    CertificateError : unreadable, not strict JSON, or of a later version than this takagi reads.
+    """
+    file = read_json(path)
+    version = file.get("version")
+    if isinstance(version, Number) and version.isdigit() and int(version) > VERSION:
+        raise CertificateError(
+            f"{path}: a gain file of version {version}; this takagi reads versions up to "
+            f"{VERSION}: use the takagi that wrote it, or a newer one"
+        )
+    return file
+
+
 def bound(document: Mapping[str, Any], controller: Mapping[str, Any]) -> dict[str, Any]:
     """Return the certificate with the other members of its gain file, and their hash."""
     provenance = document["provenance"]

@@ -82,8 +82,8 @@ def law_members(model_data: Mapping[str, Any]) -> dict[str, Any]:
     if "references" in model_data:
         # One gain, because weights of mean slopes are not known to a law.
         return {"trim": trim, "references": model_data["references"]}
-    blend = {"blending": model_data["blending"]} if "blending" in model_data else {}
-    return {"premises": model_data["embedding"]["premises"], "trim": trim, **blend}
+    extras = {key: model_data[key] for key in ("blending", "integrators") if key in model_data}
+    return {"premises": model_data["embedding"]["premises"], "trim": trim, **extras}
 
 
 def _exact(value: float | int | str | dict[str, Any]) -> Fraction:
@@ -133,7 +133,7 @@ def plant_data(model: TSModel) -> dict[str, Any]:
         "sample_time": model.sample_time,
         **_plant(form),
         **_blend(model),
-        **_references(form),
+        **_states_of_law(form),
         "embedding": _embedding(model, form),
     }
     _check_vertices(model, data)
@@ -209,8 +209,11 @@ def _blend(model: TSModel) -> dict[str, Any]:
     return {} if blending is None else {"blending": blend_data(blending)}
 
 
-def _references(form: SymbolicForm) -> dict[str, Any]:
+def _states_of_law(form: SymbolicForm) -> dict[str, Any]:
     plant = form.plant
+    if plant.integrators:
+        pairs = plant.integrators
+        return {"integrators": [{"state": state, "rate": rate} for state, rate in pairs]}
     if not plant.references:
         return {}
     import sympy as sp

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.certificates.requests.attraction_region import AttractionRegion as AttractionRegion
     from takagi.certificates.requests.decay import Decay as Decay
     from takagi.certificates.requests.decay import Poles as Poles
     from takagi.certificates.requests.exit_probability import ExitProbability as ExitProbability

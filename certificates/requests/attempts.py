@@ -18,6 +18,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.requests.attraction_region import AttractionRegion
 from takagi.certificates.requests.decay import Decay, common_function, faster_function
 from takagi.certificates.requests.exit_probability import ExitProbability
 from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
@@ -59,6 +60,9 @@ def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
     ------
     ModelError : the request makes no sense for this loop.
     """
+    if isinstance(request, AttractionRegion):
+        # It is about the plant itself, not about blends.
+        return request.attempt(loop)
     if isinstance(request, SampledLoop):
         # While the command is held, the law's weights differ from the plant's: blends of one set of
         # weights do not describe the loop.

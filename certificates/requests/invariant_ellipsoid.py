@@ -229,7 +229,9 @@ def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Ans
 
     halves, inputs = state_halves(loop), bounded_inputs(loop.exact)
     if loop.gains is not None and (inputs or limits is not None):
-        narrowed_limits = np.full(loop.gains.shape[1], LOOSEST) if limits is None else limits.copy()
+        narrowed_limits = np.full(loop.gains.shape[1], LOOSEST)
+        if limits is not None:
+            narrowed_limits = np.where(np.isfinite(limits), limits, LOOSEST)
         for k, side in inputs.items():
             narrowed_limits[k] = min(narrowed_limits[k], float(min(-side[0], side[1])))
         if not loop.exact.shared_weights:
@@ -298,8 +300,8 @@ class InputLimits:
 
     Attributes
     ----------
-    limits : (m,) on |u_k - u_k*|, in the units of the inputs; None takes the amplitudes that occur
-        in the largest ellipsoid in the model's box.
+    limits : (m,) on |u_k - u_k*|, in the units of the inputs; None, or inf for an input, takes the
+        amplitudes that occur in the largest ellipsoid in the model's box.
     P, decay_rate, disturbance_bounds : of the ellipsoid, as in ``InvariantEllipsoid``.
     rates : True bounds |u_k'| (or the change in one sample) as well.
     membership_rates : (r,) |h_j'| <= phi_j in 1/s, where gains differ in continuous time.
@@ -328,7 +330,8 @@ class InputLimits:
         bounds = self.disturbance_bounds
         candidate = candidate_set(loop, self.P, self.decay_rate, bounds, limits)
         kind = {"name": "inputs within limits", "kind": "input-limits"}
-        none = {"input_limits": (np.zeros(m) if limits is None else limits).tolist()}
+        finite = np.zeros(m) if limits is None else np.where(np.isfinite(limits), limits, 0.0)
+        none = {"input_limits": finite.tolist()}
 
         def limited(evidence: dict[str, Any]) -> dict[str, Any]:
             return self._limited(loop, evidence, limits)
@@ -341,13 +344,14 @@ class InputLimits:
         """Return the evidence with limits; requested limits reduce its level."""
         P, level = np.array(evidence["P"]), float(evidence["level"])
         reach = input_bounds(loop, P, level)
-        if limits is None:
-            input_limits = [rounded_up(float(value) * (1 + SPARE), 4) for value in reach]
-        else:
-            input_limits = limits.tolist()
-            share = float(np.min(limits / np.maximum(reach, 1e-300)))
-            if share < 1:
-                level = rounded_down((1 - SPARE) * level * share**2)
+        asked = np.full(len(reach), np.inf) if limits is None else limits
+        share = float(np.min(asked / np.maximum(reach, 1e-300)))
+        if share < 1:
+            level = rounded_down((1 - SPARE) * level * share**2)
+        input_limits = [
+            float(limit) if np.isfinite(limit) else rounded_up(float(value) * (1 + SPARE), 4)
+            for limit, value in zip(asked, reach, strict=True)
+        ]
         limited = evidence | {"level": level, "input_limits": input_limits}
         return limited | self._rates(loop, limited, P, level) if self.rates else limited
 

@@ -127,7 +127,7 @@ def _of_pool(
 ) -> Generator[tuple[str, Result], None, None]:
     # A fresh interpreter, not a copy of this one: a copy would inherit the locks of its threads.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, context, initializer=_start)
+    pool = ProcessPoolExecutor(workers, context, initializer=start_process)
     try:
         waiting = {pool.submit(_work, task, folder): task.file for task in tasks}
         for future in as_completed(waiting):
@@ -144,7 +144,7 @@ def _work(task: Task, folder: Path) -> Result:
     )
 
 
-def _start() -> None:
+def start_process() -> None:
     """Prepare a new process: one thread for linear algebra, and it ends with its parent."""
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")

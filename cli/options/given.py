@@ -29,6 +29,7 @@ _OF_GIVEN_GAINS = (
     "equilibrium_wake",
     "choice",
     "solve_rest",
+    "safe_start",
     "sample_time",
     "noise",
     "horizon",

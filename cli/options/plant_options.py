@@ -101,8 +101,9 @@ _LAW = group(
     "Plants: law and model",
     option(
         "controller NAME",
-        "Plants: static, for gains on the measured states alone; an observer unless given, where "
-        "the file says what is measured.",
+        "Plants: static, for gains on the measured states alone, or order=2, for a controller of "
+        "them with two states of its own; an observer unless given, where the file says what is "
+        "measured.",
     ),
     option(
         "relaxation NAME",
@@ -114,6 +115,11 @@ _LAW = group(
 )
 _FURTHER = group(
     "Plants: further claims, and the time of the search",
+    option(
+        "safe_start KIND",
+        "Plants: polynomial, to prove also a set of safe starts with a polynomial function, where "
+        "plant and law are polynomials in the states; ellipsoid unless given.",
+    ),
     option(
         "sample_time TIME",
         "Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds its "
@@ -158,7 +164,7 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
         name: given[name]
         for name in (
             *("relaxation", "gain_bound", "damping", "fastest", "choice", "effort"),
-            *("objective", "norm_below"),
+            *("objective", "norm_below", "safe_start"),
         )
         if given.get(name) is not None
     }
@@ -166,12 +172,13 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
         # What the file says about a norm belongs to the objective that is replaced.
         changes = {"performance": (), "disturbances": (), "norm_below": None} | changes
     if given.get("controller") is not None:
-        if given["controller"] != "static":
+        match = re.fullmatch(r"static|order=([1-9][0-9]?)", given["controller"])
+        if match is None:
             raise ModelError(
                 f"option --controller: {given['controller']!r} was given; static is needed, or "
-                "leave it out for an observer"
+                "order=2 for a controller with two states, or leave it out for an observer"
             )
-        changes["feedback"] = static_feedback(entry)
+        changes |= {"feedback": static_feedback(entry), "order": int(match.group(1) or 0)}
     for name in ("performance", "disturbances"):
         if given.get(name):
             typed = [part.strip() for text in given[name] for part in text.split(",")]

@@ -7,6 +7,7 @@ from the model's file and the options that concern it, ``source`` and ``asked``.
     options           those of a design
     summary           the module that prints a design, with ``as_text`` and ``as_data``
     simulation        the module that simulates, with ``OPTIONS`` and ``simulate``
+    steps             those of a design and its report, for the line of progress
     design, certify   a design, or the certificate of a gain file's law; ``ModelError`` for options
                       that make no sense, ``CertificateError`` for a gain file of another model
 """

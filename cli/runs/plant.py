@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Options, as_typed
 from takagi.cli.options.plant_options import PLANT_DESIGN_OPTIONS, budget_asked, plant_settings
-from takagi.cli.progress import Tell
+from takagi.cli.progress import Step, Tell
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -29,6 +29,14 @@ class PlantMaker:
     options: ClassVar[Options] = PLANT_DESIGN_OPTIONS
     summary: ClassVar[str] = "takagi.cli.terminal.plant_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_plant"
+    steps: ClassVar[tuple[Step, ...]] = (
+        Step("model", 0.8),
+        Step("gains", 2.0, varies=True),
+        Step("exact proof", 1.0, varies=True),
+        Step("report: margins", 0.1),
+        Step("report: motions", 2.6),
+        Step("report: figures", 0.8),
+    )
     source: PlantFile
     asked: Mapping[str, Any]
 

@@ -11,8 +11,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Options, as_typed
 from takagi.cli.options.turbine_options import TURBINE_OPTIONS
-from takagi.cli.options.turbine_settings import design_settings, uncertainty_asked
-from takagi.cli.progress import Tell
+from takagi.cli.options.turbine_settings import (
+    EFFORT_SHARING,
+    design_settings,
+    uncertainty_asked,
+)
+from takagi.cli.progress import Step, Tell
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -23,6 +27,16 @@ if TYPE_CHECKING:
     from takagi.reports.margins.thresholds import AskedMargins
 
 Value = TypeVar("Value")
+# With the NREL 5-MW turbine, on one core.
+_STEPS = (
+    Step("stability of the loop that runs", 12.0),
+    Step("partial-load model", 1.5),
+    Step("gains of the effort-sharing law", 1.2),
+    Step("joint analysis of the blended loop", 11.0),
+    Step("loop with its observer", 27.0),
+    Step("summary", 16.0),
+    Step("report", 6.0),
+)
 STABILITY = "stability of the loop that runs"
 
 
@@ -36,6 +50,11 @@ class TurbineMaker:
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_turbine"
     source: TurbineFile
     asked: Mapping[str, Any]
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """Those of the effort-sharing law; the steps of another law have no usual times."""
+        return _STEPS if self.asked["law"] in (None, EFFORT_SHARING) else ()
 
     def design(self, tell: Tell) -> TurbineDesign | NoDesign:
         """Return the finished design."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+from urllib.parse import quote
 
 import typer
 
@@ -37,31 +39,38 @@ def compare(
         Path | None, typer.Option(metavar="FILE", help="Write the comparison as Markdown.")
     ] = None,
     html: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the comparison as a page.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write the comparison as one page, for any number of designs."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Compare designs of one plant by their certificates: each NEW with OLD.
 
     All certificates are replayed first. Of designs' folders the summaries are compared too; they
-    decide nothing, for their margins and simulated figures are not proved. Exit status: 0 nothing
-    got worse; 1 something got worse; 2 misuse, or a file that is refused.
+    decide nothing, for their margins and simulated figures are not proved. The page has verdicts,
+    links to the designs' reports, and all figures that differ. Exit status: 0 nothing got worse; 1
+    something got worse; 2 misuse, or a file that is refused.
     """
     share = tolerance_of(tolerance)
-    first_rows, rows = _summary_of(old), {place: _summary_of(place) for place in new}
-    old, places = _file(old), {place: _file(place) for place in new}
+    # A folder without a design is refused before anything is read for long.
+    places = {place: _file(place) for place in (old, *new)}
+    rows = {place: _summary_of(place) for place in places}
     from takagi.reports.baseline.comparison import plant_name, summary_changes
-    from takagi.reports.baseline.words import as_data, as_html, as_markdown, as_text
+    from takagi.reports.baseline.words import as_data, as_markdown, as_text
     from takagi.reports.output import write_file
 
-    before, source = read_baseline(old), str(old)
-    comparisons = {}
-    for place, certificate in places.items():
-        comparison = compared(before, read_baseline(certificate), share)
-        if first_rows and rows[place]:
-            changes = summary_changes(first_rows, rows[place])
+    read = {place: read_baseline(certificate) for place, certificate in places.items()}
+    before, source = read[old], str(places[old])
+    by_place = {}
+    for place in new:
+        comparison = compared(before, read[place], share)
+        if rows[old] and rows[place]:
+            changes = summary_changes(rows[old], rows[place])
             comparison = replace(comparison, summary=changes)
-        comparisons[str(certificate)] = comparison
+        by_place[place] = comparison
+    comparisons = {str(places[place]): comparison for place, comparison in by_place.items()}
     # A heading says which of several it is.
     several = len(comparisons) > 1
     heads = {place: f"{place}\n" if several else "" for place in comparisons}
@@ -70,8 +79,18 @@ def compare(
                  for k, c in comparisons.items())  # fmt: skip
         write_file(summary, "\n".join(texts))
     if html is not None:
-        name = plant_name(before.document["model"])
-        write_file(html, as_html(comparisons, name=name, old=source))
+        from takagi.reports.baseline.page import ComparedDesign, as_html
+
+        designs = [
+            ComparedDesign(
+                str(place),
+                read[place].checked.verdict.name,
+                _report_beside(places[place], html),
+                comparison,
+            )
+            for place, comparison in ((old, None), *by_place.items())
+        ]
+        write_file(html, as_html(designs, name=plant_name(before.document["model"])))
     if as_json:
         data = [{"old": source, "new": place, **as_data(c)} for place, c in comparisons.items()]
         print(json.dumps(data if several else data[0], indent=2))
@@ -100,9 +119,21 @@ def _summary_of(path: Path) -> Sequence[SummaryRow]:
             return ()
 
 
+def _report_beside(certificate: Path, page: Path) -> str:
+    """Return the link from a page to the report beside a certificate; "" where there is none."""
+    from takagi.reports.design_folder import REPORT
+
+    report = certificate.with_name(REPORT)
+    if not report.is_file():
+        return ""
+    # A page that goes to a stream lies in no folder.
+    folder = Path() if page.exists() and not page.is_file() else page.parent
+    return quote(Path(os.path.relpath(report, folder)).as_posix())
+
+
 def _file(path: Path) -> Path:
     """Return the certificate of a design's folder; a file is kept."""
-    if not path.is_dir():
+    if path.is_file():
         return path
     from takagi.reports.design_folder import CERTIFICATE, design_file
 

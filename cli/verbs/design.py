@@ -14,7 +14,7 @@ from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.given import AsJson, OutFolder
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_folder_place
-from takagi.cli.progress import progress
+from takagi.cli.progress import StepLine, progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.terminal.files import FOLDERS, PURPOSES, print_files, tell_none
 
@@ -62,7 +62,9 @@ def design(
         refuse_to_replace(out)
     require_folder_place(out, files=[n for n in PURPOSES if n not in FOLDERS], folders=FOLDERS)
     maker = maker_of(model, options)
-    with progress(f"takagi design {model}") as tell:
+    later = ("summary", "report") if no_report else ()
+    line = StepLine([step for step in maker.steps if not step.words.startswith(later)])
+    with progress(f"takagi design {model}", line=line) as tell:
         finished = maker.design(tell)
         if isinstance(finished, NoDesign):
             return tell_none(finished, as_json=as_json)
@@ -73,13 +75,14 @@ def design(
         # A page beside the new law would be about the one before.
         (out / REPORT).unlink(missing_ok=True)
         write_folder(out, files)
+        tell("summary")
         summary = import_module(maker.summary)
         answered = unmeasured(finished) if no_report else finished
         text = "" if as_json else summary.as_text(answered, every_claim=every_claim)
     if not as_json:
         print(text, flush=True)
     if not no_report:
-        with progress(f"takagi design {model}") as tell:
+        with progress(f"takagi design {model}", line=line) as tell:
             drawn = drawn_files(finished, source=maker.source, tell=tell)
             tell(f"writing {out}")
             write_folder(out, drawn)

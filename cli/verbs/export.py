@@ -181,7 +181,9 @@ def _coq(certificate: Path, coq: Path) -> int:
         with progress(f"takagi export {certificate}"):
             exported = coq_file(certificate)
     except CertificateError as refusal:
-        raise CertificateError(f"{certificate}: {refusal}") from refusal
+        # A claim that is not proved is named without the file.
+        named = str(refusal).startswith(f"{certificate}:")
+        raise CertificateError(f"{certificate}: " * (not named) + f"{refusal}") from refusal
     write_file(coq, exported.text)
     print(f"{coq}: {exported.count} matrices of {len(exported.matrices)} claims")
     print(f"Check it with: coqc {coq}")

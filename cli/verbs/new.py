@@ -45,7 +45,12 @@ _OF_TURBINE = (
     option("table FILE", "Its Cp_Ct_Cq table, where no file names it.", Path),
     option("figure TEXT", '"pitch.minimum = 2 deg", in place of the files\'.', list[str]),
 )
-OPTIONS = (*_OF_PLANT, *_SOURCES, *_OF_TURBINE)
+_CI = option(
+    "ci SERVICE",
+    "Of a plant's file or a design's folder in place of FILE.toml, write the workflow that proves "
+    "and compares it at every change: github or gitlab.",
+)
+OPTIONS = (*_OF_PLANT, *_SOURCES, *_OF_TURBINE, _CI)
 # What may stand beside matrices.
 _NAMED = ("state", "input", "disturbance", "name", "sample_time")
 
@@ -64,13 +69,16 @@ def new(
 
     Without options it asks at a terminal, and writes a template where there is none. With --state,
     --input, --equation, ... it writes this plant. The --from options read a model that exists;
-    beside those of matrices, --state and --input give names and ranges.
+    beside those of matrices, --state and --input give names and ranges. With --ci it writes the
+    workflow of continuous integration for a plant or design that is there.
 
     Exit status: 0 written; 2 misuse, and nothing is written.
     """
     from takagi.cli.output_place import require_file_place
     from takagi.reports.output import write_folder
 
+    if options["ci"] is not None:
+        return _write_workflow(out, {**options, "matrices": matrices}, force=force)
     if out.suffix != ".toml":
         raise ModelError(f"{out}: was given; the file to write comes first, and ends in .toml")
     if out.exists() and not force:
@@ -101,6 +109,27 @@ def new(
 
 
 run = partial(run_command, "new", new, options=OPTIONS)
+
+
+def _write_workflow(subject: Path, options: Mapping[str, Any], *, force: bool) -> int:
+    """Write the workflow for a file or folder that is there; nothing is replaced without force."""
+    from takagi.cli.runs.ci_workflow import workflow
+    from takagi.reports.output import write_file
+
+    other = [name for name, value in options.items() if value and name != "ci"]
+    if other:
+        words = "CSV files were" if other[0] == "matrices" else f"{option_of(other[0])} was"
+        raise ModelError(f"{words} given beside --ci, which is about a plant that is there")
+    made = workflow(options["ci"], subject)
+    if made.path.exists() and not force:
+        raise ModelError(
+            f"{made.path}: is there already; move it away, or --force to replace it. Nothing was "
+            "written"
+        )
+    write_file(made.path, made.text)
+    print("\n  ".join([f"{made.path}: written", *made.remarks]))
+    print(f"\nNext\n  git add {made.path} {subject}")
+    return PROVED
 
 
 def _checked_sources(given: Mapping[str, Any], *, matrices: bool) -> list[str]:

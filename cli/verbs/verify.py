@@ -46,11 +46,12 @@ def verify(
     """Say what is proved of a linear matrix inequality or conic problem.
 
     Either a point satisfies every constraint, in exact arithmetic, and multipliers bound the
-    optimum from the other side; or multipliers show that no point does; or nothing is proved, and
-    the distance is given. The certificate is checked by `takagi check FILE`.
+    optimum from the other side; or the objective falls without end along a ray; or multipliers
+    show that no point does; or nothing is proved, and the distance is given. The certificate is
+    checked by `takagi check FILE`.
 
-    Exit status: 0 a solution and a bound of the optimum, or that there is no solution; 1 less than
-    that; 2 misuse.
+    Exit status: 0 a solution and a bound of the optimum, or that there is no bound, or no solution;
+    1 less than that; 2 misuse.
     """
     if out is not None:
         require_file_place(out)
@@ -75,10 +76,11 @@ def verify(
 def _print(problem: Path, out: Path | None, verification: Verification, *, as_json: bool) -> None:
     if as_json:
         data: dict[str, Any] = claims_as_data(verification.checked)
+        data |= {"verdict": verification.verdict.name}
         data |= {"settled": verification.settled, "notes": list(verification.notes)}
         print(json.dumps(data, indent=2))
         return
-    print(f"{problem}: {verification.checked.verdict.name}")
+    print(f"{problem}: {verification.verdict.name}")
     print("\n".join(claim_lines(verification.checked)))
     for note in verification.notes:
         print(f"  {note}")

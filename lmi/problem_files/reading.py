@@ -12,7 +12,13 @@ from takagi.lmi.problem_files.problem import ConicProblem, Solution, require
 from takagi.lmi.problem_files.text_formats import read_cbf, read_sdpa, read_solution
 from takagi.models.errors import ModelError
 
-ENDINGS = (".dat-s", ".cbf", ".mat", ".npz")
+# How a file's name ends -> what its format calls the problem that is read, and the dual of it.
+FORMS = {
+    ".dat-s": ("SDPA's primal, (P)", "SDPA's dual, (D)"),
+    ".cbf": ("the problem of the file", "the dual of the file's problem"),
+    ".mat": ("SeDuMi's dual, max b'y", "SeDuMi's primal, min c'x"),
+    ".npz": ("cvxpy's cone program", "the dual of cvxpy's cone program"),
+}
 LARGEST_FILE = 50_000_000
 
 
@@ -23,13 +29,18 @@ def read_problem_file(path: Path) -> ConicProblem:
     ------
     ModelError : another ending, a file that cannot be read, or contents that do not fit.
     """
-    ending = next((ending for ending in ENDINGS if path.name.lower().endswith(ending)), "")
-    require(bool(ending), str(path), f"a file that ends with {', '.join(ENDINGS)} is needed")
+    ending = ending_of(path.name)
+    require(bool(ending), str(path), f"a file that ends with {', '.join(FORMS)} is needed")
     if ending in (".dat-s", ".cbf"):
         text = _text(path)
         return read_sdpa(text, path.name) if ending == ".dat-s" else read_cbf(text, path.name)
     require(path.is_file(), str(path), "there is no such file")
     return read_sedumi(path) if ending == ".mat" else read_cvxpy(path)
+
+
+def ending_of(name: str) -> str:
+    """Return how a problem file's name ends; empty if no reader takes it."""
+    return next((ending for ending in FORMS if name.lower().endswith(ending)), "")
 
 
 def read_solution_file(path: Path, problem: ConicProblem) -> Solution:

@@ -21,8 +21,8 @@ from takagi.lmi.solver.installed_solvers import quiet
 from takagi.lmi.solver.solve import run_clarabel
 from takagi.models.arrays import Floats
 
-# Of multipliers that contradict the constraints, with <B, y> = -1.
-LARGEST_MULTIPLIER = 1e6
+# Of a direction d with c'd = -1, and of multipliers with <B, y> = -1.
+LONGEST_RAY = 1e6
 TOLERANCE = 1e-11
 
 
@@ -143,13 +143,22 @@ def most_inside(problem: ConicProblem, farthest: float) -> tuple[Floats, float] 
     return None if solution is None else (solution.x[:-1], float(solution.x[-1]))
 
 
-def contradiction(problem: ConicProblem) -> tuple[Floats, float] | None:
-    """Return y with <A_i, y> = 0, <B, y> = -1 and y_k - t e_k in its cone, for the largest t."""
-    dual = multiplier_problem(problem, np.zeros(len(problem.objective)))
-    _, constant = problem.stacked()
-    weights = problem.weights
+def falling_ray(problem: ConicProblem) -> tuple[Floats, float] | None:
+    """Return d with c'd = -1 and sum_i d_i A_ik - t e_k in its cone, for the largest t, and that t.
+
+    From any solution the objective falls without end along d, where t >= 0.
+    """
+    blocks = [
+        replace(block, entries={at: v for at, v in block.entries.items() if at[0]})
+        for block in problem.blocks
+    ]
     row = Block(ZERO, 1)
     row.add(0, 0, 1.0)
-    for k in np.flatnonzero(constant):
-        row.add(int(k) + 1, 0, float(weights[k] * constant[k]))
-    return most_inside(replace(dual, blocks=(*dual.blocks, row)), LARGEST_MULTIPLIER)
+    for i in np.flatnonzero(problem.objective):
+        row.add(int(i) + 1, 0, float(problem.objective[i]))
+    return most_inside(replace(problem, blocks=(*blocks, row)), LONGEST_RAY)
+
+
+def contradiction(problem: ConicProblem) -> tuple[Floats, float] | None:
+    """Return y with <A_i, y> = 0, <B, y> = -1 and y_k - t e_k in its cone, for the largest t."""
+    return falling_ray(multiplier_problem(problem, np.zeros(len(problem.objective))))

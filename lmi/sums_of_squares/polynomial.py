@@ -477,20 +477,30 @@ def _asked(
     return f, V, int(degree)
 
 
+def function_of_linearisation(f: Sequence[StatePolynomial]) -> StatePolynomial:
+    """Return x'Px with A'P + P A = -I for the linear part x' = A x of x' = f(x), to six digits.
+
+    Raises
+    ------
+    ModelError : A has an eigenvalue that is not stable.
+    """
+    n = len(f)
+    A = np.array([[float(p.terms.get(_unit(n, k, 1), 0)) for k in range(n)] for p in f])
+    if np.linalg.eigvals(A).real.max() >= 0:
+        raise ModelError(
+            "the linearisation at 0 is not stable, so it has no quadratic function; give V"
+        )
+    P = solve_continuous_lyapunov(A.T, -np.eye(n))
+    short = [[f"{value:.6g}" for value in row] for row in (P + P.T) / 2]
+    return StatePolynomial.quadratic(np.array(short))
+
+
 def _function(
     function: object, f: Sequence[StatePolynomial], states: Sequence[str]
 ) -> StatePolynomial:
     n = len(states)
     if function is None:
-        units = [tuple(int(j == k) for j in range(n)) for k in range(n)]
-        A = np.array([[float(p.terms.get(unit, 0)) for unit in units] for p in f])
-        if np.linalg.eigvals(A).real.max() >= 0:
-            raise ModelError(
-                "the linearisation at 0 is not stable, so it has no quadratic function; give V"
-            )
-        P = solve_continuous_lyapunov(A.T, -np.eye(n))
-        short = [[f"{value:.6g}" for value in row] for row in (P + P.T) / 2]
-        return StatePolynomial.quadratic(np.array(short))
+        return function_of_linearisation(f)
     if isinstance(function, (list, tuple, np.ndarray)):
         if np.shape(function) != (n, n):
             raise ModelError(f"V is a matrix of shape {np.shape(function)}; ({n}, {n}) is needed")

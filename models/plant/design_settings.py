@@ -14,8 +14,10 @@ Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
 Rest: TypeAlias = Literal["given", "solve inputs"]
 Effort: TypeAlias = Literal["small", "moderate", "large"]
 Norm: TypeAlias = Literal["hinf", "h2", "peak"]
+SafeStart: TypeAlias = Literal["ellipsoid", "polynomial"]
 Objective: TypeAlias = Literal["hinf", "h2", "peak", "decay", "effort"]
 CHOICES, RESTS, EFFORTS = get_args(Choice), get_args(Rest), get_args(Effort)
+SAFE_STARTS = get_args(SafeStart)
 NORMS: tuple[Norm, ...] = get_args(Norm)
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
 
@@ -61,8 +63,11 @@ class PlantSettings:
     disturbances : names of those that a norm is about, the others at rest; () takes all.
     norm_below : the norm that is enough, in the units of the plant's file, as
         ``takagi.certificates.design.plant.norm_wish`` writes them; None for the least.
-    feedback : names of the measured outputs that a static law has; () for a law of all states, or
-        with an observer.
+    safe_start : ``"polynomial"`` also asks for a proved set {V <= c} of a polynomial V, for a plant
+        and a law that are polynomials in the states; ``"ellipsoid"`` for those of x'Px alone.
+    feedback : names of the measured outputs that a static law has, or a controller of a given
+        order; () for a law of all states, or with an observer.
+    order : the number of that controller's states; 0 for a static law.
 
     Raises
     ------
@@ -87,11 +92,14 @@ class PlantSettings:
     disturbances: tuple[str, ...] = ()
     norm_below: float | None = None
     feedback: tuple[str, ...] = ()
+    safe_start: SafeStart = "ellipsoid"
+    order: int = 0
 
     def __post_init__(self) -> None:
         _word("choice", self.choice, CHOICES)
         _word("rest", self.rest, RESTS)
         _word("effort", self.effort, EFFORTS)
+        _word("safe_start", self.safe_start, SAFE_STARTS)
         for name in ("gain_bound", "damping", "fastest", "sample_time", "horizon", "norm_below"):
             value = getattr(self, name)
             if value is not None:

@@ -300,18 +300,22 @@ class ReferenceEntry(_Entry):
     ] = True
 
 
+class OrderEntry(_Entry):
+    """A controller with states of its own."""
+
+    order: Annotated[int, Field(description="the number of the controller's states")]
+
+
 def controller_given(value: object) -> object:
     """Return the controller, or explain which there are."""
     if value is None or value == "static":
         return value
-    if isinstance(value, dict) and list(value) == ["order"]:
-        raise ValueError(
-            "a controller of a fixed order is not designed from a plant file; leave controller out "
-            'for an observer, whose order is that of the plant, give "static", or use '
-            "takagi.lmi.hinf_fixed_order for one rule"
-        )
+    order = value.get("order") if isinstance(value, dict) and list(value) == ["order"] else None
+    if type(order) is int and order > 0:
+        return value
     raise ValueError(
-        f'{value!r} was given; "static" is needed, or leave controller out for an observer'
+        f'{value!r} was given; "static" is needed, or the number of the controller\'s states, such '
+        "as { order = 2 }; or leave controller out for an observer"
     )
 
 
@@ -382,11 +386,19 @@ class DesignEntry(_Entry):
             "performance, the decay rate, or the share of the inputs' limits that is used"
         ),
     ] = None
+    safe_start: Annotated[
+        Literal["ellipsoid", "polynomial"],
+        Field(
+            description="polynomial: also a proved set of safe starts with a polynomial function, "
+            "for a plant and a law that are polynomials in the states"
+        ),
+    ] = "ellipsoid"
     controller: Annotated[
-        Literal["static"] | None,
+        Literal["static"] | OrderEntry | None,
         BeforeValidator(controller_given),
         Field(
-            description="static: gains on the measured states alone, in place of an observer",
+            description="static: gains on the measured states alone, in place of an observer; "
+            "{ order = 2 }: a controller of them with so many states of its own",
         ),
     ] = None
     performance: Annotated[

@@ -141,6 +141,8 @@ class Plant(ShortRepr):
         the plant as it was written. None for other plants.
     references : what follows what, by integral states that are among the states
         (``takagi.models.tracking``).
+    integrators : names (x_c, v) of the states x_c' = v and inputs that a controller has itself, at
+        the end of states and inputs (``with_integrators``).
 
     Two plants are equal if all of this is, symbol by symbol; expressions are compared as sympy
     holds them, not simplified.
@@ -168,6 +170,7 @@ class Plant(ShortRepr):
     source: str = ""
     blending: Blended | None = None
     references: tuple[Reference, ...] = ()
+    integrators: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         if not self.states or len(self.equations) != len(self.states):
@@ -214,8 +217,9 @@ class Plant(ShortRepr):
 
     @property
     def own_states(self) -> list[int]:
-        """Return the places of the states that are no integrals of a reference."""
+        """Return the places of the states that are no states of a law."""
         integrals = {reference.integral for reference in self.references}
+        integrals |= {state for state, _ in self.integrators}
         return [k for k, v in enumerate(self.states) if v.name not in integrals]
 
     @property

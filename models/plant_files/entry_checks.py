@@ -50,6 +50,9 @@ def problem_of(error: Mapping[str, Any], field: str) -> str:
         return f"is not known{did_you_mean(key, fields)}; correct its name, or remove it"
     if kind == "missing" and section.endswith(".range"):
         return "a range has two numbers; write range = [low, high]"
+    if field == "format":
+        found = "is missing" if kind == "missing" else f"{error['input']!r} was given"
+        return f"{found}; this takagi reads format = 1: write it so, or use a newer takagi"
     if kind == "missing":
         return "is missing; add it"
     if kind == "literal_error" and field.startswith("reference.") and key == "integral":

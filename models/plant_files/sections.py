@@ -145,6 +145,7 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
             decay_rate=_float(rate) if isinstance(rate, Decimal) else rate,
             effort=design.effort,
             relaxation=design.relaxation,
+            safe_start=design.safe_start,
             input_limit=limits,
             initial=initial,
             noise=noise,
@@ -152,6 +153,7 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
             performance=tuple(design.performance),
             disturbances=tuple(design.disturbances),
             feedback=() if design.controller is None else static_feedback(entry),
+            order=getattr(design.controller, "order", 0),
             **values,
         )
         settings.require_names(**names_of(entry))
@@ -170,7 +172,7 @@ def names_of(entry: PlantEntry) -> dict[str, tuple[str, ...]]:
 
 
 def static_feedback(entry: PlantEntry) -> tuple[str, ...]:
-    """Return the names of what a static law has, the entries of ``measured``.
+    """Return the names of what a law without observer has, the entries of ``measured``.
 
     Raises
     ------
@@ -179,7 +181,7 @@ def static_feedback(entry: PlantEntry) -> tuple[str, ...]:
     if not entry.measured or entry.reference:
         what = "follows references" if entry.reference else "has no field measured"
         raise ModelError(
-            f"controller static is for measured outputs, and the plant {what}; add "
+            f"controller is for measured outputs, and the plant {what}; add "
             "measured = [...] with the states that a sensor shows, or leave controller out"
         )
     return tuple(m.name for m in entry.measured)

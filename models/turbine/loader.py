@@ -283,7 +283,11 @@ def _check_kind(document: Document) -> None:
         )
     version = document.data.get("format")
     if version != 1:
-        raise document.error("format", f"{version!r} was given; this reader knows format = 1")
+        found = "is missing" if version is None else f"{version!r} was given"
+        raise document.error(
+            "format",
+            f"{found}; this takagi knows format = 1: write it so, or use a newer takagi",
+        )
 
 
 def _check_known(document: Document) -> None:

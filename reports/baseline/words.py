@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from fractions import Fraction
 from typing import Any
@@ -95,7 +95,7 @@ def gain_words(gains: Iterable[GainSize]) -> str:
     return f"gains from {low:.3g} to {high:.3g} times the old ones"
 
 
-def _summary(compared: CertificateComparison) -> list[str]:
+def summary_lines(compared: CertificateComparison) -> list[str]:
     """Return a line for each row of the summary that differs."""
     return [
         f"{change.name}: {change.old or 'nothing'} -> {change.new or 'nothing'}"
@@ -122,11 +122,11 @@ def as_text(compared: CertificateComparison, *, source: str) -> str:
     ]
     lines += [f"  lost    {name}: {why}" for name, why in compared.lost.items()]
     lines += [f"  new     {name}" for name in compared.added]
-    lines += [f"  gains   {gain}" for gain in _gains(compared)]
+    lines += [f"  gains   {gain}" for gain in gain_lines(compared)]
     same = len(compared.moved) - len(rows)
     if same:
         lines.append(f"  {same} figure{'s are' if same > 1 else ' is'} the same")
-    lines += [f"  {line}" for line in _summary(compared)]
+    lines += [f"  {line}" for line in summary_lines(compared)]
     if compared.changed:
         lines += ["What changed", *(f"  {line}" for line in listed_changes(compared.changed))]
     return "\n".join(lines)
@@ -145,51 +145,10 @@ def as_markdown(compared: CertificateComparison, *, source: str) -> str:
         lines.append("")
     lines += [f"- lost: {markdown_cell(f'{name}: {why}')}" for name, why in compared.lost.items()]
     lines += [f"- new: {markdown_cell(name)}" for name in compared.added]
-    lines += [f"- gains: {markdown_cell(gain)}" for gain in _gains(compared)]
-    lines += [f"- {markdown_cell(line)}" for line in _summary(compared)]
+    lines += [f"- gains: {markdown_cell(gain)}" for gain in gain_lines(compared)]
+    lines += [f"- {markdown_cell(line)}" for line in summary_lines(compared)]
     lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(compared.changed)]
     return "\n".join(lines).rstrip() + "\n"
-
-
-def as_html(compared: Mapping[str, CertificateComparison], *, name: str, old: str) -> str:
-    """Return comparisons with one certificate as one page: what changed, in words and in colour.
-
-    Parameters
-    ----------
-    compared : where a new certificate is -> its comparison;  old : where the old one is.
-    name : of the plant.
-    """
-    # Imported here: only a page needs the templates.
-    from takagi.reports.page.assembly import report_files
-    from takagi.reports.page.text import Section
-
-    content = {"old": old, "designs": [_of_page(new, c, old) for new, c in compared.items()]}
-    return report_files(
-        "plant",
-        [Section("comparison", "What changed", content)],
-        title=name,
-        verdict="comparison of designs",
-        subtitle="Comparison of designs",
-        units="Numbers carry the units of the certificates.",
-    ).html
-
-
-def _of_page(new: str, compared: CertificateComparison, old: str) -> dict[str, Any]:
-    rows = list(_rows(compared))
-    return {
-        "new": new,
-        "head": _head(compared, old),
-        "passes": compared.passes,
-        "rows": rows,
-        "same": len(compared.moved) - len(rows),
-        "lists": (
-            ("Lost", [f"{claim}: {why}" for claim, why in compared.lost.items()]),
-            ("New claims", compared.added),
-            ("Gains", list(_gains(compared))),
-            ("Summary", _summary(compared)),
-            ("Parameters, gains and options that differ", listed_changes(compared.changed)),
-        ),
-    }
 
 
 def as_data(compared: CertificateComparison) -> dict[str, Any]:
@@ -226,13 +185,18 @@ def _head(compared: CertificateComparison, source: str) -> str:
     overall = verdict(compared.moved, compared.gains)
     if compared.passes:
         return f"Against {source}: nothing got worse {allowed}; {overall}"
+    return f"Against {source}: {', '.join(failures(compared))}; {overall}"
+
+
+def failures(compared: CertificateComparison) -> list[str]:
+    """Return why a comparison does not pass, a phrase each; [] where it passes."""
     worse, lost = sum(row.worse for row in compared.moved), len(compared.lost)
-    failures = [f"{_counted(worse, 'figure')} got worse {allowed}"] if worse else []
-    failures += [f"{_counted(lost, 'claim')} lost"] if lost else []
-    return f"Against {source}: {', '.join(failures)}; {overall}"
+    allowed = f"by more than {float(100 * compared.tolerance):g} %"
+    phrases = [f"{_counted(worse, 'figure')} got worse {allowed}"] if worse else []
+    return [*phrases, *([f"{_counted(lost, 'claim')} lost"] if lost else [])]
 
 
-def _gains(compared: CertificateComparison) -> Iterator[str]:
+def gain_lines(compared: CertificateComparison) -> Iterator[str]:
     """Yield the gains whose largest size over the rules has changed, and how."""
     for gain in compared.gains:
         if gain.old != gain.new:
@@ -254,10 +218,11 @@ def _rows(compared: CertificateComparison) -> Iterator[tuple[str, ...]]:
         if row.place:
             figure += f", {row.place}"
         went = "rose" if row.new > row.old else "fell"
-        yield (word, word_of(row), row.claim, figure, went, *_values(row), _share(row))
+        values = values_in_words(row)
+        yield (word, word_of(row), row.claim, figure, went, *values, share_in_words(row))
 
 
-def _share(row: Moved) -> str:
+def share_in_words(row: Moved) -> str:
     """Return the relative change, rounded towards the worse side."""
     word = "worse" if row.change < 0 else "better"
     if not isinstance(row.change, Fraction):
@@ -267,11 +232,11 @@ def _share(row: Moved) -> str:
     return f"{at_least(100 * row.change, 3)} % better"
 
 
-def _values(row: Moved) -> tuple[str, str]:
+def values_in_words(row: Moved) -> tuple[str, str]:
     """Return both values; with more digits than usual if they would otherwise look equal."""
     for digits in _DIGITS:
         old, new = _number(row.old, digits), _number(row.new, digits)
-        if old != new:
+        if old != new or row.old == row.new:
             break
     return old, new
 

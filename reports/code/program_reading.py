@@ -147,7 +147,7 @@ def controller_program(
     if isinstance(version, Decimal | int) and version > VERSION:
         raise ModelError(
             f"a gain file of version {version}; this takagi reads versions up to {VERSION}: use "
-            "the takagi that wrote it"
+            "the takagi that wrote it, or a newer one"
         )
     if not document.get("programs"):
         raise ModelError(

@@ -69,7 +69,7 @@ def regulator(design: PlantDesign) -> Regulator | None:
     """Return the regulator beside a design; None without inputs, sizes or a stabilising solution.
 
     A plant behind a blend has none, because one of its inputs is the rate of an effort; nor has a
-    law with outputs, whose observer a regulator of all states does not need.
+    law with outputs, whose observer or controller a regulator of all states does not need.
     """
     from takagi.certificates.design.plant.candidates import regulator_gain
     from takagi.certificates.design.plant.gains import rounded_gains
@@ -78,7 +78,7 @@ def regulator(design: PlantDesign) -> Regulator | None:
     loop = plant_loop(design)
     sizes = design.regulator_sizes or _sizes(loop)
     special = loop.blend is not None or loop.observed is not None
-    if loop.gains is None or special or sizes is None:
+    if loop.gains is None or special or loop.plant.integrators or sizes is None:
         return None
     rest, design_gain = loop.at_rest()
     assert design_gain is not None

@@ -91,8 +91,8 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     units; the least over the proved functions is returned.  The functions are proved, the figures
     are computed from them in floating point.  They hold for starts in the proved set, and {} is
     returned where there is none, or a disturbance that moves the state.  A state whose bound is
-    above 10 is left out: it says nothing.  {} too for a law with outputs, whose motions depend on
-    the estimate.
+    above 10 is left out: it says nothing; and so are the states of a controller.  {} too for a law
+    with outputs, whose motions depend on the estimate.
     """
     disturbed = any(not v.schedules for v in loop.plant.disturbances)
     if not loop.level_proved or disturbed or loop.observed is not None:
@@ -101,7 +101,8 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     if not bounds:
         return {}
     factors: Floats = _ROUNDED * np.min(bounds, axis=0)
-    pairs = zip(loop.names, factors, strict=True)
+    own = len(loop.names) - len(loop.plant.integrators)
+    pairs = zip(loop.names[:own], factors, strict=False)
     return {name: float(factor) for name, factor in pairs if factor <= USEFUL}
 
 

@@ -81,7 +81,8 @@ def _rest_loops(
 def _at_each_input(
     loop: PlantLoop, location: str, A: Floats, B: Floats, K: Floats
 ) -> tuple[PlantLocalLoop, ...]:
-    inputs = [k for k in range(B.shape[1]) if np.any(K[k])]
+    # The rates of a controller's states are no inputs of the plant.
+    inputs = [k for k in range(B.shape[1] - len(loop.plant.integrators)) if np.any(K[k])]
     return tuple(_broken(loop, location, A, B, K, k) for k in inputs)
 
 

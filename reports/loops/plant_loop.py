@@ -171,6 +171,30 @@ def measured_outputs(plant: Plant) -> Callable[[Floats, Floats], Floats]:
     return outputs
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PolynomialRegion:
+    """The proved set {V <= level} of a polynomial V in the states' deviations, SI.
+
+    ``starts`` : (n,) how far each state may start to either side with the others at rest.
+    """
+
+    V: Callable[[Floats], Floats]
+    level: float
+    starts: tuple[float, ...]
+
+
+def _region(design: PlantDesign, model: TSModel) -> PolynomialRegion | None:
+    from takagi.lmi.sums_of_squares.polynomial import StatePolynomial
+
+    claims = zip(design.document["claims"], design.checked.claims, strict=True)
+    for claim, checked in claims:
+        if claim["kind"] == "attraction-region" and checked.verdict is Verdict.PROVED:
+            V = StatePolynomial.of(claim["function"], [name_of(label) for label in model.states])
+            starts = tuple(float(figure.value) for figure in checked.figures)
+            return PolynomialRegion(V, float(Fraction(str(claim["level"]))), starts)
+    return None
+
+
 @dataclass(frozen=True, eq=False)
 class PlantLoop:
     """The plant with u = u* - sum_i h_i K_i (x - x*), or without control if there are no gains.
@@ -189,6 +213,7 @@ class PlantLoop:
     observed : of a law with outputs: its observer, and the proved function of plant and estimate.
         P then is that of the projection of the set on the states, and decay_P is None.
     starting_P : of a law with outputs: {x'Sx <= level} is where the state may start.
+    region : the proved region of attraction of a polynomial; None without one.
     """
 
     plant: Plant
@@ -203,6 +228,7 @@ class PlantLoop:
     decay_P: Floats | None = None
     observed: ObservedMotion | None = None
     starting_P: Floats | None = None
+    region: PolynomialRegion | None = None
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -338,7 +364,13 @@ def plant_loop(design: PlantDesign) -> PlantLoop:
     if P is None and decay_P is not None:
         P, level = decay_P, _level(model, gains, decay_P)
     return replace(
-        loop, P=P, level=level, level_proved=level_proved, decay_rate=rate, decay_P=decay_P
+        loop,
+        P=P,
+        level=level,
+        level_proved=level_proved,
+        decay_rate=rate,
+        decay_P=decay_P,
+        region=_region(design, model),
     )
 
 

@@ -47,7 +47,12 @@ class ProgramLaw:
         for assignment in program.assignments:
             self.formulas[assignment.name] = _before_limit(assignment.formula)
         blended = () if loop.blend is None else loop.blend.blending.actuators
-        outputs = [v.name for v in (*loop.plant.inputs, *(a.variable for a in blended))]
+        rates = {rate for _, rate in loop.plant.integrators}
+        outputs = [
+            # A controller's program computes the rates of its states, and sends them to nobody.
+            f"{v.name}_wanted" if v.name in rates else v.name
+            for v in (*loop.plant.inputs, *(a.variable for a in blended))
+        ]
         self.measured = {signal.name: _output_of(signal.name, loop) for signal in program.inputs}
         available = {*loop_states(loop), *(v.name for v in loop.plant.disturbances)}
         available |= {name for name, index in self.measured.items() if index is not None}

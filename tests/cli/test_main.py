@@ -18,7 +18,7 @@ import pytest
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.cli.command import guard
 from takagi.cli.main import VERBS, Verb, main
-from takagi.cli.progress import progress
+from takagi.cli.progress import Step, StepLine, progress
 from takagi.models import ModelError
 
 Capture = pytest.CaptureFixture[str]
@@ -245,6 +245,67 @@ def test_a_bar_appears_though_the_work_tells_nothing() -> None:
         assert stream.written.wait(timeout=10.0)
 
     assert "Design: region 2" in stream.getvalue()
+
+
+STEPS = (Step("model", 2.0), Step("gains", 3.0, varies=True), Step("proof", 1.0), Step("page", 4.0))
+
+
+def test_a_line_counts_steps_and_says_honestly_how_long() -> None:
+    """Twice the usual times: no time before the step that varies has ended, nor in an overrun."""
+    times = [0.0]
+    line = StepLine(STEPS, now=lambda: times[-1])
+    shown = []
+    for seconds, words in (
+        (0.0, "model"),
+        (4.0, "gains"),
+        (30.0, "gains of rule 2"),
+        (40.0, "proof"),
+        (42.0, "page"),
+        (44.0, ""),
+        (51.0, ""),
+    ):
+        times.append(seconds)
+        if words:
+            line.tell(words)
+        shown.append(str(line))
+
+    assert shown == [
+        "1 of 4  model  0 %",
+        "2 of 4  gains  20 %",
+        "2 of 4  gains of rule 2  48 %",
+        "3 of 4  proof  50 %  about 10 s left",
+        "4 of 4  page  60 %  about 8 s left",
+        "4 of 4  page  70 %  about 6 s left",
+        "4 of 4  page  98 %",
+    ]
+
+
+def test_no_time_is_told_in_the_first_seconds() -> None:
+    """From both sides of four seconds; a line without steps has the words alone."""
+    clock = 0.0
+    line = StepLine((Step("model", 1.0), Step("page", 9.0)), now=lambda: clock)
+    line.tell("model")
+    clock = 1.0
+    line.tell("page")
+    clock = 3.9
+    assert "left" not in str(line)
+    clock = 4.1
+    assert str(line).endswith("about 6 s left")
+
+    plain = StepLine(())
+    plain.tell("Schulte's law")
+    assert str(plain) == "Schulte's law"
+
+
+def test_the_bar_of_a_design_has_the_line_of_its_steps() -> None:
+    """A step with square brackets, as of units, is no markup."""
+    stream = Terminal()
+
+    with progress("Design", line=StepLine(STEPS), stream=stream, patience=0.0) as tell:
+        tell("model [m]")
+        assert stream.written.wait(timeout=10.0)
+
+    assert "1 of 4  model [m]" in stream.getvalue()
 
 
 def test_the_help_of_many_options_is_short_and_complete(capsys: Capture) -> None:

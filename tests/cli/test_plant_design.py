@@ -309,3 +309,57 @@ def test_the_announcement_goes_to_standard_error(tmp_path: Path, capsys: Capture
     assert captured.err.startswith("takagi: 32 rules by 5 premises")
     assert "Chosen: one gain for all rules" in captured.err
     assert "Chosen" not in captured.out
+
+
+CUBIC = """
+format = 1
+kind = "plant"
+units = "unchecked"
+name = "Cubic"
+
+[states]
+x = { range = [-2, 2] }
+
+[inputs]
+u = { range = [-1.5, 1.5] }
+
+[equations]
+x = "x^3 - x + 2*u"
+"""
+
+
+@pytest.mark.slow
+def test_a_polynomial_set_is_larger_than_the_ellipsoid(tmp_path: Path, capsys: Capture) -> None:
+    """--safe-start polynomial: its own row, in JSON too; and the file may ask for it instead."""
+    file, out = tmp_path / "cubic.toml", tmp_path / "out"
+    file.write_text(CUBIC + '\n[design]\nsafe_start = "polynomial"\n', encoding="utf-8")
+
+    with undrawn():
+        assert main(["design", str(file), "--out", str(out), "--json"]) == 0
+
+    answer = json.loads(capsys.readouterr().out)
+    rows = {row["name"]: row["numbers"][0]["value"] for row in answer["summary"] if row["numbers"]}
+    assert rows["polynomial"] > 1.2 * rows["safe start"]
+    assert main(["check", str(out), "--cross", "--json"]) == 0
+    kinds = [claim["kind"] for claim in read(out / "certificate.json")["claims"]]
+    assert kinds.count("attraction-region") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "words"),
+    [
+        (PENDULUM, ["--safe-start", "polynomial"], "no polynomial in the states"),
+        (TRAILER, ["--safe-start", "polynomial"], "a plant in continuous time"),
+        (CUBIC, ["--safe-start", "polynomal"], "did you mean 'polynomial'?"),
+    ],
+)
+def test_a_polynomial_set_that_makes_no_sense(
+    text: str, options: list[str], words: str, tmp_path: Path, capsys: Capture
+) -> None:
+    """The plant, or the word, is refused before anything is designed."""
+    file = tmp_path / "plant.toml"
+    file.write_text(text, encoding="utf-8")
+
+    assert main(["design", str(file), "--out", str(tmp_path / "out"), *options]) == 2
+
+    assert words in capsys.readouterr().err

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from takagi.certificates.checker import Verdict, check
@@ -302,8 +303,12 @@ def test_static_gains_and_a_damper_that_is_missing(plant_file: Path, capsys: Cap
 @pytest.mark.parametrize(
     ("listed", "controller", "words"),
     [
-        ('measured = ["theta"]', "{ order = 2 }", "a controller of a fixed order is not designed"),
+        ('measured = ["theta"]', "{ order = 0 }", "or the number of the controller's states"),
+        ('measured = ["theta"]', "{ order = 1.5 }", "or the number of the controller's states"),
+        ('measured = ["theta"]', "{ states = 2 }", "or the number of the controller's states"),
+        ('measured = ["theta"]', "{ order = 3 }", "has 2 states, and more are of no use"),
         ('measured = ["theta"]', '"dynamic"', "'dynamic' was given; \"static\" is needed"),
+        ("", "{ order = 1 }", "the plant has no field measured"),
         ("", '"static"', "the plant has no field measured"),
         (
             'measured = [{ name = "both", expression = "theta + omega*l/v", unit = "rad" }]',
@@ -320,6 +325,94 @@ def test_controllers_that_are_none(
 
     assert certified(plant_file, text)[0] == 2
     assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("order", ["2.5", "order=0", "order=-1", "order=two", "order"])
+def test_orders_that_are_none(order: str, plant_file: Path, capsys: Capture) -> None:
+    assert certified(plant_file, measured("theta"), "--controller", order)[0] == 2
+    assert "or order=2 for a controller with two states" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_controller_with_a_state_of_its_own(
+    plant_file: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """The pendulum without a damper: no static law, one of order 1; its folder is like any other.
+
+    The state is the controller's: it is no start, no input of the plant, and not to be measured.
+    """
+    plant_file.write_text(measured("theta", damping=1e-9), encoding="utf-8")
+    out = tmp_path / "out"
+    options = ["--controller", "order=1", "--sample-time", "10ms", "--out", str(out)]
+
+    assert main(["design", str(plant_file), *options, "--no-report"]) == 0
+
+    words = " ".join(capsys.readouterr().out.split())
+    assert "controller of theta, states of its own, which start at rest: controller_1" in words
+    start = words.partition("safe start")[2].partition("input")[0]
+    assert "theta" in start and "controller_1" not in start
+    assert "|tau| <= 20 N m" in words and "controller_1_rate|" not in words
+    file = json.loads((out / "gains.json").read_text(encoding="utf-8"))
+    assert [read["name"] for read in file["programs"][0]["read"]] == ["theta"]
+    assert main(["check", str(out)]) == 0
+    assert main(["report", str(out)]) == 0
+    assert main(["simulate", str(out), "--start", "theta=5deg", "--sample-time", "10ms"]) == 0
+    for target in ("c", "st", "mat", "fmu"):
+        assert main(["export", str(out), "--to", target, "--out", str(tmp_path / target)]) == 0
+    again = ["--gains", str(out / "gains.json"), "--out", str(tmp_path / "again.json")]
+    assert main(["certify", str(plant_file), *again, *options[:4]]) == 0
+    assert main(["certify", str(plant_file), *again, "--force"]) == 2
+    assert "give --controller order=1" in capsys.readouterr().err
+    other = tmp_path / "other.toml"
+    other.write_text(measured("omega", damping=1e-9), encoding="utf-8")
+    assert main(["check", str(out / "certificate.json"), "--model", str(other)]) == 1
+
+
+@pytest.mark.slow
+def test_a_state_more_lowers_the_energy_gain_of_compleib(plant_file: Path) -> None:
+    """NN2: 2.2216 is the least with static gains (published with COMPleib).
+
+    1.7648 is the least of any order, by ``hinf_output_feedback``; order 1 is between them, and
+    within its least by ``hinf_fixed_order``, whose search is another.
+    """
+    from takagi.lmi import GeneralisedPlant, hinf_fixed_order
+
+    plant = GeneralisedPlant(
+        A=np.array([[0.0, 1], [-1, 0]]), B1=np.eye(2), B2=np.array([[0.0], [1]]),
+        C1=np.diag([1.0, 0]), C2=np.array([[0.0, 1]]),
+        D11=np.zeros((2, 2)), D12=np.array([[0.0], [1]]), D21=np.zeros((1, 2)),
+    )  # fmt: skip
+    text = NN2.replace('units = "unchecked"', 'units = "unchecked"\nmeasured = ["v"]')
+    asked = ("--controller", "order=1", "--objective", "hinf", "--performance", "x,u")
+
+    status, claims = certified(plant_file, text, *asked)
+
+    gain = claim_of(claims, "l2-gain")["gain"]
+    least = hinf_fixed_order(plant, 1, starts=4).gain
+    assert status == 0 and least is not None
+    assert 1.7648 < gain < 2.2
+    assert least <= gain < 1.02 * least
+
+
+@pytest.mark.slow
+def test_a_controller_of_half_the_order_beside_the_observer(tmp_path: Path) -> None:
+    """Flexible link, motor measured: two states prove a larger safe start than an observer of four.
+
+    A regression: the figures are this project's own, of two designs with the same ranges.
+    """
+    from takagi.models.files.library import data_folder
+
+    starts: list[float] = []
+    choices: tuple[list[str], ...] = ([], ["--controller", "order=2"])
+    for options in choices:
+        out = tmp_path / f"out{len(starts)}"
+        file = str(data_folder() / "flexible_link.toml")
+        assert main(["design", file, *options, "--out", str(out), "--no-report"]) == 0
+        data = json.loads((out / "certificate.json").read_text(encoding="utf-8"))
+        kind = "input-limits" if options else "observed-loop"
+        claim = next(claim for claim in data["claims"] if claim["kind"] == kind)
+        starts.append((float(claim["level"]) / claim["P"][0][0]) ** 0.5)
+    assert starts[1] > 1.1 * starts[0] > 0
 
 
 # Two rules as in Tanaka, Ohtake and Wang (2007), a = 10 and b = 1.5; z moves by itself.

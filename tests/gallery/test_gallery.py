@@ -1,7 +1,7 @@
 """Textbook plants that are not built in: each is proved as it stands, and settles when it is run.
 
 The simulation (``textbook_loop``) reads the plant file and the certificate without takagi.  The
-table of docs/gallery.md is written by benchmarks/gallery.py.
+table of docs/gallery-table.md is written by benchmarks/gallery.py.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from tests.gallery.turbine_claims import turbine_claims
 
 HERE = Path(__file__).resolve().parent
 FILES = {file.stem: file for file in sorted((HERE / "plants").glob("*.toml"))}
-PAGE = (HERE.parents[1] / "docs/gallery.md").read_text(encoding="utf-8")
+PAGE = (HERE.parents[1] / "docs/gallery-table.md").read_text(encoding="utf-8")
 TURBINES = sorted((HERE / "turbines").glob("*.toml"))
 QUICK = ("chua", "jet_engine")
 PROVED = sorted(FILES)

@@ -1,6 +1,8 @@
 r"""One sample of a plant's law by rules as a program: u = u* - sum_i h_i(z) K_i (x - x*).
 
 With references the law has integral states, xi' = h(x) - r, which it keeps from sample to sample.
+With integrators, x_c' = v, it keeps x_c, computes v as one more command, and reads those states
+alone that it uses.
 
 A single gain in ``K`` applies to all rules; only a law without premises has no weights. With a
 blend the law commands the rate of the effort U. The program integrates this rate and shares U
@@ -48,6 +50,7 @@ class PlantWriting:
         self.model, self.law, self.near = model, law, controller.get("removable", {})
         self.blending = law.get("blending")
         self.references = law.get("references", [])
+        self.integrators = {i["rate"]: i["state"] for i in law.get("integrators", [])}
         self.taken = _plant_names(model, law)
         self.names: dict[str, tuple[str, str]] = {}
         self.reads: list[Item] = []
@@ -58,16 +61,22 @@ class PlantWriting:
     def whole(self) -> Item:
         variables = variables_of(self.model, "states")
         effort = self.blending["effort"] if self.blending else ""
-        integrals = {reference["integral"] for reference in self.references}
+        kept = {effort, *(reference["integral"] for reference in self.references)}
+        kept |= {*self.integrators.values()}
+        used = [not self.integrators or self.uses(k, v) for k, v in enumerate(variables)]
         for k, variable in enumerate(variables):
             name, unit = variable["name"], variable["unit"]
-            if name != effort and name not in integrals:
+            if not used[k]:
+                continue
+            if name not in kept:
                 self.reads.append(read(name, unit, "measured"))
             self.names[self.own(f"{name}_rest")] = (f"law.trim.state.{k}", unit)
-        deviations = [self.deviation(v) for v in variables]
+        deviations = [
+            self.deviation(v) if use else "" for v, use in zip(variables, used, strict=True)
+        ]
         if self.blending:
             self.share()
-        weights = self.weights() if self.law.get("premises") else []
+        weights = self.weights() if self.premises else []
         inputs = variables_of(self.model, "inputs")
         for k, variable in enumerate(inputs):
             self.command(k, variable, inputs, variables, deviations, weights)
@@ -78,6 +87,18 @@ class PlantWriting:
             self.integral(reference, inputs, variables)
         return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
                        sends=self.sends)  # fmt: skip
+
+    @property
+    def premises(self) -> Any:
+        """The premises that the gains depend on; one gain of a law with integrators has none."""
+        return [] if self.integrators and len(self.law["K"]) == 1 else self.law.get("premises", [])
+
+    def uses(self, column: int, state: Any) -> bool:
+        """Return whether a state has a gain that is not zero, or is in a premise."""
+        formulas = [str(p.get("expression", p["name"])) for p in self.premises]
+        in_premises = not names_in(formulas).isdisjoint({state["name"], state.get("symbol")})
+        gains = (row[column] for matrix in self.law["K"] for row in matrix)
+        return in_premises or any(map(exact, gains))
 
     def require_one(self, stack: Any, weights: list[str]) -> None:
         """Refuse different matrices without weights: the program would use the first of them.
@@ -109,7 +130,7 @@ class PlantWriting:
 
     def weights(self) -> list[str]:
         """Write premises and their weights; return the weights' names."""
-        premises = self.law.get("premises", [])
+        premises = self.premises
         formulas = [str(p.get("expression", p["name"])) for p in premises]
         self.signals(names_in(formulas))
         weight_names = []
@@ -206,11 +227,22 @@ class PlantWriting:
         self.names[rest_name] = (f"law.trim.input.{k}", unit)
         terms = []
         for j, (state, deviation) in enumerate(zip(states, deviations, strict=True)):
+            if not deviation:
+                continue
             gain = self.own(f"K_{name}_{state['name']}")
             rows = "*" if weights else "0"
             self.names[gain] = (f"law.K.{rows}.{k}.{j}", f"({unit})/({state['unit']})")
             terms.append(f"{self.mixed(gain, weights)}*{deviation}")
         self.steps.append(step(unlimited, unit, f"{rest_name} - ({' + '.join(terms)})", "the law"))
+        if name in self.integrators:
+            kept_state = _named(states, self.integrators[name], "gains.integrators: state")
+            following = unlimited
+            if self.law["sample_time"] is None:
+                following = f"{kept_state['name']} + sample_time*{unlimited}"
+            start = self.own(f"{kept_state['name']}_rest")
+            words = "a state of the controller"
+            self.keeps.append(keep(kept_state["name"], kept_state["unit"], start, following, words))
+            return
         limited = unlimited
         if variable.get("range") is not None:
             limited = self.held(name, unlimited, f"inputs.{k}.range", unit)

@@ -29,6 +29,7 @@ from takagi.certificates.checker.files.plant_parts import (
     FileBlend,
     FileReferences,
     compare_measured,
+    integrators_in,
     other_plant,
     uncertain_in,
 )
@@ -63,14 +64,22 @@ def compare_plant(model: Any, path: Path, gains: Any = None, *, narrower: bool =
     file, plant = read_toml(path, Decimal, what="plant file"), read_plant(model, "model")
     if file.get("kind") != "plant":
         raise OtherModel(f"{path}: the certificate is about a plant, this is no plant file")
-    words = Comparison(model, plant, file, path, narrower=narrower).whole()
+    integrators = integrators_in(file, model, gains, path)
+    words = Comparison(model, plant, file, path, integrators, narrower=narrower).whole()
     compare_measured(gains, file, path, plant)
     return words
 
 
 class Comparison:
     def __init__(
-        self, model: Any, plant: PlantNodes, file: dict[str, Any], path: Path, *, narrower: bool
+        self,
+        model: Any,
+        plant: PlantNodes,
+        file: dict[str, Any],
+        path: Path,
+        integrators: Mapping[str, str],
+        *,
+        narrower: bool,
     ) -> None:
         self.may_be_narrower, self.narrower = narrower, list[str]()
         self.model, self.plant, self.file, self.path = model, plant, file, path
@@ -81,6 +90,7 @@ class Comparison:
         self.unsolved: list[str] = []
         self.uncertain: dict[str, dict[str, Any]] = {}
         self.blend = FileBlend.of(file, model, path)
+        self.integrators = integrators
 
     def whole(self) -> str:
         self.sample_time()
@@ -90,6 +100,7 @@ class Comparison:
         outside |= self.blend.errors | self.uncertain
         references = FileReferences.of(self.file, self.model, self.path)
         states = {**self.section("states"), **self.blend.states, **references.integrals}
+        states |= {name: {} for name in self.integrators}
         outside |= references.signals(self.section("states"), self.section("outputs"), self.plant)
         resting_elsewhere = self.variables("states", states, self.plant.states)
         signals = self.blend.without_share(self.plant.disturbances)
@@ -100,6 +111,7 @@ class Comparison:
         if resting_elsewhere:
             raise self.error(f"{', '.join(resting_elsewhere)} rests elsewhere there")
         inputs = self.blend.without_actuators(self.section("inputs"))
+        inputs |= {rate: {} for rate in self.integrators.values()}
         solved = self.variables("inputs", inputs, self.plant.inputs)
         tables = self.section("tables")
         missing = sorted(set(self.plant.tables) - set(tables))
@@ -301,6 +313,7 @@ class Comparison:
         compared_states, f = self.blend.equations(states, self.plant, self.names)
         scope = Scope(self.names, tables)
         equations = {**self.section("equations"), **references.equations(self.section("outputs"))}
+        equations |= self.integrators
         self.same_names(equations, compared_states, "equations")
         for name, node in zip(compared_states, f, strict=True):
             self.equal(equations[name], node, scope, f"equations.{name}")

@@ -9,6 +9,8 @@ The field ``measured`` of a plant file against the law of a certificate.
 The field lists the outputs that a law has instead of the states.  A certificate may be about a law
 with other outputs, or with all states; then it is not about the law that the file asks for.
 
+The field ``controller`` of a plant file against the states that a law has beside the plant's.
+
 The section ``[reference]`` of a plant file against the references of a certificate.
 
 The file states which state or output follows which signal.  In the certificate the signal is a
@@ -38,6 +40,7 @@ from takagi.certificates.checker.kernel.reader import Number, read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.graph import FUNCTIONS
+from takagi.certificates.checker.plant.integrators import integrators_of
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
 ADDED = ("_idle", "_effort_rest", "_rest")
@@ -361,6 +364,37 @@ def _listed(names: Iterable[str]) -> str:
     return ", ".join(sorted(names)) or "none"
 
 
+def _refuse_names(file: Mapping[str, Any], names: set[str], path: Path, words: str) -> None:
+    """Refuse a name with which something of the certificate would stand in the file's place."""
+    sections = ("states", "inputs", "disturbances", "scheduling", "parameters", "equations")
+    stated = {name for section in sections for name in _object(file.get(section, {}))}
+    if name_clashes := stated & names:
+        raise other_plant(path, f"{_listed(name_clashes)} is a quantity of the file, and {words}")
+
+
+def integrators_in(file: Mapping[str, Any], model: Any, gains: Any, path: Path) -> dict[str, str]:
+    """Return state -> rate of the integrators that the certificate has beside the file's plant.
+
+    Raises
+    ------
+    CertificateError : model and law do not have the same.
+    OtherModel : ``controller`` of the file asks for another law, or a name is one of the file.
+    """
+    integrators = integrators_of(model, gains)
+    count, asked = len(integrators), _object(file.get("design")).get("controller")
+    order = _object(asked).get("order", 0)
+    matches = type(order) is int and order == count and (count == 0 or isinstance(asked, dict))
+    if isinstance(gains, dict) and asked is not None and not matches:
+        raise other_plant(
+            path,
+            f"its field controller is {in_words(asked)}, and the law has {count or 'no'} states of "
+            "its own",
+        )
+    names = {*integrators, *integrators.values()}
+    _refuse_names(file, names, path, "the controller's own in the certificate")
+    return integrators
+
+
 @dataclass(frozen=True)
 class FileReferences:
     """Reference -> its entry in the file, and its integral in the certificate."""
@@ -392,15 +426,8 @@ class FileReferences:
                 path,
                 f"references are {_listed(entries)} there, {_listed(named)} in the certificate",
             )
-        # A reference or integral with the name of another quantity would stand in its place.
-        sections = ("states", "inputs", "disturbances", "scheduling", "parameters", "equations")
-        names = {name for section in sections for name in _object(file.get(section, {}))}
-        if name_clashes := names & {*entries, *named.values()}:
-            raise other_plant(
-                path,
-                f"{_listed(name_clashes)} is a quantity of "
-                "the file, and a reference or an integral in the certificate",
-            )
+        words = "a reference or an integral in the certificate"
+        _refuse_names(file, {*entries, *named.values()}, path, words)
         return cls(entries, named, path)
 
     @property

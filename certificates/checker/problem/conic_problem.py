@@ -17,7 +17,7 @@ the problem of the opposite objective) and ``blocks``: ``cone``, ``size`` (rows 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import isqrt, lcm
 from typing import Any
@@ -119,6 +119,12 @@ class ConicProblem:
     offset: Fraction
     maximised: bool
     blocks: tuple[Block, ...]
+
+    @property
+    def homogeneous(self) -> ConicProblem:
+        """The problem with c_0 = 0 and every B_k = 0, whose points are the directions."""
+        blocks = tuple(replace(block, constant={}) for block in self.blocks)
+        return replace(self, offset=Fraction(0), blocks=blocks)
 
     def values(self, x: Sequence[Fraction]) -> list[list[Fraction]]:
         """Return S_k(x) of every block."""

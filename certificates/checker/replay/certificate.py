@@ -78,8 +78,12 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
     """Refuse another format or version, and parts that are not those of the hashes."""
     if text(data, "format", "certificate") != FORMAT:
         raise CertificateError(f"{path}: the format is not {FORMAT!r}")
-    if integer(data, "version", "certificate") != VERSION:
-        raise CertificateError(f"{path}: this checker reads version {VERSION}; use a matching one")
+    version = integer(data, "version", "certificate")
+    if version != VERSION:
+        raise CertificateError(
+            f"{path}: a certificate of version {version}; this checker reads version {VERSION}: "
+            "use the takagi that wrote it, or make it again with 'takagi certify'"
+        )
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
     # A hash detects accidental changes; a controller without a claim may have no hash.
     hashed = ["model", "gains", "claims"]
@@ -113,11 +117,11 @@ def _replayed(
         from takagi.certificates.checker.replay.loop_reading import read_model_loop
 
         loop = read_model_loop(model, gains)
-    if isinstance(gains, dict) and {"observer", "blending", "references"} & gains.keys():
+    if isinstance(gains, dict) and {"observer", "blending", "references", "integrators"} & {*gains}:
         # Imported here: most laws are gains alone.
         from takagi.certificates.checker.replay.containment import require_whole_law
 
-        require_whole_law(gains, kinds)
+        require_whole_law(model, gains, kinds)
     outcomes: list[Outcome] = []
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")

@@ -24,9 +24,11 @@ KINDS = (
     "observed-loop transient sampled-loop"
 ).split()
 # Claims about a plant, which read model and gains in their own way, each in a file of ``plant/``.
-PLANT_KINDS = "effort-blend sector-embedding secant-embedding tracking slope-embedding".split()
+PLANT_KINDS = (
+    "effort-blend sector-embedding secant-embedding tracking slope-embedding attraction-region"
+).split()
 # Claims about a conic problem, which no loop is behind, each in a file of ``problem/``.
-PROBLEM_KINDS = "feasible-point optimum-bound no-solution".split()
+PROBLEM_KINDS = "feasible-point optimum-bound no-solution unbounded".split()
 # Claims about a turbine's loop, which read the whole file and the verdicts on earlier claims.
 TURBINE_KINDS = {
     "coherent-loop": "turbine.effort_sharing.loop_claim.EffortSharingLoop",

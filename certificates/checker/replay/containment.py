@@ -21,6 +21,8 @@ from takagi.certificates.checker.replay.claim_kinds import KINDS
 EMBEDDINGS, BLEND = ("sector-embedding", "secant-embedding"), "effort-blend"
 SLOPES, OBSERVED, TRACKING = "slope-embedding", "observed-loop", "tracking"
 SAMPLED, BUMPLESS = "sampled-loop", "bumpless"
+# Claims about model and law that hold for the plant only with an embedding.
+ABOUT_LOOPS = frozenset({*KINDS, "attraction-region"})
 # Kinds that earlier versions read, and the last commit that reads them all.
 NO_LONGER_READ = frozenset(
     {
@@ -59,7 +61,7 @@ def of_the_plant(outcomes: Sequence[Outcome], kinds: Sequence[str], where: str) 
     if Verdict.PROVED in tied and is_plant:
         return list(outcomes)
     # A claim about references proves its embedding itself, but not that a blend is the plant.
-    loop_kinds = {*KINDS} if is_plant else {*KINDS, TRACKING, BUMPLESS}
+    loop_kinds = ABOUT_LOOPS if is_plant else ABOUT_LOOPS | {TRACKING, BUMPLESS}
     return _left_open(pairs, loop_kinds, "the model, which is not proved to contain its plant")
 
 
@@ -99,15 +101,21 @@ def _left_open(
     ]
 
 
-def require_whole_law(gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
+def require_whole_law(model: Any, gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
     """Refuse claims about u = -K x where the law has more than gains, and runs otherwise.
 
     With an observer it runs as u = -K xhat.  With a blend it commands two actuators, and only the
     claim ``effort-blend`` says that these are the model's input.  An effort, and the integrals of
     references, are states of the model that move between samples, while a law that runs every T
-    seconds changes them at its samples: xi + T (h - r).
+    seconds changes them at its samples: xi + T (h - r).  The integrators of a controller are
+    states of the model under inputs that are held, so that x_c + T v is what they do.
     """
-    about_loops = {kind for kind in kinds if kind in {*KINDS, TRACKING, BUMPLESS}}
+    if "integrators" in gains:
+        # Imported here: few laws have states of their own.
+        from takagi.certificates.checker.plant.integrators import require_integrators
+
+        require_integrators(model, gains)
+    about_loops = {kind for kind in kinds if kind in ABOUT_LOOPS | {TRACKING, BUMPLESS}}
     extras = [key for key in ("blending", "references") if key in gains]
     if extras and SAMPLED in kinds:
         raise CertificateError(

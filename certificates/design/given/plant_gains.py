@@ -20,6 +20,7 @@ from takagi.certificates.checker.kernel.reader import (
     read_stack,
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.controller.content import read_gain_file
 from takagi.certificates.design.plant.tracking_design import with_ranges
 from takagi.certificates.document.model_data import floats, stack_of
 from takagi.certificates.document.plant_embedding import plant_and_claim
@@ -101,10 +102,10 @@ def read_plant_law(path: Path) -> Mapping[str, Any]:
 
     Raises
     ------
-    CertificateError : unreadable, not strict JSON, without a law, or a law of another kind.
+    CertificateError : unreadable, of a later version, without a law, or a law of another kind.
     """
     source = str(path)
-    law = stated_law(read_json(path), source)
+    law = stated_law(read_gain_file(path), source)
     if not isinstance(law, Mapping) or law.get("name") != NAME:
         name = ascii(law.get("name")) if isinstance(law, Mapping) else "no object"
         raise CertificateError(
@@ -167,6 +168,12 @@ def read_observer_gains(
         or belongs to another plant.
     """
     source, law = str(path), read_plant_law(path)
+    if "integrators" in law:
+        order = len(law["integrators"])
+        raise CertificateError(
+            f"{source}: its law is a controller with {order} states of its own; give --controller "
+            f"order={order}, or write controller = {{ order = {order} }} in the plant's file"
+        )
     if "observer" not in law:
         raise CertificateError(
             f"{source}: its law has all states, but the plant measures "

@@ -26,7 +26,7 @@ from takagi.certificates.claims.turbine.effort_sharing import (
     failing_winds,
 )
 from takagi.certificates.claims.turbine.loop_claims import loop_document
-from takagi.certificates.controller.content import plain
+from takagi.certificates.controller.content import plain, read_gain_file
 from takagi.certificates.design.design import Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import widened
 from takagi.certificates.design.turbine.scale import scaled_box
@@ -54,9 +54,9 @@ def read_law(path: Path) -> Mapping[str, Any]:
 
     Raises
     ------
-    CertificateError : unreadable, not strict JSON, or without a law.
+    CertificateError : unreadable, of a later version, or without a law.
     """
-    law = member(read_json(path), "law", str(path))
+    law = member(read_gain_file(path), "law", str(path))
     if not isinstance(law, Mapping):
         raise CertificateError(f"{path}: 'law' must be an object, as in a gain file of takagi")
     return law

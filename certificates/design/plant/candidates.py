@@ -304,7 +304,8 @@ def _nothing_asked(settings: PlantSettings) -> bool:
 def _contest(
     plant: Plant, model: TSModel, settings: PlantSettings, first: FoundGains
 ) -> Contest | None:
-    if not _nothing_asked(settings) or blend_of(model) is not None:
+    # A regulator of all states would have those of a controller as well.
+    if not _nothing_asked(settings) or blend_of(model) is not None or plant.integrators:
         return None
     named = input_limits(plant, model, settings)
     limits = np.array([named[v.name] for v in plant.inputs]) if named else None

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.certificates.design.plant.fixed_order_gains import fixed_order_gains
 from takagi.certificates.design.plant.fuzzy_gains import fuzzy_gains, premise_rates
 from takagi.certificates.design.plant.norm_gains import norm_gains, question_of
 from takagi.certificates.design.plant.norm_wish import NormWish, norm_wish
@@ -178,7 +179,12 @@ def _static(
     box: Floats,
     input_limit: Floats | None,
 ) -> FoundGains:
-    """Return gains on the measured states alone."""
+    """Return gains on the measured states alone, or a controller of them."""
+    if settings.order:
+        design, notes = fixed_order_gains(
+            plant, model, settings, wish, box=box, input_limit=input_limit
+        )
+        return FoundGains(design, notes, {}, explainable=False)
     settings, gain_notes = one_gain(model, settings)
     measured = {model.states[k] for k in measured_states(plant, settings)}
     hidden = [name for name in _scheduling(model) if name in model.states and name not in measured]
@@ -331,14 +337,38 @@ def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> Cl
         horizon=settings.horizon,
         norm=None if wish is None else wish.request,
         norm_below=settings.norm_below,
+        polynomial_region=_polynomial_region(plant, model, settings),
         premise_rates=partial(premise_rates, plant, model),
     )
+
+
+def _polynomial_region(plant: Plant, model: TSModel, settings: PlantSettings) -> bool:
+    """Return whether a polynomial region of attraction is asked for.
+
+    Raises
+    ------
+    ModelError : it is, and the plant is no polynomial, or its law has states of its own.
+    """
+    if settings.safe_start != "polynomial":
+        return False
+    if plant.references or plant.measured is not None or plant.blending is not None:
+        raise ModelError(
+            f"safe_start polynomial: the law of plant {plant.name!r} has states of its own, and "
+            "such a set is for a law of the plant's states alone; leave safe_start out"
+        )
+    from takagi.certificates.document.plant_embedding import plant_and_claim
+    from takagi.certificates.requests.attraction_region import require_polynomial
+
+    require_polynomial(plant_and_claim(model)[0], model.name)
+    return True
 
 
 def input_limits(plant: Plant, model: TSModel, settings: PlantSettings) -> dict[str, float]:
     """Return input -> largest deviation from its rest; empty where none has a limit.
 
     The rest is the model's, which may have been solved for.
+
+    The rates of a controller's states have none: inf beside limits of other inputs.
 
     Raises
     ------
@@ -359,7 +389,10 @@ def input_limits(plant: Plant, model: TSModel, settings: PlantSettings) -> dict[
                     "linear law needs room to either side: move the rest, or widen the range"
                 )
             limits[variable.name] = room
-    unlimited = [v.name for v in plant.inputs if v.name not in limits]
+    rates = {rate for _, rate in plant.integrators}
+    unlimited = [v.name for v in plant.inputs if v.name not in {*limits, *rates}]
+    if limits:
+        limits |= dict.fromkeys(rates, np.inf)
     if limits and unlimited:
         raise ModelError(
             f"input {', '.join(unlimited)} has neither range nor input_limit, but others have; "

@@ -39,8 +39,57 @@ LARGER = 2.0
 
 
 def plant_of_law(plant: Plant, settings: PlantSettings) -> Plant:
-    """Return the plant as the law sees it: one with a static law needs no observer."""
-    return replace(plant, measured=None) if settings.feedback else plant
+    """Return the plant as the law sees it.
+
+    One with a static law needs no observer, one with a controller has the controller's states.
+
+    Raises
+    ------
+    ModelError : as ``with_integrators``.
+    """
+    if not settings.feedback or plant.integrators:
+        return plant
+    return with_integrators(replace(plant, measured=None), settings.order)
+
+
+def with_integrators(plant: Plant, order: int) -> Plant:
+    """Return the plant with x_c' = v beside it, in discrete time x_c(t + T) = v; v are inputs.
+
+    Raises
+    ------
+    ModelError : more of them than states, or a name of theirs is taken.
+    """
+    import sympy as sp
+
+    from takagi.models.plant.plant import Variable
+
+    if order > len(plant.states):
+        raise ModelError(
+            f"controller order={order}: plant {plant.name!r} has {len(plant.states)} states, and "
+            "more are of no use to a controller; ask for at most so many"
+        )
+    names = [f"controller_{k + 1}" for k in range(order)]
+    rate_unit = "1/s" if plant.sample_time is None else "-"
+    words = "state of the controller itself, no signal of the plant"
+    states = [Variable(sp.Symbol(name, real=True), "-", description=words) for name in names]
+    rates = [
+        Variable(sp.Symbol(f"{name}_rate", real=True), rate_unit, description=f"moves {name}")
+        for name in names
+    ]
+    taken = {v.name for v in plant.variables} | {str(s) for s in (*plant.values, *plant.premises)}
+    if clashes := sorted(taken & {v.name for v in (*states, *rates)}):
+        raise ModelError(
+            f"controller order={order}: {', '.join(clashes)} is a name of the controller, and one "
+            f"of plant {plant.name!r}; rename it there"
+        )
+    return replace(
+        plant,
+        equations=(*plant.equations, *(v.symbol for v in rates)),
+        states=(*plant.states, *states),
+        inputs=(*plant.inputs, *rates),
+        mass=None if plant.mass is None else sp.diag(plant.mass, sp.eye(order)),
+        integrators=tuple((x.name, v.name) for x, v in zip(states, rates, strict=True)),
+    )
 
 
 def require_states(plant: Plant, settings: PlantSettings) -> None:
@@ -49,7 +98,7 @@ def require_states(plant: Plant, settings: PlantSettings) -> None:
     for name in settings.feedback:
         if name not in states:
             raise ModelError(
-                f"controller static: {name} is measured and is no state; name states in measured ("
+                f"controller: {name} is measured and is no state; name states in measured ("
                 f"{', '.join(states)}), write the plant with {name} as a state, or leave "
                 "controller out for a law with an observer"
             )
@@ -58,11 +107,22 @@ def require_states(plant: Plant, settings: PlantSettings) -> None:
             f"objective {settings.objective}: gains of a static law are sought for hinf, for decay "
             "or for the cost by the ranges; choose one of them, or leave controller out"
         )
+    if plant.integrators and settings.gain_bound is not None:
+        raise ModelError(
+            "gain_bound beside a controller of a given order: the sizes of its gains depend on the "
+            "units of its states, which are free; bound the inputs by input_limit instead"
+        )
+    if plant.integrators and (settings.objective == "decay" or settings.decay_rate == "max"):
+        raise ModelError(
+            "the largest decay rate is not sought for a controller of a given order; give a rate "
+            "in numbers, such as --decay-rate 2, and raise it as long as it is proved"
+        )
 
 
 def measured_states(plant: Plant, settings: PlantSettings) -> list[int]:
-    """Return the places of the states that the law has."""
-    return [k for k, v in enumerate(plant.states) if v.name in settings.feedback]
+    """Return the places of the states that the law has: those measured, and its own."""
+    known = {*settings.feedback, *(state for state, _ in plant.integrators)}
+    return [k for k, v in enumerate(plant.states) if v.name in known]
 
 
 def static_gains(
@@ -116,12 +176,17 @@ def static_gains(
     )
     if slow:
         note += f"; it is {result.value:.4g} 1/s, with a norm of at most {options['gain_bound']:g}"
+    return found, (note, *beyond_search(settings))
+
+
+def beyond_search(settings: PlantSettings) -> tuple[str, ...]:
+    """Return a note about the wishes that were made and that the search ignores."""
     outside = [name for name in ("initial", "damping", "fastest") if getattr(settings, name)]
-    notes = [note]
-    if outside:
-        notes.append(
-            f"{' and '.join(outside)} beside controller static: the search does not know them, and "
-            "the claims about the gains decide; where one is not proved, try a smaller gain_bound, "
-            "or leave controller out"
-        )
-    return found, tuple(notes)
+    if not outside:
+        return ()
+    law = f"order={settings.order}" if settings.order else "static"
+    smaller = "" if settings.order else "try a smaller gain_bound, or "
+    return (
+        f"{' and '.join(outside)} beside controller {law}: the search does not know them, and the "
+        f"claims about the gains decide; where one is not proved, {smaller}leave controller out",
+    )

@@ -53,7 +53,7 @@ def _may_be_the_digits(design: PlantDesign) -> bool:
     """Return whether a claim about the gains is open that a few digits of them may decide."""
     claims = zip(design.document["claims"], design.checked.claims, strict=True)
     return any(
-        claim["kind"] not in ("sector-embedding", "sampled-loop", "tracking")
+        claim["kind"] not in ("sector-embedding", "sampled-loop", "tracking", "attraction-region")
         and checked.verdict.name != "PROVED"
         for claim, checked in claims
     )
@@ -88,8 +88,9 @@ class PlantWork:
         """Return the design with gains of as few digits as can be proved."""
         last: PlantDesign | None = None
         work = self
-        if gains.input_share < 1 and self.requirements.input_limits is not None:
-            limits = gains.input_share * self.requirements.input_limits
+        limited = self.requirements.input_limits
+        if limited is not None and (gains.input_share < 1 or self.plant.integrators):
+            limits = gains.input_share * limited
             requirements = replace(
                 self.requirements, input_limits=limits, shape=np.asarray(gains.design.P)
             )

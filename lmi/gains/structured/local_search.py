@@ -68,7 +68,7 @@ class LocalSearch:
         """Return the best point that the starts lead to; None if none leads to a stable loop."""
         points: list[tuple[StructuredPoint, str]] = []
         for start in starts:
-            spot = self._begun(start)
+            spot = self.begun(start)
             if spot is not None:
                 coarse = _at(self.search, LEVELS[0])
                 spot = self._risen(coarse, spot, start.name, EXPLORED, ENOUGH)
@@ -88,8 +88,11 @@ class LocalSearch:
         rates = [step.value for step in self.steps if step.objective == "decay_rate"]
         return max(rates, default=-np.inf)
 
-    def _begun(self, start: LocalStart) -> StructuredPoint | None:
-        """Return a stable point with a decay margin; the given gains need not be stable."""
+    def begun(self, start: LocalStart, enough: float = 0.0) -> StructuredPoint | None:
+        """Return a stable point with a decay margin; the given gains need not be stable.
+
+        ``enough`` : a decay rate [1/s] that ends the search; less is returned where it is not met.
+        """
         search = self.search
         decay = _at(replace(search, objective="decay_rate"), LEVELS[0])
         spot = decay.assessed(decay.bounded(start.F), start.P)
@@ -98,7 +101,7 @@ class LocalSearch:
         self.steps.append(LocalStep(start.name, "decay_rate", spot.value))
         spread, room = 1.0, WITH_ROOM if spot.value <= 0 else 0
         for count in range(TOWARDS_DECAY):
-            if spot.value > 0 and count >= room:
+            if spot.value > enough and count >= room:
                 break
             better, spread = self._stepped(decay, spot, spread)
             if better is None:

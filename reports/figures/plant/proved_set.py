@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.reports.loops.plant_loop import PlantLoop
+    from takagi.reports.loops.plant_loop import PlantLoop, PolynomialRegion
     from takagi.reports.loops.plant_motion import PlantMotion
 
 MOST_STATES = 6
@@ -73,6 +73,8 @@ def _panel(
         axes.plot(x, y, color=MOTION, lw=0.9, label=named, marker="o", ms=3.5, markevery=[0])
     if loop.bounded:
         drawn.append(_set(axes, loop, pair, sizes))
+    if loop.region is not None:
+        drawn.append(_polynomial_set(axes, loop.region, len(loop.names), pair, sizes))
     reach = np.max([np.abs(points).max(axis=1) for points in drawn], axis=0)
     limits = []
     for k, (state, draw) in enumerate(zip(pair, (axes.axvline, axes.axhline), strict=True)):
@@ -108,6 +110,23 @@ def _set(axes: Axes, loop: PlantLoop, pair: tuple[int, int], sizes: Floats) -> F
     return projection
 
 
+def _polynomial_set(
+    axes: Axes, region: PolynomialRegion, n: int, pair: tuple[int, int], sizes: Floats
+) -> Floats:
+    """Draw {V <= level} where the other states are at rest; return its border."""
+    reach = np.array([region.starts[k] for k in pair])
+    angle = np.linspace(0.0, 2 * np.pi, POINTS)
+    directions = np.zeros((POINTS, n))
+    directions[:, pair] = np.stack((np.cos(angle), np.sin(angle)), axis=1) * reach
+    distances = np.linspace(0.0, FARTHEST, RAYS)[1:, None, None]
+    outside = region.V(distances * directions) > region.level
+    first = np.where(outside.any(axis=0), outside.argmax(axis=0), RAYS - 2)
+    border = (distances[first, 0] * directions)[:, pair].T / sizes
+    axes.plot(*border, color=COLOURS[2], lw=1.6, label="safe starts by a polynomial")
+    return np.asarray(border)
+
+
+FARTHEST, RAYS = 6.0, 601  # of a border's distance, over that along the axes
 POINTS = 181
 MOST_PLANES = 4
 

@@ -230,6 +230,7 @@ def _rows(
     P, level = loop.start_ellipsoid
     alone = np.sqrt(level / np.diag(P))
     beyond = overshoots(design, loop)
+    own = len(loop.names) - len(loop.plant.integrators)
     rows = []
     for k, (name, variable) in enumerate(zip(loop.names, loop.plant.states, strict=True)):
         size, unit = file_unit(variable)
@@ -242,7 +243,7 @@ def _rows(
             (
                 name,
                 unit,
-                f"±{at_least(float(alone[k]) / size)}",
+                f"±{at_least(float(alone[k]) / size)}" if k < own else DASH,
                 f"±{at_most(float(reach[k]) / size, 4)}",
                 box,
                 at_most(beyond[name]) if name in beyond else DASH,

@@ -21,6 +21,9 @@ REFERENCE_LAW = (
     r"u = u^{*} - K (s, \xi), \quad \dot{s} = A s + B (u - u^{*}) + L (y - y^{*} - C s), \quad "
     r"\dot{\xi} = h(y) - r"
 )
+CONTROLLER_LAW = (
+    r"u = u^{*} - C_c x_c - D_c (y - y^{*}), \quad \dot{x}_c = A_c x_c + B_c (y - y^{*})"
+)
 CORNERS = ("lower", "upper")
 LAW = r"u = u^{*} - \sum_{i=1}^{%d} h_i(z) K_i \left(x - x^{*}\right)"
 ONE_GAIN = r"u = u^{*} - K \left(x - x^{*}\right)"
@@ -43,6 +46,8 @@ def gains_section(design: PlantDesign, loop: PlantLoop) -> Section:
         "relaxation": "" if design.design is None else design.design.relaxation,
         "notes": list(design.notes),
     }
+    if loop.plant.integrators:
+        content["law"] = mathml(CONTROLLER_LAW)
     if loop.observed is not None:
         content |= {
             "law": mathml(REFERENCE_LAW if loop.plant.references else OBSERVED_LAW),

@@ -127,7 +127,10 @@ def verdict_section(design: PlantDesign, picture: CaptionedFigure | None) -> Sec
             tiles.append(Tile(name, (absent,), partial=ranged and name == "safe start"))
         else:
             basis = row.basis or "proved"
-            tiles.append(Tile(name, row.parts, basis, row.regulator, row.partial, row.shortfall))
+            parts = row.parts
+            if name == "safe start" and "polynomial" in rows:
+                parts = (*parts, f"by a polynomial: {rows['polynomial'].parts[0]}")
+            tiles.append(Tile(name, parts, basis, row.regulator, row.partial, row.shortfall))
     content = {
         "verdict": design.checked.verdict.name,
         "sentence": answer_sentence(design),

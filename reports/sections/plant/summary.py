@@ -124,6 +124,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
         _settles(loop, beside),
         _scheduled(design, loop),
         _safe_start(loop, beside),
+        _polynomial_set(design, loop),
         _in_samples(design, loop),
         _overshoot(design, loop),
         _follows(design),
@@ -142,6 +143,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
 _RESTS_ON = {
     "settles": ("decay", "observed-loop"),
     "safe start": ("input-limits", "invariant-ellipsoid", "observed-loop"),
+    "polynomial": ("attraction-region",),
     "in samples": ("sampled-loop",),
     "follows": ("tracking",),
     "input": ("input-limits", "observed-loop"),
@@ -211,10 +213,14 @@ def _with_degrees(number: Number) -> str:
 
 
 def set_starts(loop: PlantLoop, P: ArrayLike, level: object) -> tuple[Number, ...]:
-    """Return how far each state alone may start in {x'Px <= level}, and its share of the range."""
+    """Return how far each state alone may start in {x'Px <= level}, and its share of the range.
+
+    A controller starts at rest: its states are left out.
+    """
     numbers = []
     diagonal = np.diag(np.asarray(P, dtype=np.float64))
-    for k, (label, entry) in enumerate(zip(loop.model.states, diagonal, strict=True)):
+    own = len(diagonal) - len(loop.plant.integrators)
+    for k, (label, entry) in enumerate(zip(loop.model.states[:own], diagonal, strict=False)):
         size, unit = _unit_of_state(loop, k)
         reach = float(np.sqrt(float(Fraction(str(level))) / entry))
         ends = loop.model.box.get(label)
@@ -287,6 +293,20 @@ def _safe_start(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     if little:
         phrases.append("little of the ranges: try narrower ranges, a lower rate, larger inputs")
     return SummaryRow("safe start", tuple(phrases), numbers, words, partial=little)
+
+
+def _polynomial_set(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
+    """Return how far each state alone may start in the set of a polynomial."""
+    if loop.region is None:
+        return None
+    numbers = []
+    for k, label in enumerate(loop.model.states):
+        size, unit = _unit_of_state(loop, k)
+        ends, reach = loop.model.box.get(label), loop.region.starts[k]
+        share = None if ends is None else reach / max(abs(float(end)) for end in ends)
+        numbers.append(Number(name_of(label), reach / size, unit, share))
+    first, *others = _start_parts(numbers)
+    return SummaryRow("polynomial", (f"safe start {first}", *others), tuple(numbers))
 
 
 def _in_samples(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
@@ -430,7 +450,8 @@ def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     if proved:
         commands = list(zip(loop.model.inputs, proved, strict=True))
     phrases, numbers = [], []
-    for variable, (label, bound) in zip(loop.plant.inputs, commands, strict=False):
+    own = len(loop.plant.inputs) - len(loop.plant.integrators)
+    for variable, (label, bound) in zip(loop.plant.inputs[:own], commands, strict=False):
         size, unit = file_unit(variable)
         phrases.append(f"|{name_of(label)}| <= {at_most(bound / size)}{behind(unit)}")
         numbers.append(Number(name_of(label), bound / size, unit))
@@ -511,7 +532,10 @@ def _margin_words(number: Number) -> str:
 
 
 def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
-    """Return a row for each input: least and largest value of each gain over the rules, in SI."""
+    """Return a row for each input: least and largest value of each gain over the rules, in SI.
+
+    Of a law with a controller the states that it does not measure are left out.
+    """
     if loop.gains is None:
         return []
     low, high = loop.gains.min(axis=0), loop.gains.max(axis=0)
@@ -519,6 +543,8 @@ def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
     for k, label in enumerate(loop.model.inputs):
         terms = []
         for j, state in enumerate(loop.model.states):
+            if loop.plant.integrators and not loop.gains[:, :, j].any():
+                continue
             unit = per_unit(unit_of(label) or "-", unit_of(state) or "-")
             value = f"{low[k, j]:.4g}"
             if low[k, j] != high[k, j]:
@@ -532,6 +558,11 @@ def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
 
 def _observer(design: PlantDesign) -> SummaryRow | None:
     law = design.output_law
+    if design.plant.integrators:
+        own = ", ".join(state for state, _ in design.plant.integrators)
+        measured = f"of {', '.join(design.settings.feedback)}"
+        phrases = (measured, f"states of its own, which start at rest: {own}")
+        return SummaryRow("controller", phrases, basis="in gains.json")
     if law is None:
         return None
     weights = "its weights are the plant's"

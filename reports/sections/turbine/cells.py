@@ -12,7 +12,7 @@ from takagi.models.laws.published.regional_schedule import CouplingFilter, coupl
 from takagi.reports.figures.cells import cells_figure
 from takagi.reports.figures.operation import membership_figure
 from takagi.reports.figures.style import captioned_figure
-from takagi.reports.loops.overlap_claims import synthesis_words
+from takagi.reports.loops.plant_claims import synthesis_words
 from takagi.reports.page.text import Section, Table, at_least, at_most, with_decimals
 from takagi.reports.sections.turbine.drawings import effort_figure, gains_figure
 from takagi.reports.sections.turbine.model import region_starts, trim_curve
@@ -37,7 +37,7 @@ def cells_section(design: TurbineDesign, summary: ClaimSummary) -> Section:
         ),
         "P": [[with_decimals(value, 4) for value in row] for row in summary.P],
         "peaks": [(name.replace("_", " "), at_most(v, 4)) for name, v in summary.peaks.items()],
-        "table": _table(design, summary, _over(design, summary)),
+        "table": _table(design, summary, over_rated(design, summary)),
     }
     return Section("certificate", "The proved set, cell by cell", content)
 
@@ -50,11 +50,11 @@ def cells_drawing(design: TurbineDesign, summary: ClaimSummary) -> Figure:
         decay_rate=summary.decay_rates,
         wind_error=summary.wind_error,
         wind_rate=summary.wind_rate,
-        overspeed=[max(value, 0.0) for value in _over(design, summary)],
+        overspeed=[max(value, 0.0) for value in over_rated(design, summary)],
     )
 
 
-def _over(design: TurbineDesign, summary: ClaimSummary) -> list[float]:
+def over_rated(design: TurbineDesign, summary: ClaimSummary) -> list[float]:
     """Return per cell the faster end of the reference plus the bound on the speed error."""
     rated, peak = design.turbine.rated_rotor_speed, summary.peaks["speed_error"]
     reference = design.document["gains"]["rotor_speed"]

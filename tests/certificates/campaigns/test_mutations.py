@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from tests.certificates.kinds.test_entering import NAMES, claims, plant
+
 ROOT = Path(__file__).resolve().parents[3]
 campaign: Any = import_module("mutations")
 damage: Any = import_module("damage")
@@ -23,7 +25,7 @@ Data = dict[str, Any]
 @pytest.fixture(scope="module")
 def documents() -> dict[str, Data]:
     """Return certificates of general models, as written."""
-    found = [*mutated.general_models(), *mutated.exclusions()]
+    found = [*mutated.general_models(), *mutated.exclusions(), *mutated.problems()]
     return {name: damage.as_written(document) for name, document in found}
 
 
@@ -65,6 +67,46 @@ def test_the_judge_sees_what_is_false(
     document["claims"][0][key] = value
 
     assert judge.why_false(document, random.Random(1)).startswith(kind)
+
+
+@pytest.mark.parametrize(
+    ("name", "number", "key", "value"),
+    [
+        ("optimum", 0, "point", ["2", "0.1", "0.5"]),
+        ("optimum", 0, "basis", []),
+        ("optimum", 1, "point", ["0", "0", "0", "3", "-3", "3"]),
+        ("optimum", 1, "point", ["0", "0", "0", "1", "-3", "1"]),
+        ("no bound", 0, "ray", ["0", "-1", "-1"]),
+        ("no bound", 0, "ray", ["0", "1", "2"]),
+        ("no bound", 0, "point", ["1", "0.9", "0.9"]),
+        ("no solution", 1, "ray", ["0", "0", "0", "0"]),
+    ],
+)
+def test_the_judge_sees_a_false_claim_about_a_problem(
+    name: str, number: int, key: str, value: Any, documents: dict[str, Data]
+) -> None:
+    """x_1 x_2 >= 1 with 0 <= x_1 <= 4 and x_1 + x_2 = x_3 + 1: the least sum is 2."""
+    document = deepcopy(documents[f"conic problem, {name}"])
+    document["claims"][number][key] = value
+    if key == "point" and number == 1:
+        document["claims"][1]["basis"] = []
+    document["claims"][:] = [*document["claims"][:1], document["claims"][number]]
+
+    assert judge.why_false(document, random.Random(1)) != ""
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_the_judge_reads_which_disturbances_enter(number: int) -> None:
+    """What is true of w1 is false of w2, and of both."""
+    claim = claims(0.2, entering=NAMES[:1])[number]
+    model = {**plant(), "B": [[[0]]]}
+    for members, false in (
+        ({}, False),
+        ({"entering": NAMES[1:]}, True),
+        ({"entering": NAMES}, True),
+    ):
+        document = damage.as_written({"model": model, "claims": [claim | members]})
+        assert (judge.why_false(document, random.Random(1)) != "") == false
 
 
 def test_the_judge_sees_a_plant_that_is_not_its_model() -> None:

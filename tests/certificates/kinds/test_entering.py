@@ -87,3 +87,30 @@ def test_the_sentence_says_what_is_at_rest() -> None:
     for claim in claims(0.2, entering=NAMES[:1]):
         said = said_of(plant(), None, claim)
         assert "the model's disturbance w1 [N], the others at rest" in said.text
+
+
+def test_discrete_time_from_both_sides() -> None:
+    """x+ = x/2 + w1/5 + 3 w2: the energy gain is 2 e, at frequency 0, with P = 1/e at its edge."""
+    model = {**plant(sample_time=1), "A": [[[0.5]]]}
+    for entry, names in ((0.2, NAMES[:1]), ((0.04 + 9) ** 0.5, NAMES)):
+        claim = claims(entry, entering=names)[0] | {"P": [[1 / entry]]}
+
+        assert verdict_of(model, None, claim | {"gain": 2 * entry * (1 + 1e-6)}) == "PROVED"
+        assert verdict_of(model, None, claim | {"gain": 2 * entry * (1 - 1e-6)}) == "UNDECIDED"
+
+
+def test_what_the_input_adds_to_the_output() -> None:
+    """x' = -2 x + w/5, y = x + w: the energy gain is 1 + 1/10, with P = 5 at its edge."""
+    model = plant(B=[[[0.2]]], D=[[[1]]])
+    claim = {"name": "norm", "disturbance": "inputs", "kind": "l2-gain", "P": [[5]]}
+
+    assert verdict_of(model, None, claim | {"gain": 1.1 * (1 + 1e-6)}) == "PROVED"
+    assert verdict_of(model, None, claim | {"gain": 1.1 * (1 - 1e-6)}) == "UNDECIDED"
+
+
+@pytest.mark.parametrize("output", [{"C": [[[1, 0]]]}, {"C": [[[1]], [[1]]]}, {"F": [[[1]]]}])
+def test_an_output_of_another_shape_is_refused(output: Data) -> None:
+    """One state, and one of two disturbances: C is 1 by 1, one matrix, and F 1 by 1 for it."""
+    claim = claims(3.0, entering=NAMES, output={"C": [[[1]]], **output})[0]
+
+    assert verdict_of(plant(), None, claim) == "REFUSED"

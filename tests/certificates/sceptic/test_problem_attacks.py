@@ -187,6 +187,9 @@ def test_sentences_round_towards_less() -> None:
         model = problem(third, sense=sense)
         told = check_document(document(model, "feasible-point", [0], basis=[0]))
         assert told.claims[0].text.endswith(point)
+        figure, largest = told.claims[0].figures[0], sense == "maximise"
+        assert figure.value == Fraction(-1 if largest else 1, 3)  # type: ignore[union-attr]
+        assert figure.larger == largest  # type: ignore[union-attr]
         told = check_document(document(model, "optimum-bound", [0], basis=[0]))
         assert told.claims[0].text.endswith(bound)
         far = document(model, "optimum-bound", [0], radius=1.00000000009)
@@ -441,3 +444,133 @@ def test_complex_numbers_are_refused(member: str, tmp_path: Path) -> None:
     scipy.io.savemat(tmp_path / "p.mat", {**members, member: np.array(members[member]) * (1 + 1j)})
     with pytest.raises(ModelError, match="complex"):
         read_problem_file(tmp_path / "p.mat")
+
+
+# x >= 1, where -x falls without end.
+HALF = cone("nonnegative", 1, [0, 0, -1], [1, 0, 1])
+FREE = problem(HALF, objective=(-1,))
+HAIR = 1e-40
+
+
+def without_bound(model: Data, point: Any, ray: Any, **members: Any) -> str:
+    """Return the verdict on the claim that the objective has no bound."""
+    members = {"form": "problem", **members}
+    return verdict(model, "unbounded", point, ray=list(ray), **members)
+
+
+@pytest.mark.parametrize(
+    ("point", "ray", "expected"),
+    [
+        ([1], [HAIR], "PROVED"),
+        ([1], [1], "PROVED"),
+        ([nextafter(1, 0)], [1], "UNDECIDED"),
+        ([1], [0], "UNDECIDED"),
+        ([1], [-HAIR], "UNDECIDED"),
+        ([1], [], "REFUSED"),
+        ([1], [1, 1], "REFUSED"),
+        ([1], [None], "REFUSED"),
+    ],
+)
+def test_a_half_line_by_hand(point: Any, ray: Any, expected: str) -> None:
+    """-x has no bound on x >= 1; a point outside, a ray that stands still or goes back."""
+    assert without_bound(FREE, point, ray) == expected
+    # Of the opposite objective it is the least that has a bound.
+    assert without_bound(problem(HALF), point, ray) != "PROVED"
+
+
+@pytest.mark.parametrize(
+    ("columns", "hair"),
+    [
+        (cone("semidefinite", 2, [1, 0, 1], [1, 1, 1], [1, 2, 1]), 1),
+        (cone("semidefinite", 2, [1, 0, 1], [1, 1, 1.4142135623730950], [1, 2, 1], scaled=True), 1),
+        (cone("second-order", 3, [1, 0, 5], [1, 1, 3], [1, 2, 4]), 2),
+        (cone("nonnegative", 2, [1, 0, 1], [1, 1, HAIR]), 1),
+        (cone("zero", 1), 0),
+    ],
+)
+def test_a_ray_that_leaves_its_cone_by_a_hair(columns: Data, hair: int) -> None:
+    """At the edge of its cone; then one value more, or one the other way."""
+    assert without_bound(problem(columns, objective=(-1,)), [0], [1]) == "PROVED"
+    entries = [list(entry) for entry in columns["entries"]]
+    if not entries:
+        entries = [[1, 0, HAIR]]
+    elif columns["cone"] == "nonnegative":
+        entries[hair][2] = -HAIR
+    else:
+        entries[hair][2] = nextafter(nextafter(entries[hair][2], 9), 9)
+    outside = {**columns, "entries": entries}
+    assert without_bound(problem(outside, objective=(-1,)), [0], [1]) == "UNDECIDED"
+
+
+def test_a_ray_that_leaves_an_equation() -> None:
+    """x_1 = x_2 + 1: the ray (1, 1 + 1e-40) is mended in x_2, and refused without a place."""
+    line = equation([0, 0, -1], [1, 0, 1], [2, 0, -1])
+    model = problem(line, objective=(-1, 0))
+    for ray in ([1, 1], [1, 1 + 1e-15], [1, 0]):
+        expected = "PROVED" if ray == [1, 1] else "UNDECIDED"
+        assert without_bound(model, [1, 0], ray) == expected
+        assert without_bound(model, [1, 0], ray, basis=[1]) == "PROVED"
+    # Mended in x_1 the ray (1, 0) stands still.
+    assert without_bound(model, [1, 0], [1, 0], basis=[0]) == "UNDECIDED"
+    # The point must hold the equation too, and is mended in the same place.
+    assert without_bound(model, [1, 1], [1, 1]) == "UNDECIDED"
+    assert without_bound(model, [1, 1], [1, 1], basis=[1]) == "PROVED"
+
+
+def test_no_ray_where_the_objective_falls_without_end() -> None:
+    """[[x_1, x_2], [x_2, 1]] semidefinite: x_2 <= sqrt(x_1) has no bound, but no ray raises x_2."""
+    block = cone("semidefinite", 2, [1, 0, 1], [2, 1, 1], [0, 2, 1])
+    model = problem(block, objective=(0, -1))
+    for ray in ([1, 1], [1e40, 1e-40], [1e40, 1], [1, 0], [0, 1]):
+        assert without_bound(model, [1, 1], ray) == "UNDECIDED"
+
+
+@pytest.mark.parametrize(
+    ("point", "ray", "members", "expected"),
+    [
+        ([1, 0], [1, 1], {}, "PROVED"),
+        ([2, 1], [HAIR, HAIR], {}, "PROVED"),
+        ([1, 1], [1, 1], {"basis": [0]}, "PROVED"),
+        ([1, 0], [1, 2], {"basis": [0]}, "PROVED"),
+        ([1, 1], [1, 1], {}, "UNDECIDED"),
+        ([1, 1], [1, 1], {"radius": 1}, "UNDECIDED"),
+        ([0, -1], [1, 1], {}, "UNDECIDED"),
+        ([1, 0], [1, 1 + 1e-15], {}, "UNDECIDED"),
+        ([1, 0], [0, 0], {}, "UNDECIDED"),
+        ([1, 0], [-1, -1], {}, "UNDECIDED"),
+        ([1], [1, 1], {}, "REFUSED"),
+        ([1, 0], [1], {}, "REFUSED"),
+        ([1, 0], [1, 1], {"form": "primal"}, "REFUSED"),
+        ([1, 0], [1, 1], {"form": None}, "REFUSED"),
+    ],
+)
+def test_multipliers_without_bound(point: Any, ray: Any, members: Any, expected: str) -> None:
+    """x >= 3 and x <= 1 with the objective x: y_1 - y_2 = 1 and 3 y_1 - y_2 rises along (1, 1)."""
+    rows = [[0, 0, -3], [1, 0, 1], [0, 1, 1], [1, 1, -1]]
+    model = problem(cone("nonnegative", 2, *rows))
+    assert without_bound(model, point, ray, **{"form": "dual", **members}) == expected
+    # With one point left, x = 3, the value along the ray stays.
+    touching = problem(cone("nonnegative", 2, *rows[:2], [0, 1, 3], rows[3]))
+    assert without_bound(touching, point, ray, **{"form": "dual", **members}) != "PROVED"
+
+
+def test_a_point_of_the_dual_is_none_of_the_problem() -> None:
+    """The same numbers under the other form: neither point nor ray."""
+    pair = problem(cone("nonnegative", 1, [0, 0, -1], [1, 0, 1]), objective=(-1,))
+    assert without_bound(pair, [1], [1]) == "PROVED"
+    assert without_bound(pair, [1], [1], form="dual") == "UNDECIDED"
+
+
+@pytest.mark.parametrize(
+    ("sense", "falls", "rises"), [("minimise", "falls", "rises"), ("maximise", "rises", "falls")]
+)
+def test_the_sentence_says_which_way(sense: str, falls: str, rises: str) -> None:
+    """The problem's objective goes one way, its dual's the other."""
+    ray = {"ray": [1], "form": "problem"}
+    told = check_document(document({**FREE, "sense": sense}, "unbounded", [1], **ray))
+    assert f"the objective {falls} without end" in told.claims[0].text
+
+    rows = cone("nonnegative", 2, [0, 0, -3], [1, 0, 1], [0, 1, 1], [1, 1, -1])
+    rays = {"ray": [1, 1], "form": "dual"}
+    told = check_document(document(problem(rows, sense=sense), "unbounded", [1, 0], **rays))
+    assert f"of the dual {rises} without end" in told.claims[0].text

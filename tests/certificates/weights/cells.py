@@ -36,6 +36,7 @@ x, u, w = sp.symbols("x u w", real=True)
 GAINS = [[[1.0]], [[1.5]]]
 SET = {"P": [[1]], "level": 1, "multiplier": 0.5}
 PUSHED = {"disturbance": "disturbances"}
+MULTIPLIED = {"multiplier_degree": 0, "multiplier": [[1]]}
 # One state, P = 1: with A from -4 to -1 and gains from 1 to 1.5 the loop lies in [-5.5, -2].
 EVIDENCE: dict[str, Data] = {
     "decay": {"P": [[1]], "decay_rate": 1},
@@ -46,6 +47,14 @@ EVIDENCE: dict[str, Data] = {
     | {"tau": [0.01]},
     "no-common-decay": {"P": [[-1]], "decay_rate": 100, "blend": 0},
     "invariant-ellipsoid": SET,
+    # -V' = 2 x^2 (2 + 1.5 x^2) of V = x^2 at these gains, and 1 - x^2 = 0.005 + (0.995 - V).
+    "attraction-region": {"function": "x^2", "level": 0.995, "box": [[-1, 1]]}
+    | {
+        "decrease": [
+            {"degree": 2, "squares": [[3, 0], [0, 4]]} | MULTIPLIED | {"multiplier_degree": 1}
+        ]
+    }
+    | {"states": [{"degree": 0, "squares": [[0.005]]} | MULTIPLIED], "inputs": []},
     "input-limits": SET | {"input_limits": [1.5]},
     "input-limits, rates": SET
     | {"input_limits": [1.5], "rate_limits": [10], "membership_rates": [1, 1]}

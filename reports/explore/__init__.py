@@ -1,0 +1,1 @@
+"""`takagi explore`: a page on this machine on which a plant's requirements are turned."""

@@ -1,0 +1,164 @@
+"""What the page asks: a book of designs with sliders, of a plant or of a finished turbine."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+from takagi.certificates.document.certificate_file import provenance
+from takagi.certificates.sweep.store import canonical
+from takagi.reports.explore.axes import Axis, Steps, command_of, grid_of, options_at
+from takagi.reports.explore.workers import Worker
+
+if TYPE_CHECKING:
+    from takagi.models.plant_files.loader import PlantFile
+    from takagi.reports.explore.plant_cell import Cell, SettingsOf
+
+
+def cache_folder(source: PlantFile, place: Path | None) -> Path:
+    """Return where the designs of a plant's file are kept, by its content and by all versions.
+
+    Parameters
+    ----------
+    place : of all plants; None for ``takagi`` in the user's folder for caches.
+    """
+    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    files = [hashlib.sha256(path.read_bytes()).hexdigest() for path in source.files]
+    covered = canonical({"files": files, "versions": provenance({}, {})["versions"]})
+    digest = hashlib.sha256(covered.encode()).hexdigest()[:12]
+    return (place or base / "takagi" / "explore") / f"{Path(source.name).stem}-{digest}"
+
+
+@dataclass(eq=False)
+class Book:
+    """The designs that a page shows, by the positions of its sliders; all answers are JSON.
+
+    Attributes
+    ----------
+    cells : position -> design, of this run alone.
+    grid : the positions that are computed in the background.
+    command_at : position -> the command that makes its design.
+    panels : lines over the first slider, which belong to all positions.
+    folder : where designs are kept.
+    workers : one for what the page asks for, one for the grid; none where every cell is there.
+    """
+
+    title: str
+    axes: tuple[Axis, ...]
+    cells: dict[Steps, Cell]
+    grid: Sequence[Steps]
+    command_at: Callable[[Steps], str]
+    panels: Sequence[Mapping[str, Any]] = ()
+    folder: Path = Path()
+    workers: Sequence[Worker] = ()
+    _asked: Steps = ()
+    _seconds: list[float] = field(default_factory=list)
+    _running: dict[Steps, asyncio.Task[Cell | None]] = field(default_factory=dict)
+
+    def progress(self) -> tuple[int, int]:
+        """Return how many designs of the grid are ready, and of how many."""
+        return sum(steps in self.cells for steps in self.grid), len(self.grid)
+
+    def nearest(self, steps: Steps) -> Mapping[str, Any]:
+        """Return what a position has, or else the nearest design that is ready."""
+        self._asked = steps
+        if steps in self.cells:
+            return self._answer(steps, steps)
+        designs = (at for at, cell in self.cells.items() if "none" not in cell)
+        return self._answer(min(designs, key=lambda at: _distance(at, steps)), steps)
+
+    async def exact(self, steps: Steps) -> Mapping[str, Any] | None:
+        """Return what a position has; None if another one was asked for meanwhile."""
+        self._asked = steps
+        if steps not in self.cells:
+            task = self._running.get(steps)
+            cell = await (task or self._made(self.workers[0], steps))
+            if cell is None:
+                return None
+            self.cells[steps] = cell
+        return self._answer(steps, steps)
+
+    async def fill(self) -> None:
+        """Compute the grid, what is near to the page's position first."""
+        waiting = [steps for steps in self.grid if steps not in self.cells]
+        while waiting:
+            steps = min(waiting, key=lambda at: _distance(at, self._asked or at))
+            waiting.remove(steps)
+            if steps in self.cells:
+                continue
+            task = asyncio.ensure_future(self._made(self.workers[1], steps))
+            self._running[steps] = task
+            cell = await task
+            del self._running[steps]
+            if cell is not None:
+                self.cells[steps] = cell
+
+    def close(self) -> None:
+        """End all processes."""
+        for worker in self.workers:
+            worker.end()
+
+    async def _made(self, worker: Worker, steps: Steps) -> Cell | None:
+        place = self.folder / "-".join(map(str, steps))
+        cell = await worker.cell(options_at(self.axes, steps), place)
+        if cell is not None and cell["new"]:
+            self._seconds.append(cell["seconds"])
+        return cell
+
+    def _answer(self, shown: Steps, steps: Steps) -> Mapping[str, Any]:
+        cell = self.cells[shown]
+        if shown in self.grid:
+            origin = "precomputed" if self.workers else "read from the design's folder"
+        else:
+            done = "sought" if "none" in cell else "designed"
+            origin = f"{done} now in {cell['seconds']:.2g} s" if cell["new"] else f"{done} before"
+        return {
+            "cell": cell,
+            "exact": shown == steps,
+            "origin": origin,
+            "shown": shown,
+            "command": self.command_at(shown),
+            "expected": median(self._seconds) if self._seconds else None,
+        }
+
+
+def _distance(one: Steps, other: Steps) -> int:
+    return sum(abs(a - b) for a, b in zip(one, other, strict=True))
+
+
+def plant_book(source: PlantFile, settings_of: SettingsOf, place: Path | None) -> Book | str:
+    """Return the book of a plant with its first design, which the sliders are made around.
+
+    The reason where the plant's file has no design.
+
+    Raises
+    ------
+    ModelError : a plant that has nothing to turn.
+    """
+    from takagi.models.errors import ModelError
+
+    if not source.entry.inputs:
+        raise ModelError(
+            f"{source.name}: a plant without inputs has nothing to turn; 'takagi design "
+            f"{source.name} --out DIR' analyses it"
+        )
+    folder = cache_folder(source, place)
+    workers = (Worker(str(source.name), settings_of), Worker(str(source.name), settings_of))
+    cell, axes = workers[0].first(folder / "first")
+    if "none" in cell:
+        return str(cell["none"])
+    return Book(
+        source.entry.name or Path(source.name).stem,
+        axes,
+        {(0,) * len(axes): cell},
+        grid_of(axes),
+        lambda steps: command_of(source, options_at(axes, steps), steps),
+        folder=folder,
+        workers=workers,
+    )

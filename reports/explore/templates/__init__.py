@@ -1,0 +1,1 @@
+"""The page of `takagi explore`: its text, its script and its style."""

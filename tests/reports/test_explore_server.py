@@ -1,0 +1,186 @@
+"""The page of `takagi explore` is for this machine, for who has its address, and for itself."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import httpx
+import pytest
+
+from takagi.models.errors import ModelError
+from takagi.reports.explore.axes import Axis
+from takagi.reports.explore.books import Book
+from takagi.reports.explore.server import bound_socket, guarded_application
+
+TOKEN, PORT = "a-random-word", 8123
+HOME = f"http://127.0.0.1:{PORT}"
+CELL = {"proved": True, "verdict": "PROVED"}
+
+
+class Client:
+    """A client of a page with one slider of three positions, all computed; without a socket."""
+
+    def __init__(self, base: str = HOME) -> None:
+        axis = Axis("wind", "Wind", ({}, {}, {}), ("3 m/s", "4 m/s", "5 m/s"))
+        cells: dict[tuple[int, ...], dict[str, Any]] = {
+            (k,): {**CELL, "sentence": f"cell {k}"} for k in range(3)
+        }
+        book = Book("Turbine", (axis,), cells, list(cells), lambda at: f"command {at[0]}")
+        self._application: Any = guarded_application(book, TOKEN, PORT)
+        self._base = base
+
+    def request(self, method: str, path: str, **options: Any) -> httpx.Response:
+        async def answer() -> httpx.Response:
+            transport = httpx.ASGITransport(self._application)
+            async with httpx.AsyncClient(transport=transport, base_url=self._base) as client:
+                return await client.request(method, path, **options)
+
+        return asyncio.run(answer())
+
+    def get(self, path: str, **options: Any) -> httpx.Response:
+        return self.request("GET", path, **options)
+
+    def post(self, path: str, **options: Any) -> httpx.Response:
+        return self.request("POST", path, **options)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("", "text/html"), ("explore.js", "text/javascript"), ("explore.css", "text/css")],
+)
+def test_the_page_loads_nothing_from_elsewhere_and_is_read_by_no_other_page(
+    name: str, kind: str
+) -> None:
+    """A strict policy, no permission for other origins, and no address of another host inside."""
+    answer = Client().get(f"/{TOKEN}/{name}")
+
+    assert answer.status_code == 200
+    assert answer.headers["content-type"].startswith(kind)
+    policy = answer.headers["content-security-policy"]
+    assert policy.startswith("default-src 'none'; script-src 'self';")
+    assert "unsafe" not in policy
+    assert "frame-ancestors 'none'" in policy
+    assert answer.headers["referrer-policy"] == "no-referrer"
+    assert not [name for name in answer.headers if name.startswith("access-control")]
+    addresses = answer.text.replace("http://www.w3.org/2000/svg", "")
+    assert "//" not in "".join(line for line in addresses.splitlines() if "// " not in line)
+
+
+@pytest.mark.parametrize("path", ["/", "/progress", "/another-word/", f"/{TOKEN}x/", f"//{TOKEN}/"])
+def test_without_the_word_of_the_address_nothing_is_answered(path: str) -> None:
+    answer = Client().get(path)
+
+    assert answer.status_code == 403
+    assert "open the whole address from the terminal" in answer.text
+    assert TOKEN not in answer.text
+
+
+@pytest.mark.parametrize(
+    "host",
+    ["evil.example", f"evil.example:{PORT}", "127.0.0.1", "127.0.0.1:1", f"[::1]:{PORT}", ""],
+)
+def test_a_page_that_rebinds_its_name_to_this_machine_is_refused(host: str) -> None:
+    """DNS rebinding: the browser sends the name of the other page as Host."""
+    answer = Client().get(f"/{TOKEN}/", headers={"Host": host})
+
+    assert answer.status_code == 421
+    assert "this machine alone" in answer.text
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "https://evil.example"},
+        {"Origin": "null"},
+        {"Origin": f"http://localhost:{PORT}"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
+)
+def test_what_another_page_sends_is_refused(headers: dict[str, str]) -> None:
+    """Also one with the right word: a script on another page, or a link on it."""
+    answer = Client().post(f"/{TOKEN}/open", json={"page": "one"}, headers=headers)
+
+    assert answer.status_code == 403
+    assert "other pages" in answer.text
+
+
+def test_localhost_is_this_machine_too() -> None:
+    home = f"http://localhost:{PORT}"
+
+    assert Client(home).get(f"/{TOKEN}/", headers={"Origin": home}).status_code == 200
+
+
+@pytest.mark.parametrize("method", ["PUT", "DELETE", "PATCH", "OPTIONS", "HEAD", "TRACE"])
+def test_other_methods_are_refused(method: str) -> None:
+    assert Client().request(method, f"/{TOKEN}/").status_code == 405
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [("GET", "turn", 405), ("POST", "progress", 405), ("POST", "", 405),
+     ("GET", "../etc/passwd", 403), ("GET", "explore.js.jinja", 404),
+     ("GET", "%2e%2e/server.py", 404)],
+)  # fmt: skip
+def test_only_the_routes_of_the_page_are_answered(method: str, path: str, status: int) -> None:
+    assert Client().request(method, f"/{TOKEN}/{path}").status_code == status
+
+
+def test_a_slider_gets_the_design_of_its_position() -> None:
+    page = Client()
+    opened = page.post(f"/{TOKEN}/open", json={"page": "one"}).json()
+    assert opened["axes"][0]["words"] == ["3 m/s", "4 m/s", "5 m/s"]
+
+    answer = page.post(f"/{TOKEN}/turn", json={"page": "one", "steps": [2]}).json()
+
+    assert (answer["cell"]["sentence"], answer["exact"]) == ("cell 2", True)
+    assert answer["command"] == "command 2"
+    assert page.get(f"/{TOKEN}/progress").json() == {"ready": 3, "total": 3}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"[]", b"{", b'{"page":"one"}', b'{"page":"one","steps":[3]}',
+     b'{"page":"one","steps":[-1]}', b'{"page":"one","steps":[true]}',
+     b'{"page":"one","steps":[0,0]}', b'{"page":"one","steps":["0"]}', b'{"steps":' + b"[" * 900,
+     b'{"page":"' + b"x" * 2000 + b'","steps":[0]}'],
+)  # fmt: skip
+def test_what_is_no_position_is_refused_in_one_sentence(content: bytes) -> None:
+    page = Client()
+    page.post(f"/{TOKEN}/open", json={"page": "one"})
+
+    kind = {"Content-Type": "application/json"}
+    answer = page.post(f"/{TOKEN}/turn", content=content, headers=kind)
+
+    assert answer.status_code == 400
+    assert "reload the page" in answer.json()["error"]
+
+
+def test_a_form_of_another_page_cannot_send_json() -> None:
+    """A simple request, which browsers send without asking, has no JSON type."""
+    answer = Client().post(f"/{TOKEN}/open", content=b'{"page":"one"}')
+
+    assert answer.status_code == 400
+
+
+def test_the_newest_window_is_answered_and_the_other_told() -> None:
+    page = Client()
+    for name in ("one", "two"):
+        page.post(f"/{TOKEN}/open", json={"page": name})
+
+    old = page.post(f"/{TOKEN}/turn", json={"page": "one", "steps": [0]})
+    new = page.post(f"/{TOKEN}/turn", json={"page": "two", "steps": [0]})
+
+    assert (old.status_code, new.status_code) == (409, 200)
+    assert "reload this page" in old.json()["error"]
+
+
+def test_the_server_listens_on_this_machine_alone_and_a_used_port_is_told() -> None:
+    with bound_socket(0) as first:
+        host, port = first.getsockname()
+        assert host == "127.0.0.1"
+        with pytest.raises(ModelError, match=f"--port {port}: .*in use; give another port"):
+            bound_socket(port)
+    with pytest.raises(ModelError, match="out of range"):
+        bound_socket(70000)
