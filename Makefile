@@ -38,7 +38,6 @@ design: $(VENV)/.installed
 study: $(VENV)/.installed
 	$(BIN)/takagi study overlap nrel5mw --out build/study-overlap
 	cp build/study-overlap/figures/overlap.svg docs/figures/overlap-study.svg
-	cp build/study-overlap/figures/front.svg docs/figures/overlap-study-front.svg
 	$(BIN)/pip install -q -e '.[compare]'
 	$(BIN)/takagi study controllers nrel5mw --rosco all --out build/study-controllers
 	cp build/study-controllers/figures/controllers.svg docs/figures/controllers-study.svg

@@ -4,8 +4,7 @@
 
 ``proof`` is one replay of the claim by the checker, the reading of model and gains included;
 ``file`` is to write it; ``check`` is to read the file and replay it.  ``share`` is proof and file
-over the solve that found the gains, or the function where there are none.  The second table is the
-checker in a process of its own, beside an interpreter that does nothing.  Nothing is asserted:
+over the solve that found the gains, or the function where there are none.  Nothing is asserted:
 times depend on the machine.
 """
 
@@ -21,15 +20,14 @@ from typing import NamedTuple
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402  the threads are counted when numpy is loaded
-from measure import PAGE, cold, placed, seconds, table  # noqa: E402
+from measure import PAGE, placed, reduced, table  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from takagi.certificates import DesignSettings, certify, design_turbine  # noqa: E402
+from takagi.certificates import certify  # noqa: E402
 from takagi.certificates.checker import check  # noqa: E402
-from takagi.certificates.document.certificate_file import dumps  # noqa: E402
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import max_decay_rate, pdc  # noqa: E402
-from takagi.models import Premise, TSModel, nrel5mw  # noqa: E402
+from takagi.models import Premise, TSModel  # noqa: E402
 
 Floats = NDArray[np.float64]
 SEED = 1
@@ -49,10 +47,10 @@ def main() -> None:
     rows = [measured(case) for case in cases()]
     heads = ("loop", "inequalities", "solve", "proof", "file", "share", "check", "size")
     found = table(heads, rows)
-    begun = from_start()
-    print(f"{found}\n\n{begun}")
-    page = placed(PAGE.read_text(encoding="utf-8"), "certificates", found)
-    PAGE.write_text(placed(page, "certificates cold", begun), encoding="utf-8")
+    print(found)
+    short = reduced(found, (0, 2, 3, 6, 7))
+    text = placed(PAGE.read_text(encoding="utf-8"), "certificates", short)
+    PAGE.write_text(text, encoding="utf-8")
 
 
 def cases() -> list[Case]:
@@ -69,29 +67,6 @@ def cases() -> list[Case]:
         Case("16 rules of 4 premises, n = 6", TSModel(A, B, premises=premises), designed),
         Case("1024 vertices, n = 8", TSModel(many), analysed),
     ]
-
-
-def from_start() -> str:
-    """Return the table of the checker in processes of its own, on certificates of several sizes."""
-    bare = cold("-c", "pass")
-    rows = [("`python -c pass`", "-", seconds(bare.best), "1.0")]
-    many = cases()[-1]
-    documents = [
-        (
-            "the turbine",
-            dumps(design_turbine(nrel5mw(), DesignSettings(synthesis="two-step")).document),
-        ),
-        (many.name, dumps(certify(many.model, decay_rate=0.05).document)),
-    ]
-    program = "import sys; from takagi.certificates.checker import check; check(sys.argv[1])"
-    with tempfile.TemporaryDirectory() as place:
-        for name, text in documents:
-            path = Path(place) / "certificate.json"
-            path.write_text(text, encoding="utf-8")
-            spent = cold("-c", program, str(path))
-            ratio = f"{spent.best / bare.best:.1f}"
-            rows.append((name, f"{len(text) / 1000:.0f} kB", seconds(spent.best), ratio))
-    return table(("checker, cold", "size", "best of nine", "times interpreter start"), rows)
 
 
 def designed(model: TSModel) -> Floats | None:

@@ -6,30 +6,20 @@ the machine, so beside each stands its ratio to another one of the same run.
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import re
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
 REPEATS = 9
 LIBRARIES = ("numpy", "scipy", "sympy", "clarabel", "matplotlib")
-
-
-class Times(NamedTuple):
-    """Best and median of repeated runs [s]."""
-
-    best: float
-    median: float
 
 
 def main() -> None:
@@ -39,23 +29,17 @@ def main() -> None:
         out = Path(place) / "nrel5mw"
         start = cold("-c", "pass")
         help_, models = cold(*verb("--help")), cold(*verb("models"))
-        wall, answer = designed(out)
+        wall = designed(out)
         check = cold(*verb("check", str(out / "certificate.json")))
-        sizes = {name: (out / name).stat().st_size for name in SIZED}
     tables = {
         "machine": machine(before),
         "commands": commands(start, help_, models, check, wall),
-        "steps": steps(wall, answer["seconds"]),
-        "sizes": sizes_table(sizes),
     }
     text = PAGE.read_text(encoding="utf-8")
     for name, table in tables.items():
         text = placed(text, name, table)
         print(f"{table}\n")
     PAGE.write_text(text, encoding="utf-8")
-
-
-SIZED = ("certificate.json", "gains.json", "report.html")
 
 
 # ------------------------------------------------------------------ processes
@@ -66,60 +50,40 @@ def verb(*arguments: str) -> tuple[str, ...]:
     return "-c", "import sys; from takagi.cli.main import main; sys.exit(main())", *arguments
 
 
-def cold(*arguments: str) -> Times:
-    """Return the times of a Python process of its own, from start to end."""
+def cold(*arguments: str) -> float:
+    """Return the least time of a Python process of its own, from start to end [s]."""
     spent = []
     for _ in range(REPEATS):
         began = time.perf_counter()
         subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)
         spent.append(time.perf_counter() - began)
-    return Times(min(spent), statistics.median(spent))
+    return min(spent)
 
 
-def designed(out: Path) -> tuple[float, Mapping[str, Any]]:
-    """Return the time of `takagi design nrel5mw --out` as a process, and its answer."""
+def designed(out: Path) -> float:
+    """Return the time of `takagi design nrel5mw --out` as a process."""
     began = time.perf_counter()
-    command = [sys.executable, *verb("design", "nrel5mw", "--out", str(out), "--json")]
-    ran = subprocess.run(command, check=True, capture_output=True, text=True)
-    return time.perf_counter() - began, json.loads(ran.stdout)
+    command = [sys.executable, *verb("design", "nrel5mw", "--out", str(out))]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - began
 
 
 # ------------------------------------------------------------------ tables
 
 
-def commands(start: Times, help_: Times, models: Times, check: Times, wall: float) -> str:
+def commands(start: float, help_: float, models: float, check: float, wall: float) -> str:
     """Return the table of processes, each beside the start of a bare interpreter."""
     rows = [
-        (f"`{name}`", seconds(spent.best), seconds(spent.median), ratio(spent, start))
+        (f"`{name}`", seconds(spent), f"{spent / start:.1f}")
         for name, spent in (
             ("python -c pass", start),
             ("takagi --help", help_),
             ("takagi models", models),
             ("takagi check certificate.json", check),
-            ("takagi design nrel5mw --out DIR", Times(wall, wall)),
+            ("takagi design nrel5mw --out DIR", wall),
         )
     ]
-    return table(("process, cold", "best", "median", "times interpreter start"), rows)
-
-
-def ratio(spent: Times, unit: Times) -> str:
-    return f"{spent.best / unit.best:.1f}"
-
-
-def steps(wall: float, spent: Mapping[str, float]) -> str:
-    """Return the table of the design's steps; what is left is imports, report and writing."""
-    rest = wall - sum(spent.values())
-    analysis = next(value for name, value in spent.items() if name.startswith("joint analysis"))
-    rows = [
-        (name, seconds(value), f"{100 * value / wall:.0f} %", f"{value / analysis:.2f}")
-        for name, value in {**spent, "start, simulations, report, figures, writing": rest}.items()
-    ]
-    rows.append(("all", seconds(wall), "100 %", f"{wall / analysis:.2f}"))
-    return table(("step of `takagi design nrel5mw`", "time", "share", "times joint analysis"), rows)
-
-
-def sizes_table(sizes: Mapping[str, int]) -> str:
-    return table(("file", "size"), [(f"`{n}`", f"{s / 1e3:.0f} kB") for n, s in sizes.items()])
+    return table(("process, cold", "best", "times interpreter start"), rows)
 
 
 def machine(load: float) -> str:
@@ -156,6 +120,14 @@ def summary(content: str) -> str:
     """Return the head of a table and its last row, the sums."""
     lines = content.splitlines()
     return "\n".join([*lines[:2], lines[-1]])
+
+
+def reduced(content: str, columns: Sequence[int], words: Sequence[str] = ("",)) -> str:
+    """Return these columns of a table, and of its rows those with one of the words."""
+    head, rule, *rows = content.splitlines()
+    chosen = [head, rule, *(row for row in rows if any(word in row for word in words))]
+    cells = [line.strip("| ").split(" | ") for line in chosen]
+    return "\n".join(f"| {' | '.join(line[n] for n in columns)} |" for line in cells)
 
 
 def placed(text: str, name: str, content: str) -> str:

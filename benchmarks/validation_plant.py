@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from measure import PAGE, placed, table
+from measure import PAGE, placed, reduced, table
 
 from takagi.models import Turbine, nrel5mw
 from takagi.models.laws.protocol import SampledLaw, law_words
@@ -82,7 +82,8 @@ def main() -> None:
     )
     text = table(heads, rows)
     print(text)
-    PAGE.write_text(placed(PAGE.read_text(encoding="utf-8"), "plant", text), encoding="utf-8")
+    short = reduced(text, (0, 1, 3), ("cases", "one case"))
+    PAGE.write_text(placed(PAGE.read_text(encoding="utf-8"), "plant", short), encoding="utf-8")
 
 
 def batch(turbine: Turbine, laws: ChosenLaws, winds: tuple[WindSeries, ...]) -> tuple[Times, int]:

@@ -20,7 +20,6 @@ PAGES = {
     "pendulum.md": pendulum.page,
     "blends.md": kinds.blends,
     "claims.md": kinds.claims,
-    "architecture.md": rooms.page,
     "figures/rooms.svg": rooms.picture,
     **schemas.SCHEMAS,
 }

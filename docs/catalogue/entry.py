@@ -72,6 +72,7 @@ class Case:
         No expression for the LMIs means their number at the printed sizes.
     where : what the letters are that the page does not explain.
     sizes : at which it is printed.
+    shown : False for a form that the page names, with its cost, and does not print.
     """
 
     title: str
@@ -80,6 +81,7 @@ class Case:
     lmis: str = ""
     where: str = ""
     sizes: Sizes = GENERAL
+    shown: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

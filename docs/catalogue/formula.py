@@ -59,25 +59,14 @@ def body(condition: Condition, sizes: Sizes, *, declare: bool) -> str:
     return EVERY_RULE.sub("", text) if declare else text
 
 
-def changes(text: str, earlier: str) -> tuple[str, list[str]]:
-    """Return the body with the lines alone that an earlier one has not, and what it lacks.
-
-    The second value has the names of lines of the earlier body for which this one has none.
-    """
-    new = [line for line in _lines(text) if line not in _lines(earlier)]
-    names = [_name(line) for line in _lines(text)]
-    lacking = [name for name in map(_name, _lines(earlier)) if name and name not in names]
-    rows = " \\\\\n".join(new)
-    return f"\\begin{{aligned}}\n{rows}\n\\end{{aligned}}", lacking
+def changes(text: str, first: str) -> str:
+    """Return the body with the lines alone that the first one has not."""
+    rows = " \\\\\n".join(line for line in _lines(text) if line not in _lines(first))
+    return f"\\begin{{aligned}}\n{rows}\n\\end{{aligned}}"
 
 
 def _lines(text: str) -> list[str]:
     return [line.removesuffix(r" \\") for line in text.splitlines()[1:-1]]
-
-
-def _name(line: str) -> str:
-    heading = re.match(r"\\text\{([^{}]*?):?\}", line)
-    return heading[1] if heading else ""
 
 
 def _without_the_understood(text: str) -> str:

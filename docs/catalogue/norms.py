@@ -56,6 +56,7 @@ HINF = Entry(
             pose=partial(_energy, step=0.1),
             lmis="r + 1",
             variables=f"{P} + 1",
+            shown=False,
         ),
     ),
 )
@@ -66,7 +67,8 @@ ROBUST_HINF = Entry(
     call="robust_hinf_norm",
     builder="robust_hinf_norm_condition",
     use=(
-        "Where `hinf_norm` is too large because it lets the memberships jump. For constant "
+        "Where `hinf_norm` is too large because it lets the memberships jump. Its LMI with "
+        "$P(h)$, $A(h)$, ...; each coefficient of the polynomial in $h$ is an LMI. For constant "
         "parameters the bound falls to the largest norm of the family as degrees grow; with "
         "`rate_bounds` they may move."
     ),
@@ -76,13 +78,14 @@ ROBUST_HINF = Entry(
             pose=partial(_robust, step=None),
             lmis="r + r*(r+1)/2",
             variables=f"r*{P} + 1",
+            shown=False,
         ),
         Case(
             title="Discrete time, degree 1, constant memberships",
             pose=partial(_robust, step=0.1),
             lmis="r + r*(r+1)/2",
             variables=f"r*{P} + 1",
-            where="$h^+ = h$",
+            shown=False,
         ),
     ),
 )
@@ -110,6 +113,7 @@ H2 = Entry(
             pose=partial(_variance, step=0.1),
             lmis="2*r + 1",
             variables=f"{P} + 1",
+            shown=False,
         ),
     ),
 )
@@ -136,6 +140,7 @@ PEAK = Entry(
             pose=partial(_peak, step=0.1),
             lmis="2*r",
             variables=f"{P} + 2",
+            shown=False,
         ),
     ),
 )

@@ -37,11 +37,9 @@ STRUCTURED = Entry(
     call="structured_pdc",
     builder="structured_pdc_condition",
     use=(
-        "For decentralised laws, static output feedback and gains with exact zeros. No "
-        "exact LMI is known. In this one a slack matrix $G$ has the structure, and $Q$ is "
-        "free. From it a search improves gains and $P$ in turn, for decay rate, cost or "
-        "energy gain. The result is usually a local optimum; `loss` compares with gains "
-        "without structure."
+        "No exact LMI is known. In this one a slack matrix $G$ has the structure, and $Q$ is "
+        "free. From it a search improves gains and $P$ in turn. The result is usually a local "
+        "optimum."
     ),
     cases=(
         Case(
@@ -58,6 +56,7 @@ STRUCTURED = Entry(
             lmis="5",
             variables="11",
             sizes=SMALL,
+            shown=False,
         ),
     ),
 )
@@ -78,12 +77,14 @@ OBSERVER = Entry(
             pose=partial(_observer, step=None),
             lmis=f"r + 2 + {PAIRS}",
             variables=f"{Q} + r*n*p + 1",
+            shown=False,
         ),
         Case(
             title="Discrete time",
             pose=partial(_observer, step=0.1),
             lmis=f"r + 2 + {PAIRS}",
             variables=f"{Q} + r*n*p + 1",
+            shown=False,
         ),
     ),
 )
@@ -112,11 +113,9 @@ DYNAMIC = Entry(
     call="hinf_output_feedback",
     builder="hinf_output_feedback_condition",
     use=(
-        "For one linear plant whose states are not measured; `mixed_sensitivity` makes that "
-        "plant of a loop and its weights. The least $\\gamma$ is that of all linear "
-        "controllers; the controller has the order of plant and weights together. "
-        "Continuous time only: the bilinear transform carries a sampled problem there and "
-        "back, with its norm."
+        "For one linear plant whose states are not measured; `mixed_sensitivity` makes it of a "
+        "loop and its weights. The least $\\gamma$ is that of all linear controllers. Continuous "
+        "time only."
     ),
     cases=(
         Case(

@@ -51,9 +51,8 @@ GIVEN = Entry(
     call="attraction_ellipsoid",
     builder="",
     use=(
-        "For a model that holds on a box only, and for inputs with limits. Largest is by "
-        "volume, by the trace, or by the points to contain. With gains, limits on inputs "
-        "and their rates and saturation count too. Discrete time too."
+        "Largest is by volume, by the trace, or by the points to contain. With gains, limits "
+        "on inputs and their rates and saturation count too. Discrete time too."
     ),
     cases=(
         Case(

@@ -1,4 +1,4 @@
-"""The part of docs/architecture.md that lists the rooms, and the picture of them."""
+"""The picture of floors and rooms in docs/architecture.md."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from html import escape
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "architecture.md"
-FIRST, LAST = "<!-- rooms: made by `make docs` -->\n", "<!-- end rooms -->"
 # Each may import those that stand after it.
 FLOORS = ("cli", "reports", "certificates", "lmi", "models")
 # Folders of files that are no code of their own.
@@ -37,26 +35,6 @@ class Room:
 
     path: str
     about: str
-
-
-def page() -> str:
-    """Return docs/architecture.md with today's list of rooms."""
-    text = PAGE.read_text(encoding="utf-8")
-    before, _, rest = text.partition(FIRST)
-    _, _, after = rest.partition(LAST)
-    return f"{before}{FIRST}{listing()}{LAST}{after}"
-
-
-def listing() -> str:
-    """Return the rooms of each floor, as a block of text."""
-    lines = []
-    for floor in FLOORS:
-        for room in rooms(floor):
-            depth = room.path.count("/")
-            name = "  " * depth + room.path.rsplit("/", 1)[-1] + "/"
-            lines.append(f"{name:<26}{room.about}".rstrip())
-        lines.append("")
-    return "```\n" + "\n".join(lines[:-1]) + "\n```\n"
 
 
 def rooms(floor: str) -> list[Room]:

@@ -51,7 +51,7 @@ START = Entry(
         "For a law with states of its own whose start is known, such as an observer at "
         "rest. The starts are $x^\\top N^\\top P N x \\le 1$. A few rounds enlarge their "
         "volume: each takes its weight $W$ from the round before and minimises "
-        "$\\operatorname{trace} W N^\\top P N$. In the formula $W = I$ and $N = I$."
+        "$\\operatorname{trace} W N^\\top P N$. In the formula $W = N = I$."
     ),
     cases=(
         Case(
@@ -66,6 +66,7 @@ START = Entry(
             pose=partial(_start, step=0.1),
             lmis="r + p",
             variables=P,
+            shown=False,
         ),
     ),
 )
@@ -95,6 +96,7 @@ TRACKING = Entry(
             pose=partial(_tracking, objective="errors"),
             lmis="r + p + m + q",
             variables=f"{P} + 1",
+            shown=False,
         ),
     ),
 )

@@ -62,12 +62,9 @@ LEVEL = Entry(
     builder="attraction_level_condition",
     use=(
         "For polynomial equations, without a box or a model: $V$ is positive, and $r\\,(V - "
-        "c) - \\lambda \\dot V$ and $\\lambda$ are sums of squares. The weight $r \\ge 0$ is "
-        "known, $(x^\\top x)^k$ if the linearisation decays. Where $r$ is 0 away from 0, "
-        "LaSalle's theorem decides by polynomial elimination; if it does not, only "
-        "`invariant_level` is given. `level` is infinite if every level is proved. The "
-        "identity is solved over the rationals: `proved` rests on exact arithmetic. "
-        "Continuous time only."
+        "c) - \\lambda \\dot V$ and $\\lambda$ are sums of squares for a known weight $r \\ge 0$. "
+        "Where $r$ is 0 away from 0, LaSalle's theorem has to decide; else only "
+        "`invariant_level` is given. `proved` rests on exact arithmetic. Continuous time only."
     ),
     cases=(
         Case(
@@ -108,10 +105,9 @@ REGION = Entry(
     call="d_stability",
     builder="d_stability_condition",
     use=(
-        "For damping and bandwidth: half-planes, strips, discs, sectors, ellipses, "
-        "parabolas, any LMI region, and intersections by `&`. It is about constant "
-        "memberships; for varying ones only the decay rate follows. In discrete time it is "
-        "about the eigenvalues of $x^+ = A x$."
+        "Half-planes, strips, discs, sectors, ellipses, parabolas, any LMI region, and "
+        "intersections by `&`. It is about constant memberships; for varying ones only the "
+        "decay rate follows."
     ),
     cases=(
         Case(
@@ -132,11 +128,9 @@ NORM_BOUNDED = Entry(
     call="robust_lyapunov",
     builder="robust_lyapunov_condition",
     use=(
-        "For unmodelled parts with a bound on their norm; the $\\Delta_k$ may be any "
-        "functions of time and state. Each block has its own multiplier. `pdc(..., "
-        "uncertainty=...)` designs gains for it. For one block with the same $D$ or the "
-        "same $E$ at all vertices a no excludes every $P$; with more blocks it excludes $P$ "
-        "with these multipliers."
+        "The $\\Delta_k$ may be any functions of time and state. `pdc(..., uncertainty=...)` "
+        "designs gains for it. For one block with the same $D$ or the same $E$ at all vertices "
+        "a no excludes every $P$; otherwise it excludes $P$ with these multipliers."
     ),
     cases=(
         Case(
@@ -154,6 +148,7 @@ NORM_BOUNDED = Entry(
             pose=partial(_bounded, step=0.1),
             lmis="2*r + 2",
             variables=f"{P} + r",
+            shown=False,
         ),
     ),
 )
@@ -164,9 +159,8 @@ POLYNOMIAL = Entry(
     call="polynomial_lyapunov",
     builder="polynomial_lyapunov_condition",
     use=(
-        "For unknown constant parameters without a common $P$. With growing `degree` and "
-        "`polya` every stable family is found. It says nothing of varying memberships. A "
-        "model with premises has a simplex for each of them."
+        "With growing `degree` and `polya` every stable family is found. It says nothing of "
+        "varying memberships. A model with premises has a simplex for each of them."
     ),
     cases=(
         Case(
@@ -181,20 +175,21 @@ POLYNOMIAL = Entry(
             pose=partial(_polynomial, step=None, form="dilated"),
             lmis="3*r",
             variables=f"r*{P} + 2*n*n",
-            where="$\\kappa > 0$ is of the size of the vertices",
+            shown=False,
         ),
         Case(
             title="Discrete time, degree 1",
             pose=partial(_polynomial, step=0.1, form="direct"),
             lmis="2*r + r*(r+1)/2",
             variables=f"r*{P}",
-            where="$h^+ = h$",
+            shown=False,
         ),
         Case(
             title="Discrete time, dilated form",
             pose=partial(_polynomial, step=0.1, form="dilated"),
             lmis="3*r",
             variables=f"r*{P} + n*n",
+            shown=False,
         ),
     ),
 )
@@ -225,8 +220,8 @@ FUZZY = Entry(
             title="Discrete time, steps of any size, two rules",
             pose=partial(_fuzzy, step=0.1),
             variables=f"r*{P}",
-            where="$h^+$ are the memberships one step later",
             sizes=FEW,
+            shown=False,
         ),
     ),
 )

@@ -89,10 +89,7 @@ PDC = Entry(
             pose=_limited,
             lmis=f"r + 2 + {PAIRS} + r*m + n + 2 + r",
             variables=f"{Q} + r*m*n + 2",
-            where=(
-                "on $x^\\top P x \\le 1$: $|u_k| \\le \\bar u_k$, $|x_k| \\le \\bar x_k$; it holds "
-                "$\\sum_k x_k^2 / a_k^2 \\le 1$; and $|K_i| \\le g$ by a sufficient condition"
-            ),
+            shown=False,
         ),
     ),
 )
@@ -122,7 +119,7 @@ COST = Entry(
             pose=partial(_cost, step=0.1),
             lmis=f"1 + {PAIRS}",
             variables=f"2*{Q} + r*m*n",
-            where="$N_i = A_i - I$, $e$ any positive number, about the size of $N_i$",
+            shown=False,
         ),
     ),
 )
@@ -149,6 +146,7 @@ HINF = Entry(
             pose=partial(_energy, step=0.1),
             lmis=f"1 + {PAIRS}",
             variables=f"{Q} + r*m*n + 1",
+            shown=False,
         ),
     ),
 )
@@ -176,19 +174,21 @@ H2 = Entry(
             pose=partial(_variance, step=0.1),
             lmis=f"2*r + 1 + {PAIRS}",
             variables=f"{Q} + r*m*n + r*q*(q+1)/2 + 1",
+            shown=False,
         ),
         Case(
             title='Form "gramian", continuous time',
             pose=partial(_variance, step=None, form="gramian"),
             lmis=f"r + 1 + 2*{PAIRS}",
             variables=f"{Q} + r*m*n + r*p*(p+1)/2 + 1",
-            where="$Q$ bounds the covariance of $x$; memberships do not depend on the noise",
+            shown=False,
         ),
         Case(
             title='Form "gramian", discrete time',
             pose=partial(_variance, step=0.1, form="gramian"),
             lmis=f"r + 1 + 2*{PAIRS}",
             variables=f"{Q} + r*m*n + r*p*(p+1)/2 + 1",
+            shown=False,
         ),
     ),
 )
@@ -198,21 +198,24 @@ PEAK = Entry(
     question="Which gains keep the output smallest under a disturbance of bounded size?",
     call="peak_pdc",
     builder="peak_pdc_condition",
-    use=("$\\alpha$ is searched over."),
+    use=(
+        "As `peak_gain`, by two double sums in $Q = P^{-1}$ and $M_i = K_i Q$; $\\alpha$ is "
+        "searched over."
+    ),
     cases=(
         Case(
             title="Continuous time, at one rate",
             pose=partial(_peak, step=None),
             lmis=f"1 + 2*{PAIRS}",
             variables=f"{Q} + r*m*n + 1",
-            where="$\\sigma = 2\\alpha$; the peak is at most $\\sqrt{\\kappa}$",
+            shown=False,
         ),
         Case(
             title="Discrete time, at one rate",
             pose=partial(_peak, step=0.1),
             lmis=f"1 + 2*{PAIRS}",
             variables=f"{Q} + r*m*n + 1",
-            where="$\\sigma = 1 - e^{-2\\alpha T}$",
+            shown=False,
         ),
     ),
 )
@@ -241,8 +244,8 @@ FUZZY = Entry(
             title="Discrete time, two rules",
             pose=partial(_fuzzy, step=0.1),
             variables=f"r*{Q} + n*n + r*m*n + 1",
-            where="$V = x^\\top S(h)^{-1} x$, $K_i = M_i G^{-1}$",
             sizes=FEW,
+            shown=False,
         ),
     ),
 )

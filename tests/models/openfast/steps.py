@@ -110,7 +110,7 @@ def _run(kind: str, flexible: bool, wind: int) -> tuple[Floats, Floats]:
 
 
 def main() -> None:
-    """Print the table of docs/validation-plant.md."""
+    """Print how the steps of OpenFAST and of the validation plant compare."""
     units = {"torque": ("kN m", 1e3), "thrust": ("kN", 1e3), "tower": ("mm", 1e-3)}
     for flexible, shown in ((False, QUANTITIES[:2]), (True, QUANTITIES)):
         print(f"\n{'flexible' if flexible else 'rigid'}\n")

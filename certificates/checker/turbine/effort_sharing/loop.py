@@ -1,10 +1,67 @@
 r"""Enclosures of the loop's coefficients in one wind cell with a moving schedule wind.
 
-``loop_claim`` derives each coefficient; this module computes its bounds.  For |v_s'| <= rho, with
-N = F(U) (q*' + gamma' (e - x)) - psi(U) b' / b, the moving schedule wind adds
+``loop_claim`` says what follows from the coefficients; this module computes their bounds.  Symbols
+are those of docs/effort-sharing-loop.md.  Nothing is linearised: a mean value of a function g that
+is continuously differentiable is a g'(s) with g(p) - g(q) = g'(s) (p - q), s between p and q.  Such
+factors change with time in an unknown way; only their ranges are used.
 
-    speed     |w_e| by |omega*'| rho
-    lag       |w_zeta| <= rho |N|
+Assumed is that xi = (e, zeta, x) lies in the box |e| <= e_bar, |zeta| <= zeta_bar,
+|e - x| <= s_bar.  Then U is in q* + gamma [-s_bar, s_bar], the demanded efforts, and
+b (beta - beta_min) = psi(U) - zeta gives the pitch band [max(psi_low - zeta_bar, 0),
+psi_high + zeta_bar] / b above beta_min; its lower end may be cut at 0, because
+beta_ref >= beta_min keeps beta at or above beta_min.
+
+Speed.  With the true torque T = s_P T_r + J Delta (T_r stands for s_P T_r below)
+
+    e' = (kappa / J) (T(t, omega, beta, v) - n_g T_rated + n_g E psi(-U)) - omega*' v_s' .       (1)
+
+With beta_U = beta_min + psi(U) / b(v_s), the pitch that the law asks for, the torque is taken apart
+along a path from (omega, beta, v) to (omega*, beta_U, v_s):
+
+    T(omega, beta, v) = [T_r(omega, beta, v) - T_r(omega, beta, v_s)]       = J d (v - v_s)
+                      + [T_r(omega, beta, v_s) - T_r(omega*, beta, v_s)]    = (J / kappa) a e
+                      + [T(omega*, beta, v_s) - T(omega*, beta_U, v_s)]     = J sigma zeta
+                      + T(omega*, beta_U, v_s)                                                   (2)
+
+- d is a mean value of dT_r/dv / J over winds between v and v_s; a of kappa dT_r/domega / J over
+  speeds between omega and omega*.  Delta cancels in both.
+- beta - beta_U = -zeta / b, and sigma is a mean value of -dT/dbeta / (J b) over the pitch band,
+  which contains beta and beta_U.
+
+The other terms of (1) depend on U alone.  With m = n_g E / J let, at fixed v_s,
+
+    g(s) = T(omega*, beta_min + psi(s) / b, v_s) / J + m psi(-s) .
+
+Because F(s) + F(-s) = 1, its derivative -sigma F(s) - m F(-s) is -(m - F (m - sigma)), and
+
+    g(U) = g(q*) - (m - F (m - sigma)) gamma (e - x)                                             (3)
+
+with F and sigma at one and the same point s of the curve beta = beta_min + psi(s) / b.  This
+matters near rated wind: a large share F occurs, and a small sigma occurs, but where F is large the
+curve has left the small angles at which pitch has no effect.
+
+At s = q* the tables leave a residual r(v_s) = g(q*) - n_g T_rated / J (``wind_cell``); Delta is
+zero there.  With S = kappa sigma and Gamma = kappa gamma (m - F (m - sigma))
+
+    e' = (a - Gamma) e + S zeta + Gamma x + w_e ,                                                (4)
+    w_e = kappa (r + d (v - v_s)) - omega*' v_s' .
+
+Lag.  zeta' = F(U) U' - b' v_s' (beta - beta_min) - b beta', where x' = -nu e,
+U' = q*' v_s' + gamma' v_s' (e - x) + gamma (e' - x') and b (beta - beta_min) = psi(U) - zeta.  So
+with Phi = F(U) gamma and N = F(U) (q*' + gamma' (e - x)) - psi(U) b' / b
+
+    zeta' = Phi (e' + nu e) + v_s' N + (b' / b) v_s' zeta - b beta' .
+
+The pitch drive sees (beta_ref - beta) / tau = y = zeta / (b tau).  For |y| <= y_max =
+zeta_bar / (b tau) it moves at sat(y) = h y with h from h_min = min(1, rate limit / y_max) to 1, so
+b beta' = T zeta with T = h / tau, and
+
+    zeta' = Phi (e' + nu e) - (T - (b' / b) v_s') zeta + w_zeta ,  w_zeta = v_s' N .             (5)
+
+With (4) in (5), Gamma, S and a those of (4) at the same time:
+
+    zeta' = Phi (a - Gamma + nu) e + (Phi S - T + (b' / b) v_s') zeta + Phi Gamma x
+            + Phi w_e + w_zeta .                                                                 (6)
 """
 
 from __future__ import annotations

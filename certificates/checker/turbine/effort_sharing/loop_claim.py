@@ -18,9 +18,20 @@ exactly, at every corner
     -(A'P + PA + 2 rho P) > 0     so  V(xi - xi*) decays as exp(-2 rho t), v = v_s constant,
     -(A'R + RA + 2 r R) > 0       so  (xi - xi*)' R (xi - xi*) does with one rate r for all winds,
 
-and P > h h' / peak^2 bounds each state on {V <= 1}, which must lie inside the enclosed box.  The
-secants between two points of the set lie in the same ranges as those from the trim. Therefore the
-decay is towards the equilibrium xi* = (0, 0, x*), which is shifted by the residual of the tables.
+and P > h h' / peak^2 bounds each state on {V <= 1}, which must lie inside the enclosed box.
+
+Invariance.  The first matrix is affine in (A, d), so it is positive on the hull.  From left and
+right with (xi, 1) it says V' < -alpha (V - 1).  V is absolutely continuous, also where v_s passes a
+node, because the tables are continuous.  A solution that starts in {V <= 1} would have to pass
+V = 1 to leave it, where V' < 0 almost everywhere.  So it never leaves, and the assumption of the
+box holds for all time.
+
+Decay.  Let v = v_s be constant.  At an equilibrium x' = 0 makes e = 0, then zeta' = -T zeta = 0
+makes zeta = 0, and speed leaves G x* + kappa r = 0.  The map x -> g(q* - gamma x) - n_g T_rated / J
+(``loop``, 3) has a slope of at least G_min / kappa > 0 and the value r at 0, so it has at most one
+zero, and |x*| <= kappa |r| / G_min; P_33 (kappa r_bar)^2 < G_min^2 says that this point has V < 1.
+The secants between two points of the set lie in the same ranges as those from the trim, and the
+residual cancels: eta = xi - xi* has eta' = A eta with coefficients in the same intervals.
 
 v_s' is the rate that the law feeds forward, since its schedule wind is the output of its filter.
 

@@ -11,9 +11,25 @@ and eta (``estimate_error``) a number.  Checked, in rationals, are
 
 Then, with v, w and v_s(0) in the range, |w'| <= r(w), |v - w| <= eta, and at the start
 |w - v_s| <= tau_f phi(v_s), one has |v_s'| <= phi(v_s) and |v - v_s| <= eta + tau_f phi(v_s) for
-all times: the wind class of the claim of kind ``coherent-loop`` that ``loop`` names.  Derived in
-docs/effort-sharing-loop.md, Wind rate.  Both sides of each inequality are lines between finitely
-many winds, and are compared there.
+all times: the wind class of the claim of kind ``coherent-loop`` that ``loop`` names.  Both sides of
+each inequality are lines between finitely many winds, and are compared there.
+
+Proof.  v_s is a weighted mean of v_s(0) and past values of w, so it stays in the range.  Let
+y = w - v_s, so v_s' = y / tau_f, and h = y - tau_f phi(v_s).  phi is Lipschitz; where v_s passes a
+node of phi at a point of a set of positive measure, v_s' = 0 = y almost everywhere there and
+h <= 0.  Elsewhere h' = w' - (1 + tau_f phi'(v_s)) y / tau_f.  Suppose h > 0 on (t_0, t_1] and
+h(t_0) = 0.  There v_s + tau_f phi(v_s) < w, which is in the range, and with L the Lipschitz
+constant of r
+
+    w' <= r(w) <= r(v_s + tau_f phi) + L h <= phi (1 + tau_f phi') + L h ,
+    y / tau_f = phi + h / tau_f ,
+
+so h' <= (L + |1 + tau_f phi'| / tau_f) h: by Gronwall h = 0, a contradiction.  The lower side is
+the same with a minus.  Hence |y| <= tau_f phi(v_s), and |v - v_s| <= |v - w| + |y|.
+
+The second and third inequality are also necessary: at an s where one fails, y = +- tau_f phi(s) and
+|w'| = r violate |y| <= tau_f phi at once.  The law's limits of w do no harm: for a wind within the
+tables the limited estimate is no further from it, and no faster.
 
 Not promised: that an observer keeps |v - w| <= eta; a law that is sampled.
 """

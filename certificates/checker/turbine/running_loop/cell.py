@@ -1,6 +1,9 @@
 r"""One cell of constant winds: tables, torque surface, equilibrium and factors over its box.
 
-The rest at a wind v is near the tables' trim: its effort U_rest is the zero of
+At a rest omega_m = omega = omegahat, v_s = vhat (within the tables) and omega_m = omega*(v_s).
+Rotor and observer give T_r(omega, beta, v) = n_g T = T_r(omega, beta, vhat), which vhat = v solves.
+So the trim's speed omega*(v) with the effort that balances torque is a rest.  That effort U_rest is
+a zero of
 
     g(U) = c v^2 c_Q(R omega* / v, beta_min + psi(U) / b) + m_E psi(-U) - n_g T_rated / J
 

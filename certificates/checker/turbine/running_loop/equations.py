@@ -23,7 +23,9 @@ with kappa nominal over true inertia, and all of [.] a factor from a range:
     eta' = [wake's rate] (p - eta)
 
 The factors are secants between the state and the rest, so they lie in the ranges of the derivatives
-over the box.
+over the box.  In the second line [q*'] is q*' and |gamma'| |x_rest| of both signs, since
+
+    U - U_rest = q*(v_s) - q*(v) + gamma(v_s) (error - x) - (gamma(v_s) - gamma(v)) x_rest .
 
 A signal is a row over the states xi and over w_1 .. w_k.  ``times`` multiplies a signal y by an
 uncertain factor of [low, high] = c +- r: it returns c y + w_i, where w_i = delta z_i, z_i = r y
@@ -33,9 +35,13 @@ tau_i > 0
     -(2 xi'P (xi)' + 2 alpha xi'P xi + sum tau_i (z_i^2 - w_i^2)) > 0   for all (xi, w) but zero
 
 proves that V = xi'P xi decays at least as exp(-2 alpha t).  The left side is one quadratic form in
-(xi, w); ``decay_form`` returns its matrix.  A factor may change with time in any way.
+(xi, w); ``decay_form`` returns its matrix.  A factor may change with time in any way; the share f
+lies at every instant in one of its pieces, each with multipliers of its own, and P is the same for
+all.  By side^2 P > h'h the closed set {V <= 1} lies inside the open box; V is absolutely continuous
+and decreases in the box, so a motion leaves neither.  Where nu jumps at a node of the tables,
+motions are Filippov's: the inequality holds for both fields, and for their convex combinations.
 
-Derived in docs/running-loop.md.
+The ranges of the factors, and what the theorem assumes, stand in docs/running-loop.md.
 """
 
 from __future__ import annotations

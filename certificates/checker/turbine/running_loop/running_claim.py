@@ -18,7 +18,7 @@ Evidence: ``winds`` (ranges that the cells cover exactly), ``decay_rate``, ``unc
 Not promised: varying winds; motions that start outside the sets; a sampled law; noise; a
 second-order pitch drive; a torque lag; flexible shaft, tower or blades.
 
-Derived in docs/running-loop.md.
+Theorem and assumptions: docs/running-loop.md; proofs: ``cell``, ``equations``, ``limits``.
 """
 
 from __future__ import annotations
