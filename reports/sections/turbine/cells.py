@@ -12,7 +12,7 @@ from takagi.models.laws.published.regional_schedule import CouplingFilter, coupl
 from takagi.reports.figures.cells import cells_figure
 from takagi.reports.figures.operation import membership_figure
 from takagi.reports.figures.style import captioned_figure
-from takagi.reports.loops.overlap_claims import synthesis_words
+from takagi.reports.loops.plant_claims import synthesis_words
 from takagi.reports.page.text import Section, Table, at_least, at_most, with_decimals
 from takagi.reports.sections.turbine.drawings import effort_figure, gains_figure
 from takagi.reports.sections.turbine.model import region_starts, trim_curve

@@ -14,15 +14,21 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.claims.turbine.published_search import gaps
 from takagi.certificates.design.turbine.result import ClaimSummary, claim_summary
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, span_words, wind_words
-from takagi.reports.loops.plant_claims import SETTLED, norm_settling_time
+from takagi.reports.loops.plant_claims import (
+    SETTLED,
+    gap_words,
+    norm_settling_time,
+    overlap_claims,
+    span_words,
+    wind_words,
+)
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.sections.plant.summary import NORM, Number, SummaryRow
 from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.reports.loops.overlap_claims import OverlapClaim
+    from takagi.reports.loops.plant_claims import OverlapClaim
     from takagi.reports.margins.margins import Margins
     from takagi.reports.margins.running_over_wind import RunningMargins
     from takagi.reports.simulation.design_runs import DesignRun

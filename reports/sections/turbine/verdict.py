@@ -9,7 +9,7 @@ from takagi.certificates.design.turbine.result import claim_summary
 from takagi.reports.figures.cells import OverlapRow, overlaps_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
-from takagi.reports.loops.overlap_claims import (
+from takagi.reports.loops.plant_claims import (
     OverlapClaim,
     overlap_claims,
     wind_words,
