@@ -1,4 +1,4 @@
-r"""One quadratic function for the blended region of Schulte's law, with the results in docs/laws.md.
+r"""One quadratic function for the blended region of Schulte's law; its results are in docs/laws.md.
 
     python benchmarks/blended_region.py
 
