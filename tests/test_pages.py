@@ -23,7 +23,7 @@ from tests.lmi.fixed_order.plants import PRINTED, best_of_hifoo, hifoo, names, p
 from tests.plant_files import filed_plant
 
 CODE = [
-    pytest.param("claims.md", "", 4, marks=pytest.mark.slow),
+    pytest.param("claims.md", "", 3, marks=pytest.mark.slow),
     pytest.param("lmi.md", "", 16, marks=pytest.mark.slow),
     ("plant-theorems.md", "", 2),
     ("output-feedback.md", "", 1),
