@@ -20,10 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "output-feedback.md"
 BEGIN, END = "<!-- begin table -->\n", "<!-- end table -->\n"
-HEAD = (
-    "| plant | HIFOO published | HIFOO run | takagi, proved | ratio |\n"
-    "|---|---|---|---|---|\n"
-)
+HEAD = "| plant | HIFOO published | HIFOO run | takagi, proved | ratio |\n|---|---|---|---|---|\n"
 
 
 def main() -> None:
