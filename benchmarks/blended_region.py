@@ -1,4 +1,4 @@
-r"""One quadratic function for the blended region of Schulte's law: docs/common-function.md.
+r"""One quadratic function for the blended region of Schulte's law; its results are in docs/laws.md.
 
     python benchmarks/blended_region.py
 
@@ -420,7 +420,7 @@ def _distinct(rows: Gains) -> list[list[int]]:
 
 
 def main() -> int:
-    """Print the tables of docs/common-function.md."""
+    """Print the tables of printed LMIs, of slopes, of the loop, and of gains in one step."""
     turbine = load_turbine("nrel5mw")
     settings = replace(default_settings(turbine), law="paper")
     models = regional_design(turbine)

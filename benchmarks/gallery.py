@@ -2,9 +2,9 @@
 
 Run it by ``python benchmarks/gallery.py``: some minutes.  It designs every plant file in
 tests/gallery/plants by ``takagi design FILE``, simulates what was found with the plants read anew
-(tests/gallery/textbook_loop.py), and writes docs/gallery-table.md and docs/figures/gallery.  Names
-of files as arguments draw these plants alone and leave the page; with ``--rows`` before them their
-rows are written too, and the other rows stay as they are on the page.  ``--turbines`` alone
+(tests/gallery/textbook_loop.py), and writes docs/gallery-table.md.  Names of files as arguments print the
+rows of these plants alone and leave the page; with ``--rows`` before them their rows are written
+too, and the other rows stay as they are on the page.  ``--turbines`` alone
 designs and simulates the wind turbines of tests/gallery/turbines, and writes their rows.
 """
 
@@ -20,7 +20,7 @@ import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import control
 import numpy as np
@@ -32,15 +32,6 @@ from takagi.certificates.design.turbine.effort_sharing_gains import wind_observe
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.requests import InputLimits
 from takagi.models import Plant, load_model, sector_model
-from takagi.reports.figures.style import (
-    COLOURS,
-    GREY,
-    STYLES,
-    decimate,
-    figure_to_svg,
-    house_style,
-    new_figure,
-)
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.simulation.laws import ChosenLaws
 from takagi.reports.simulation.runs import run_simulation
@@ -53,68 +44,54 @@ sys.path.insert(0, str(ROOT))
 from tests.gallery.textbook_loop import Floats, TextbookLoop, textbook_loop  # noqa: E402
 from tests.gallery.turbine_claims import turbine_claims  # noqa: E402
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 PLANTS = ROOT / "tests" / "gallery" / "plants"
 PAGE = ROOT / "docs" / "gallery-table.md"
-FIGURES = ROOT / "docs" / "figures" / "gallery"
 # The time of plants that are not in SI; the others are in seconds.
 TIMES = {"glucose": "min", "predator_prey": "years", "chua": "", "jet_engine": ""}
 LATE = 1.2  # times LQR's settling time
 EQUAL = 1.02  # what counts as the same size or time as LQR's
-SHOWN = 1.4  # of the time in which the law settles, in the pictures
-POINTS = 160  # of a line in a picture
 HEAD = """# Gallery: all plants in a table
 
-Plants of courses and papers that are not built in, each a file of some thirty lines with its
-source. Equations and numbers are those of the source, as far as they could be recalled or compared;
-ranges are chosen. The command is
+For those who look for a plant like theirs: a file of some thirty lines each, with its source.
+Equations and numbers are recalled from the source; ranges are chosen. Each design is
 
     takagi design tests/gallery/plants/NAME.toml --out build/NAME
 
-with its defaults. `python benchmarks/gallery.py` writes this page and its pictures.
-
 """
 COLUMNS = """
-- **time**: wall clock and processor of the whole command, on {cores} cores {shared}.
-- **set**: how far from rest one state may start alone, and the share of its range. From anywhere in
-  the set it is proved that the motion stays in it, that inputs keep their ranges, and that it comes
-  to rest.
-- **set / LQR's**: volumes of the two proved sets as a length (n-th root), then the largest
-  multiples of the ranges inside; "only" where none is proved for LQR.
-- **gains**: the largest command to a state with every variable at the end of its range, in
-  multiples of the input's limit. LQR is python-control's at rest, with weights 1/range².
-- **settles**: the slowest run from both ends of every axis of the set, until all states stay within
-  2 % of its reach; LQR from the same starts. scipy integrates equations that are read without
-  takagi, with inputs cut at their ranges.
+- **time**: wall clock and processor, with proof and report, on {cores} cores {shared}.
+- **set**: how far from rest a state may start, one state at a time, and the share of its range to
+  the nearer side. From anywhere in the set, an ellipsoid, it is proved that the motion stays in it,
+  that no input passes its range, and that it comes to rest.
+- **set / LQR's**: the volume of the set over that of the set proved for LQR's gain, as a length
+  (n-th root), and the largest multiple of the ranges inside over LQR's; "only" where none is proved
+  for LQR. LQR is that of python-control at rest, with the weights 1/range².
+- **gains**: the largest command, over all rules, to a state with every variable at the end of its
+  range, in multiples of the input's limit.
+- **settles**: the slowest of the runs from both ends of every axis of the set, until all states
+  stay within 2 % of the set's reach; simulated by scipy without takagi, inputs cut at their ranges.
 
-How the law is chosen beside LQR: [plants](plants.md#the-law-where-nothing-is-asked).
+How the law is chosen: [plants](plants.md#the-law-where-nothing-is-asked). `--settle` and
+`--decay-rate` ask for more.
 """
 TURBINES = ROOT / "tests" / "gallery" / "turbines"
 TURBINE_HEAD = """
 ## Turbines
 
-Wind turbines of public files, which name them; the frozen wake is computed. The commands are
-`takagi design tests/gallery/turbines/NAME.toml --out build/NAME` and `takagi simulate build/NAME
---wind ramp --out build/ramp`.
+Wind turbines of public files. The commands are `takagi design tests/gallery/turbines/NAME.toml
+--out build/NAME` and `takagi simulate tests/gallery/turbines/NAME.toml --law-from
+build/NAME/gains.json --wind ramp`.
 
 | turbine | verdict | winds [m/s] | wind error [m/s] | rotor speed | decay [1/s] | ramp |
 |---|---|---|---|---|---|---|
 """
 TURBINE_COLUMNS = """
-- **verdict**: on the claims about loop, wind rate and actuators; the command adds one about the
-  loop with its observer.
+- **verdict**: on the claims about the loop, the wind's rate and the actuators' rates.
 - **wind error**: how far the wind may be from the schedule wind, at the weakest and the best wind.
-- **rotor speed**: over rated, at most, from the proved set; **decay**: in constant wind, at least.
-- **ramp**: simulated on the [validation plant](validation-plant.md), wind 8 to 14 to 8 m/s in
-  180 s: largest overspeed, pitch travel.
-"""
-PICTURES = """
-## Pictures
-
-Of each plant: the set in the plane of the first two states (dashed), with motions from its
-outermost points; the first state and input over time from one of them, under the law and under LQR.
+- **rotor speed**: over rated, at most, from any start in the certified set; **decay**: in constant
+  wind, at least.
+- **ramp**: simulated on the [validation plant](validation-plant.md), 8 to 14 to 8 m/s in 180 s:
+  largest overspeed, pitch travel.
 """
 
 
@@ -240,50 +217,6 @@ def linear(loop: TextbookLoop, K: Floats) -> Callable[[Floats], Floats]:
     return lambda x: np.asarray(loop.rest[n:] - K @ (x - loop.rest[:n]))
 
 
-def picture(loop: TextbookLoop, K: Floats, settled: float, unit: str) -> Figure:
-    """Return a section of the phase space with the set, one state and one input over time."""
-    n, rest, scale = len(loop.states), loop.rest, loop.scale
-    inverse = np.linalg.inv(loop.P)
-    labels = [f"{v} [{u}]" for v, u in zip((*loop.states, *loop.inputs), loop.units, strict=True)]
-    starts = [
-        rest[:n] + sign * 0.999 * inverse[:, k] / np.sqrt(inverse[k, k])
-        for k in (0, 1)
-        for sign in (1, -1)
-    ]
-    span = SHOWN * settled
-    factor, time_unit = time_scale(span, unit)
-    with house_style():
-        figure, (phase, state, command) = new_figure(1, 3, width=7.4, height=2.5)
-        angle = np.linspace(0, 2 * np.pi, 181)
-        edge = np.linalg.cholesky(inverse[:2, :2]) @ np.array([np.cos(angle), np.sin(angle)])
-        edge = (edge + rest[:2, None]) / scale[:2, None]
-        phase.plot(*edge, color=GREY, linestyle="--", linewidth=1.0)
-        for start, colour, style in zip(starts, COLOURS, STYLES, strict=False):
-            motion = loop.run(start)
-            phase.plot(*(motion.state[:2] / scale[:2, None]), color=colour, linestyle=style)
-        phase.plot(*(rest[:2] / scale[:2]), "k.")
-        phase.set_xlabel(labels[0])
-        phase.set_ylabel(labels[1])
-        laws = (("takagi", None), ("LQR", linear(loop, K)))
-        for (name, law), colour, dash in zip(laws, COLOURS, STYLES, strict=False):
-            motion = loop.run(starts[0], law, samples=6001)
-            shown = motion.time <= span
-            times = motion.time[shown] * factor
-            for axes, series in (
-                (state, motion.state[0] / scale[0]),
-                (command, motion.input[0] / scale[n]),
-            ):
-                line = decimate(times, series[shown], points=POINTS)
-                axes.plot(*line, color=colour, linestyle=dash, label=name)
-        for end in loop.ranges[n] / scale[n]:
-            command.axhline(end, color=GREY, linewidth=0.8)
-        for axes, label in ((state, labels[0]), (command, labels[n])):
-            axes.set_ylabel(label)
-            axes.set_xlabel(f"time [{time_unit or '-'}]")
-        state.legend()
-    return figure
-
-
 def time_scale(span: float, unit: str) -> tuple[float, str]:
     """Return a factor and the unit for times of this size."""
     if unit != "s":
@@ -316,8 +249,8 @@ def judgement(sets: Beside, law: Settling, other: Settling) -> str:
     return f"{words}, {quick} ({ratio:.2f})"
 
 
-def row(found: Measured) -> tuple[str, Settling]:
-    """Return the row of a proved plant, and how its law settles."""
+def row(found: Measured) -> str:
+    """Return the row of a proved plant."""
     loop = found.loop
     assert loop is not None
     n, unit = len(loop.states), TIMES.get(found.name, "s")
@@ -341,14 +274,14 @@ def row(found: Measured) -> tuple[str, Settling]:
         f"[{found.text['name']}](../tests/gallery/plants/{found.name}.toml)",
         f"{n}, {len(loop.inputs)}",
         str(len(loop.gains)),
-        f"{found.wall:.1f}/{found.processor:.1f}",
+        f"{found.wall:.1f} / {found.processor:.1f}",
         ", ".join(parts),
         compared,
-        f"{effort(loop, loop.gains):.2g}/{effort(loop, K):.2g}",
+        f"{effort(loop, loop.gains):.2g} / {effort(loop, K):.2g}",
         settled,
         judgement(sets, law, other),
     )
-    return f"| {' | '.join(cells)} |", law
+    return f"| {' | '.join(cells)} |"
 
 
 def page(members: list[Measured], rows: dict[str, str]) -> str:
@@ -370,7 +303,7 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
     said += verdicts([rows[m.name] for m in proved])
     table = (
         "| plant | states, inputs | rules | time [s] | set | set / LQR's "
-        "| gains: law/LQR | settles: law/LQR | set, settling |\n"
+        "| gains: law / LQR | settles: law / LQR | set, settling |\n"
         "|---|---|---|---|---|---|---|---|---|\n"
     )
     table += "\n".join(rows[m.name] for m in proved) + "\n"
@@ -382,13 +315,9 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
     ]
     if lost:
         lost.insert(0, "\n## Not proved\n\n| plant | time [s] | what is said |\n|---|---|---|\n")
-    pictures = PICTURES
-    pictures += "".join(
-        f"\n![{m.text['name']}](figures/gallery/{m.name}.svg)\n*{m.text['name']}*\n" for m in proved
-    )
     columns = COLUMNS.format(cores=cores, shared=shared)
     turbines = TURBINE_HEAD + "\n".join(kept_turbines()) + "\n" + TURBINE_COLUMNS
-    return HEAD + said + table + columns + "".join(lost) + turbines + pictures
+    return HEAD + said + table + columns + "".join(lost) + turbines
 
 
 def verdicts(rows: list[str]) -> str:
@@ -439,10 +368,8 @@ def write_turbines() -> None:
     """Design and simulate the turbines, and write their rows into the page."""
     rows = [turbine_row(file) for file in sorted(TURBINES.glob("*.toml"))]
     text = PAGE.read_text(encoding="utf-8")
-    first = "\n## Turbines\n" if "\n## Turbines\n" in text else PICTURES
     section = TURBINE_HEAD + "\n".join(rows) + "\n" + TURBINE_COLUMNS
-    pictures = PICTURES + text.partition(PICTURES)[2]
-    PAGE.write_text(text.partition(first)[0] + section + pictures, encoding="utf-8")
+    PAGE.write_text(text.partition("\n## Turbines\n")[0] + section, encoding="utf-8")
 
 
 def kept(asked: list[str]) -> tuple[list[Measured], dict[str, str]]:
@@ -452,7 +379,7 @@ def kept(asked: list[str]) -> tuple[list[Measured], dict[str, str]]:
         found = re.match(r"\| \[[^]]*\]\(\.\./tests/gallery/plants/(\w+)\.toml\) \|", line)
         if found is None or found[1] in asked or not (PLANTS / f"{found[1]}.toml").exists():
             continue
-        wall, processor = map(float, line.split(" | ")[3].split("/"))
+        wall, processor = map(float, line.split(" | ")[3].split(" / "))
         text = tomllib.loads((PLANTS / f"{found[1]}.toml").read_text(encoding="utf-8"))
         members.append(Measured(found[1], text, 0, wall, processor, "", None))
         rows[found[1]] = line
@@ -460,8 +387,7 @@ def kept(asked: list[str]) -> tuple[list[Measured], dict[str, str]]:
 
 
 def main() -> None:
-    """Design, run, draw; write the page where all plants, or rows, were asked for."""
-    FIGURES.mkdir(parents=True, exist_ok=True)
+    """Design and run; write the page where all plants, or rows, were asked for."""
     if sys.argv[1:] == ["--turbines"]:
         write_turbines()
         return
@@ -475,13 +401,7 @@ def main() -> None:
             found = measured(file, Path(folder) / file.stem)
             members.append(found)
             if found.loop is not None:
-                rows[found.name], law = row(found)
-                unit = TIMES.get(found.name, "s")
-                gain = lqr(found.loop, found.sizes)
-                drawn = picture(found.loop, gain, law.slowest, unit)
-                said = f"{found.text['name']}: set, motions and inputs of the law and of LQR"
-                svg = figure_to_svg(drawn, name=found.name.replace("_", "-"), description=said)
-                (FIGURES / f"{found.name}.svg").write_text(svg + "\n", encoding="utf-8")
+                rows[found.name] = row(found)
             shown = rows.get(found.name) or f"{found.name}: status {found.status}"
             print(shown, f"({found.wall:.1f} s)", flush=True)
     if adds or not asked:

@@ -10,14 +10,13 @@ import argparse
 import sys
 from pathlib import Path
 
-from catalogue import kinds, page, pendulum, published, rooms, schemas, trusted
+from catalogue import kinds, page, published, rooms, schemas, trusted
 from catalogue.sheet import sheet
 
 HERE = Path(__file__).parent
 PAGES = {
     "conditions.md": page.page,
     "published.md": published.page,
-    "pendulum.md": pendulum.page,
     "blends.md": kinds.blends,
     "claims.md": kinds.claims,
     "figures/rooms.svg": rooms.picture,
@@ -36,10 +35,6 @@ def main() -> int:
     if arguments.tex:
         arguments.tex.write_text(sheet(page.page()), encoding="utf-8")
         return 0
-    if not arguments.check:
-        # Not compared: letters are drawn as outlines, which differ between versions of a font.
-        for name, svg in pendulum.figures().items():
-            (HERE / "figures" / name).write_text(svg, encoding="utf-8")
     stale = 0
     pages = PAGES if arguments.check else {**PAGES, **MEASURED}
     for name, made in pages.items():

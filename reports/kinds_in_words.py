@@ -94,8 +94,7 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         request="Decay",
         proved=(
             "DISPROVED: no common P decays at this rate (at the rate 0: has V' < 0 wherever x is "
-            "not 0), excluded by rules alone or by blends that the file names, never by pairs of "
-            "rules"
+            "not 0), by rules alone or by [blends](blends.md) that the file names"
         ),
         weights=("disproof", "open (9)", "disproof", "disproof", "open (9)"),
     ),
@@ -219,8 +218,7 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         proved="e = x − x̂ decays, gains L_i",
         assumed=(
             "premises are measured (checked where the model says what they depend on), or the "
-            "parts that are not measured enter by secants. A secant embedding is "
-            "[refused](blends.md): its weights are averages that no observer can compute"
+            "parts that are not measured enter by secants"
         ),
         weights=("theorem (6)", "theorem (6)", "theorem", "theorem", "refused (7)"),
     ),
@@ -258,10 +256,7 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         title=r"Embedding of differences \cite{takagi-boyd}",
         name="The model contains all differences of motions",
         why="The error of the estimate then obeys the model too.",
-        proved=(
-            "differences between any two states of the box are blends of slopes; written where an "
-            "observer takes its weights at its estimate"
-        ),
+        proved="differences between any two states of the box are blends of slopes",
         weights=(NO_PLANT, NO_PLANT, "theorem", "refused (12)", "theorem"),
     ),
     "tracking": KindInWords(
@@ -282,8 +277,7 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         why="The law may command the effort alone: its share between them is covered.",
         proved=(
             "two actuators behind a [blend](blending.md) are the plant of the certificate: shares,"
-            " limits, errors, and gains that depend only on what the law knows; written for every "
-            "plant with `[blending]`"
+            " limits, errors, and gains that depend only on what the law knows"
         ),
         assumed="errors are those stated, in the motion from rest",
         weights=(NO_PLANT, NO_PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
@@ -295,8 +289,7 @@ KINDS_IN_WORDS: Mapping[str, KindInWords] = {
         proved=(
             "neither command jumps of [two actuators behind one effort]"
             "(blending.md#what-is-proved), and how fast each moves; of a turbine's torque and "
-            "pitch (for Schulte's law: is asked to move). Written for every `[blending]` whose "
-            "effort has a `rate`"
+            "pitch (for Schulte's law: is asked to move)"
         ),
         assumed=(
             "state, signals and the effort's rate in the model's box; of a turbine: the claim it "

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from takagi.certificates.checker.replay.claim_kinds import TURBINE_KINDS
-from takagi.reports.kinds_in_words import KINDS_IN_WORDS
+from takagi.reports.kinds_in_words import KINDS_IN_WORDS, OTHER_MODEL
 
 DOCS = Path(__file__).parents[1]
 COLUMNS = ("shared", "own", "products", "tables", "secants", "sampled")
@@ -22,9 +22,14 @@ CELLS = MappingProxyType(
 
 
 def blends() -> str:
-    """Return docs/blends.md with today's table; kinds of which the same is said share a row."""
+    """Return docs/blends.md with today's table; kinds of which the same is said share a row.
+
+    Kinds about another model, a turbine's or a problem's, are left out.
+    """
     rows: dict[tuple[str, ...], list[str]] = {}
     for kind, cells in CELLS.items():
+        if cells == OTHER_MODEL:
+            continue
         name, _, rest = kind.partition(", ")
         rows.setdefault(cells, []).append(f"`{name}`{' ' + rest if rest else ''}")
     lines = [f"| kinds | {' | '.join(COLUMNS[:-1])} |", "|---" * len(COLUMNS) + "|"]

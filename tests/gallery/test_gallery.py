@@ -87,10 +87,8 @@ def test_the_sector_model_is_the_plant(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(FILES))
-def test_the_page_has_a_row_and_a_picture_for_every_plant(name: str) -> None:
-    assert f"tests/gallery/plants/{name}.toml)" in PAGE
-    assert f"![{name_of(FILES[name])}](figures/gallery/{name}.svg)" in PAGE
-    assert (HERE.parents[1] / f"docs/figures/gallery/{name}.svg").is_file()
+def test_the_page_has_a_row_for_every_plant(name: str) -> None:
+    assert f"| [{name_of(FILES[name])}](../tests/gallery/plants/{name}.toml) |" in PAGE
 
 
 def test_an_input_that_enters_by_its_cube_has_one_gain_for_all_rules() -> None:

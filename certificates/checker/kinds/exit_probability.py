@@ -22,8 +22,29 @@ inequality, from V(0) <= v0,
 The matrix is affine in (A, D, S), and tr(S'PS) is convex in S.  So the tested blends suffice, for
 all weights that do not depend on future noise.  {V <= 1} must lie in the model's box.  Noise is not
 bounded, so it must have no range in the box and occur in no premise; the plant is affine in it.
-If S differs between the rules, the stochastic integral is that of Ito.  Theorem and proof:
-docs/plant-theorems.md.
+If S differs between the rules, the stochastic integral is that of Ito.
+
+Proof.  By Schur's complement the matrix says, for all x and |d_k| <= 1,
+
+    x'(A'P + PA)x + 2 x'PDd + 2k |S'Px|^2 <= -aV + sum b_k d_k^2 <= -aV + sum b_k.
+
+Ito's formula gives f the drift
+
+    k f [x'(A'P + PA)x + 2 x'PDd + tr(S'PS) + 2k |S'Px|^2] <= k f (c - aV) = g(V).
+
+g has the derivative k exp(kV) (k (c - aV) - a), positive below V* = c/a - 1/k and negative above.
+So g <= g(V*) = a exp(k c/a - 1) everywhere; where k c <= a, V* <= 0 and g <= g(0) = k c for
+V >= 0.  Let tau be the first time with V = 1.  Until tau the process is in the box, so its equation
+holds.  N_t = f(x(t ^ tau)) + m (T - t ^ tau), where ^ is the lesser of two, has a drift of at most
+0, and the integrand of its stochastic integral, 2k f x'PS, is bounded until tau: N is a
+supermartingale, and N >= f > 0.  Where tau <= T it reaches at least exp(k).  By Ville's inequality
+P(sup N >= exp(k)) <= E N_0 / exp(k), and E N_0 <= exp(k v0) + m T.
+
+The theorem is about every process with this equation.  There is one where weights and d are
+functions of state and time that are locally Lipschitz in the state: the coefficients have Lipschitz
+extensions outside {V <= 1}, and the solution is strong and unique up to tau.  Where they are only
+continuous there are weak solutions, and the bound holds for each.  A blend of pairs of rules has
+the same weights for A, D and S.
 
 Evidence: ``disturbance`` as in ``disturbance_channel``; for each disturbance ``noise``, the root of
 its intensity (two-sided spectral density), and ``disturbance_bounds`` (left out where all are 0);
@@ -31,7 +52,8 @@ its intensity (two-sided spectral density), and ``disturbance_bounds`` (left out
 ``start`` = v0, ``horizon`` = T, ``probability`` = p.
 
 Source: Kushner (1967), Stochastic Stability and Control, chapter 3 (recalled), for the bound by a
-supermartingale; Ville (1939) for the inequality.
+supermartingale; Ville (1939) and Doob (1953) for the inequality.  The matrix with d, and m, are
+derived here.
 """
 
 from __future__ import annotations

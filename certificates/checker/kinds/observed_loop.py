@@ -22,8 +22,12 @@ e' = f(x, u) - f(xhat, u) - L (y - yhat).
 P > 0, and the decrease of ``decay`` with P of order 2n along every blend and every k.  On
 {z'Pz <= c}: every x_k keeps its range; so does xhat_k where the weights are at the estimate, since
 both points and the segment between them have to be in the box; every u_k keeps its range for every
-gain.  V falls on the whole boundary, so no motion leaves the set; on the set the model is equal to
-the plant.
+gain.  Then no motion leaves {z'Pz <= c}, V falls as e^(-2 alpha t), and x and xhat converge to the
+rest.  Proof: while x (with weights at the estimate x and xhat) is in the box and u in its range, z'
+is a mean of the matrices above, so V' <= -2 alpha V.  At a first time on the boundary of the set V
+would have to grow, but there it falls.  So z stays in the set, where x, xhat and u are in the
+ranges in which the model is equal to the plant.  In discrete time V(z+) <= e^(-2 alpha T) V(z)
+keeps z in the set at every step.
 
 Evidence: ``P``, ``level`` c, ``decay_rate`` alpha [1/s], and ``input_limits``, bounds on |u_k| that
 are claimed besides the ranges; L is the law's (``gains.observer``).

@@ -23,6 +23,15 @@ Between samples xi'Q xi <= rho^2 c < c where V(x(t_k)) <= c.  So a state with |x
 model's box does not reach b if c e_m e_m' <= b^2 P_l for every l, and the model equals its plant at
 all times.  alpha = 0 claims that V decreases, without a rate.  P > 0 follows from "sample".
 
+Proof.  While the plant is in its box, xi' = M xi with M in the hull of the M_i.  The left side of
+"flow" is minus the l-th Bernstein coefficient of Q'(s) + T (Q M_i + M_i'Q).  Bernstein polynomials
+are not negative, so that sum is <= 0 on [0, 1]; it is affine in M, and d/dt xi'Q xi <= 0.  At the
+sample xi = L x(t_k) with L in the hull of the L_j.  As P_0 >= 0, |P_0^(1/2) L x|^2 is convex in L,
+so that xi'Q(0) xi < rho^2 V(x(t_k)) unless x = 0.  In between Q(s) is a mean of the P_l, so that
+x_m^2 < b^2.  If there was a first time at which the plant reached the boundary of its box, the
+inequalities would hold until then, and it would be inside.  The input is constant and
+V(x(t_k)) <= c, so it keeps its range.
+
 Evidence: ``sample_time`` T, ``P``, ``level`` c, ``decay_rate`` alpha, ``functions`` P_0 ... P_d.
 
 Source: derived here.  Functions of the time since the last sample: Briat (2013), Automatica 49(11),

@@ -10,9 +10,11 @@ variable with the range [c - r, c + r].  Two kinds are proved here, before anyth
 
        |Y F(c)|_i + sum_k |I - Y F'|_ik r_k < r_i   for every i.
 
-   Then s - Y F(s) maps the balls into themselves and is a contraction there.  It has one fixed
-   point, at which Y F = 0.  Y is regular, because |I - Y F'| < 1 in the norm max |s_i| / r_i; so F
-   vanishes there.
+   Then F has exactly one zero in the balls.  Proof: g(s) = s - Y F(s) has the slopes I - Y F'.  By
+   the mean value theorem |g(s) - c|_i is at most the left side.  So g maps the balls into
+   themselves, and it is a contraction in the norm max |s_i| / r_i.  It has one fixed point, at
+   which Y F = 0.  Y is regular, because |I - Y F'| < 1 in that norm; so F vanishes there.  The
+   other rows vanish by algebra, so the plant rests.
 
 In F the numbers of kind 1 are replaced by the expressions that they equal.
 

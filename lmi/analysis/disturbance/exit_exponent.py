@@ -12,7 +12,7 @@ k (1 - c/a) = (1 - c/a) / (2 kappa) is a quotient of affine functions: Dinkelbac
 max (1 - c/a) - 2 r kappa for the best r so far, a few times.  The LMIs are affine in
 (P, b, c, kappa) at a fixed rate a; a is found by a search along a line.
 
-Source: the inequality is derived in docs/plant-theorems.md; Dinkelbach (1967), Management Science
+Source: the inequality is that of docs/plant-theorems.md; Dinkelbach (1967), Management Science
 13, On nonlinear fractional programming.
 """
 
