@@ -93,9 +93,7 @@ def test_the_answer_says_whose_objective_has_no_bound(
     if form == "problem":
         lmi = affine([-1], lambda x: symmetric(x[0], 1, 2))
     else:
-        lmi = affine(
-            [1, 1], lambda x: symmetric(x[0], 1, x[1]), lambda x: [[1 - x[0] - x[1]]]
-        )
+        lmi = affine([1, 1], lambda x: symmetric(x[0], 1, x[1]), lambda x: [[1 - x[0] - x[1]]])
     path, out = tmp_path / f"p{ending}", tmp_path / "certificate.json"
     WRITERS[ending](lmi, path)
 
