@@ -144,16 +144,19 @@ def plant_of_text(path: Path, text: str) -> Plant:
 
 
 def asked_text(stem: str, text_of: Callable[[Options], str]) -> str:
-    """Return the text of the plant that is asked for, as soon as it is one.
+    """Return the text of the plant that is asked for; without states, of the template.
 
     Parameters
     ----------
     text_of : the text of options; raises ModelError where they are no plant.
     """
+    names = _ask("Names of the states, with spaces between them [an example to change]:", _names)
+    if not names:
+        return text_of(TEMPLATE)
     answers: dict[str, Any] = {"name": _ask(f"Name of the plant [{stem}]:", str)}
-    for what in ("state", "input"):
-        names = _ask(f"Names of the {what}s, with spaces between them:", _names)
-        answers[what] = [_variable(name) for name in names]
+    answers["state"] = [_variable(name) for name in names]
+    names = _ask("Names of the inputs, with spaces between them:", _names)
+    answers["input"] = [_variable(name) for name in names]
     print("Equations; a name that is neither state nor input becomes a parameter")
     states = [variable_entry(text)[0] for text in answers["state"]]
     answers["equation"] = [f"{n} = " + _ask(f"  {n}' =", _expression) for n in states]

@@ -128,7 +128,7 @@ def test_a_plant_in_discrete_time_without_units() -> None:
 def test_questions_at_a_terminal_give_the_same_file(answers: Callable[[str], list[str]]) -> None:
     """An answer that cannot be read is asked again, and so is what does not fit in the end."""
     asked = answers(
-        "\ntheta omega\ndeg\n-60 60\n-60..60\n\nrad/s\n-4..4\n\ntau\nNm\nN m\n-20..20\n0\nomega\n"
+        "theta omega\n\ndeg\n-60 60\n-60..60\n\nrad/s\n-4..4\n\ntau\nNm\nN m\n-20..20\n0\nomega\n"
         "(m*g*l*sin(theta) + tau)/(m*l^2\n(m*g*l*sin(theta) + tau)/(m*l^2)\n"
         "9.81\n500 mm\n2 kg\ng = 9.81 m/s^2\n"
     )
@@ -145,24 +145,31 @@ def test_questions_at_a_terminal_give_the_same_file(answers: Callable[[str], lis
 def test_an_end_of_the_input_writes_nothing(
     answers: Callable[[str], list[str]], capsys: Capture
 ) -> None:
-    answers("\ntheta omega\ndeg\n")
+    answers("theta omega\n\ndeg\n")
 
     assert main(["new", "a.toml"]) == 2
     assert "the input ended at" in capsys.readouterr().err
     assert not Path("a.toml").exists()
 
 
+def test_enter_at_the_first_question_gives_an_example(answers: Callable[[str], list[str]]) -> None:
+    asked = answers("\n")
+
+    assert main(["new", "a.toml"]) == 0
+    assert len(asked) == 1 and plant_of("a.toml").name == "Pendulum with a motor"
+
+
 def test_nothing_is_written_where_nothing_is_changed(
     answers: Callable[[str], list[str]], capsys: Capture
 ) -> None:
-    answers("\nx\n-\n\n\n\nk*x\n2 kg\n\n")
+    answers("x\n\n-\n\n\n\nk*x\n2 kg\n\n")
 
     assert main(["new", "a.toml"]) == 2
     assert "has the unit" in capsys.readouterr().err and not Path("a.toml").exists()
 
 
 def test_units_may_be_left_out_in_the_end(answers: Callable[[str], list[str]]) -> None:
-    answers("\nx\n-\n\n\n\n-k*x\n2 kg\nno units\n")
+    answers("x\n\n-\n\n\n\n-k*x\n2 kg\nno units\n")
 
     assert main(["new", "a.toml"]) == 0
     assert plant_of("a.toml").units == "unchecked"
