@@ -92,7 +92,7 @@ def test_a_certificate_of_another_version_is_refused(
         line = told(command, capsys)
         assert line == (
             f"Error: {file}: a certificate of version {version}; this checker reads version 1: "
-            "use the takagi that wrote it, or make it again with 'takagi certify'"
+            "use the takagi that wrote it, or make it again by certify"
         )
 
 

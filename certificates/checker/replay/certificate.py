@@ -78,12 +78,11 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
     """Refuse another format or version, and parts that are not those of the hashes."""
     if text(data, "format", "certificate") != FORMAT:
         raise CertificateError(f"{path}: the format is not {FORMAT!r}")
-    version = integer(data, "version", "certificate")
-    if version != VERSION:
-        raise CertificateError(
+    if (version := integer(data, "version", "certificate")) != VERSION:
+        words = (
             f"{path}: a certificate of version {version}; this checker reads version {VERSION}: "
-            "use the takagi that wrote it, or make it again with 'takagi certify'"
         )
+        raise CertificateError(words + "use the takagi that wrote it, or make it again by certify")
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
     # A hash detects accidental changes; a controller without a claim may have no hash.
     hashed = ["model", "gains", "claims"]
