@@ -91,7 +91,7 @@ def test_a_certificate_of_another_version_is_refused(
     for command in (["check", file], ["export", file, "--coq", str(tmp_path / "proof.v")]):
         line = told(command, capsys)
         assert line == (
-            f"Error: {file}: a certificate of version {version}; this checker reads version 1: "
+            f"Error: {file}: a certificate of version {version}; this checker reads 1: "
             "use the takagi that wrote it, or make it again by certify"
         )
 

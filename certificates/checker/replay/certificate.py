@@ -79,9 +79,7 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
     if text(data, "format", "certificate") != FORMAT:
         raise CertificateError(f"{path}: the format is not {FORMAT!r}")
     if (version := integer(data, "version", "certificate")) != VERSION:
-        words = (
-            f"{path}: a certificate of version {version}; this checker reads version {VERSION}: "
-        )
+        words = f"{path}: a certificate of version {version}; this checker reads {VERSION}: "
         raise CertificateError(words + "use the takagi that wrote it, or make it again by certify")
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
     # A hash detects accidental changes; a controller without a claim may have no hash.
