@@ -85,7 +85,7 @@ TARGETS = (
         "matlab.target",
         "MATLAB, Simulink and Octave: the law as functions, gains and matrices as a struct",
     ),
-    Target("csv", "tables", "spreadsheets: a file for each table, with units"),
+    Target("csv", "target_text", "spreadsheets: a file for each table, with units"),
 )
 
 
