@@ -2,10 +2,10 @@
 
 Run it by ``python benchmarks/gallery.py``: some minutes.  It designs every plant file in
 tests/gallery/plants by ``takagi design FILE``, simulates what was found with the plants read anew
-(tests/gallery/textbook_loop.py), and writes docs/gallery-table.md.  Names of files as arguments print the
-rows of these plants alone and leave the page; with ``--rows`` before them their rows are written
-too, and the other rows stay as they are on the page.  ``--turbines`` alone
-designs and simulates the wind turbines of tests/gallery/turbines, and writes their rows.
+(tests/gallery/textbook_loop.py), and writes docs/gallery-table.md.  Names of files as arguments
+print the rows of these plants alone and leave the page; with ``--rows`` before them their rows are
+written too, and the other rows stay as they are on the page.  ``--turbines`` alone designs and
+simulates the wind turbines of tests/gallery/turbines, and writes their rows.
 """
 
 from __future__ import annotations
