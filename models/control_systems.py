@@ -281,15 +281,10 @@ def _require_names(point: Mapping[str, float], names: Mapping[str, float]) -> No
 def law_system(law: PdcLaw | Law | SampledLaw) -> control.NonlinearIOSystem:
     """Return a law as a nonlinear system, SI units.
 
-    ==================  ============================  ==========================  ================
-    law                 states                        inputs                      outputs
-    ==================  ============================  ==========================  ================
-    ``PdcLaw``          none                          the plant's states          its inputs
-    of a turbine        the law's                     rotor_speed, pitch,         torque,
-                                                      wind_estimate               pitch_reference
-    ``SampledLaw``      the law's, torque_sent,       the same                    the same
-                        pitch_sent
-    ==================  ============================  ==========================  ================
+    - ``PdcLaw``: no states; its inputs are the plant's states, its outputs the plant's inputs.
+    - ``Law`` of a turbine: the law's states; inputs rotor_speed, pitch, wind_estimate; outputs
+      torque, pitch_reference.
+    - ``SampledLaw``: the law's states, torque_sent, pitch_sent; inputs and outputs as ``Law``.
 
     A ``SampledLaw``, and a ``PdcLaw`` in discrete time, are systems in discrete time.
 

@@ -173,22 +173,30 @@ def asked_text(stem: str, text_of: Callable[[Options], str]) -> str:
 
 def _changed(answers: dict[str, Any]) -> bool:
     """Ask for what is to be changed, and change it; return False where nothing is."""
+
+    def kind_of(text: str) -> str:
+        name = text.partition("=")[0].strip()
+        for what in ("state", "input"):
+            if name in [READERS[what](t)[0] for t in answers[what]]:
+                return what
+        return "equation" if name.endswith("'") else "parameter"
+
+    def readable(text: str) -> str:
+        if text not in ("", "no units"):
+            READERS[kind_of(text)](text)
+        return text
+
     text = _ask(
         'What is right, such as "g = 9.81 m/s^2" or "theta\' = omega", or "no units" to leave '
         "them uncompared (Enter: write nothing):",
-        str,
+        readable,
     )
     if text == "no units":
         answers["no_units"] = True
-        return True
-    name = text.partition("=")[0].strip()
-    kind = "equation" if name.endswith("'") else "parameter"
-    for what in ("state", "input"):
-        if name in [READERS[what](t)[0] for t in answers[what]]:
-            kind = what
-    name = name.rstrip("'")
-    rows = {READERS[kind](t)[0]: t for t in answers[kind]}
-    answers[kind] = list((rows | {name: text}).values())
+    elif text:
+        kind = kind_of(text)
+        rows = {READERS[kind](t)[0]: t for t in answers[kind]}
+        answers[kind] = list((rows | {READERS[kind](text)[0]: text}).values())
     return bool(text)
 
 
@@ -208,8 +216,12 @@ def _parameters(answers: Options) -> list[str]:
     unknown = {t.text for t in tokens if t.kind == "name"} - known - RESERVED
 
     def asked(name: str) -> str:
-        question = f"  {name}, such as 2 kg, 0.9..1.1 kg or 0.1*sqrt(k*m) ="
-        return _ask(question, lambda text: parameter_entry(f"{name} = {text}") and text)
+        def readable(text: str) -> str:
+            if not text:
+                raise ModelError(f"nothing was given; {name} needs a value, such as 2 kg")
+            return text if parameter_entry(f"{name} = {text}") else ""
+
+        return _ask(f"  {name}, such as 2 kg, 0.9..1.1 kg or 0.1*sqrt(k*m) =", readable)
 
     return [f"{name} = {asked(name)}" for name in sorted(unknown)]
 

@@ -136,6 +136,7 @@ _ADVICE = {
     "Hz": "it may mean 1/s or 2 pi rad/s: write '1/s' or 'rad/s'",
     "Nm": "write 'N m'",
     "degC": "temperatures are in K, counted from 0 K",
+    "°C": "temperatures are in K, counted from 0 K",
     "°": "write 'deg'",
     "sec": "write 's'",
     "1": "a pure number has the unit '-'",
@@ -168,7 +169,7 @@ def parse_unit(text: str) -> Unit:
     tops = [] if above == "1" and slash else _factors(text, above)
     if below.startswith("(") and below.endswith(")"):
         below = below[1:-1]
-    elif len(below.split()) > 1 or "*" in below.replace("**", ""):
+    elif len(below.split()) > 1 or "*" in below.replace("**", "") or "/" in below:
         raise ModelError(f"unit {text!r}: what is divided by? put it in brackets, e.g. 'W/(m^2 K)'")
     bottoms = _factors(text, below) if slash else []
     return _combined(text, [*tops, *((name, -power) for name, power in bottoms)])
@@ -237,7 +238,10 @@ def _refused(text: str, word: str) -> ModelError:
     advice = _ADVICE.get(word)
     if advice is None:
         prefixes = ", ".join(_PREFIXES)
-        suggestion = did_you_mean(word, names)
+        power = re.fullmatch(r"([A-Za-z]+)(\d)", word, re.ASCII)
+        suggestion = (
+            f" (did you mean '{power[1]}^{power[2]}'?)" if power else did_you_mean(word, names)
+        )
         advice = f"known are {', '.join(names)}, with {prefixes} before them, and '-'{suggestion}"
     word_text = "" if word == text.strip() else f": {word!r}"
     return ModelError(f"unit {text!r}{word_text} is not known; {advice}")

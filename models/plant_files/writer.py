@@ -38,7 +38,7 @@ DESIGN = """\
 # [design]
 # settle = "2 s"             # or decay_rate = 2.0, in 1/s
 # effort = "small"           # or "large"
-# initial = { %s = 1 }  # half-widths of a box of starts from which the limits are kept
+# initial = { %s = %s }  # half-widths of a box of starts from which the limits are kept
 """
 
 
@@ -72,7 +72,9 @@ def entries_text(entries: Mapping[str, Any], heading: Sequence[str] = ()) -> str
         lines += ["", *([f"# {comment}"] if comment else []), f"[{section}]"]
         lines += [f"{key} = {_toml(value)}" for key, value in rows.items()]
     if "design" not in entries:
-        lines += ["", (DESIGN % next(iter(entries["states"]))).rstrip()]
+        name, first = next(iter(entries["states"].items()))
+        low, high = first.get("range", (-2, 2))
+        lines += ["", (DESIGN % (name, f"{float(high - low) / 4:.2g}")).rstrip()]
     return "\n".join(lines) + "\n"
 
 

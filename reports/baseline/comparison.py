@@ -147,7 +147,11 @@ def summary_changes(
     old: Sequence[SummaryRow], new: Sequence[SummaryRow]
 ) -> tuple[SummaryChange, ...]:
     """Return the rows of two designs' summaries that differ, in the order of the new one."""
-    before, after = ({row.name: row.text for row in rows} for rows in (old, new))
+    # A law has a row of gains for each input, all of one name.
+    before, after = (
+        {row.name: "; ".join(r.text for r in rows if r.name == row.name) for row in rows}
+        for rows in (old, new)
+    )
     return tuple(
         SummaryChange(name, before.get(name, ""), after.get(name, ""))
         for name in {**after, **before}

@@ -84,6 +84,7 @@ def notes(found: PlantSimulation) -> list[str]:
         *_ends(found),
         *_starts(found),
         *_covered(found),
+        *_unsettled(found),
         "Settled: from then on within 2 % of the largest deviation. A simulation proves nothing.",
     ]
 
@@ -101,6 +102,17 @@ def as_markdown(found: PlantSimulation, *, figures: Sequence[str]) -> str:
     for name in figures:
         lines += [f"![{name}]({name})", ""]
     return "\n".join(lines)
+
+
+def _unsettled(found: PlantSimulation) -> list[str]:
+    # Noise and disturbances may keep a motion from settling for ever.
+    short = [m for m in found.motions if m.whole and np.isnan(settling_time(m, SETTLED))]
+    if not short or found.scenario.disturbances or found.scenario.noise:
+        return []
+    return [
+        f"{len(short)} of {len(found.motions)} runs had not settled at their end, after "
+        f"{max(m.time[-1] for m in short):.4g} s; --duration SECONDS makes them longer."
+    ]
 
 
 def _outside(found: PlantSimulation) -> list[str]:

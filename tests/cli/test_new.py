@@ -168,6 +168,18 @@ def test_nothing_is_written_where_nothing_is_changed(
     assert "has the unit" in capsys.readouterr().err and not Path("a.toml").exists()
 
 
+def test_an_answer_that_cannot_be_read_is_asked_again(
+    answers: Callable[[str], list[str]], capsys: Capture
+) -> None:
+    """Neither a value that is left out nor a correction without a name loses the answers."""
+    answers("\nx\n-\n\n\n\n-k*x\n\n2 kg\n2 1/s\nk = 2 1/s\n")
+
+    assert main(["new", "a.toml"]) == 0
+    told = capsys.readouterr().err
+    assert "k needs a value" in told and '"m = 2 kg" is the form' in told
+    assert plant_of("a.toml").parameters[0].written == "1/s"
+
+
 def test_units_may_be_left_out_in_the_end(answers: Callable[[str], list[str]]) -> None:
     answers("x\n\n-\n\n\n\n-k*x\n2 kg\nno units\n")
 

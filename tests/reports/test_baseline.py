@@ -308,6 +308,9 @@ def test_rows_of_two_summaries_that_differ_are_shown() -> None:
         ("margins", "", "60 deg"),
         ("input", "1 V", ""),
     ]
+    law = [SimpleNamespace(name="gains", text=t) for t in ("u = -x", "v = -2 x", "v = -3 x")]
+    (gains,) = summary_changes(cast(Any, law[:2]), cast(Any, law[::2]))
+    assert (gains.old, gains.new) == ("u = -x; v = -2 x", "u = -x; v = -3 x")
     assert "settles: 2 s -> 1 s" in as_text(compared, source="old")
     assert "settles: 2 s -> 1 s" in as_markdown(compared, source="old")
     assert as_data(compared)["summary"][2] == {"name": "input", "old": "1 V", "new": ""}
