@@ -136,12 +136,13 @@ SQUARE = {
 }
 
 
-def require(**entry: Any) -> None:
+def require(*kinds: str, K: Any = (1, 2), **entry: Any) -> None:
     """Compare the replacement g (1 - x^2/6) of g sin(x)/x, with other parts of its entry."""
     own = {"of": "x", "within": 1e-4, "formula": "g - g*x^2/6", **entry}
-    whole = {"model": SQUARE, "gains": {"premises": PREMISES}, "own": {"removable": {"z": [own]}}}
+    gains = {"premises": PREMISES, "K": [[[k]] for k in K]}
+    whole = {"model": SQUARE, "gains": gains, "own": {"removable": {"z": [own]}}}
     read = read_text(json.dumps(whole), "certificate")
-    require_premises(read["model"], read["gains"], read["own"])
+    require_premises(read["model"], read["gains"], read["own"], kinds)
 
 
 @pytest.mark.parametrize(
@@ -174,6 +175,15 @@ def test_parts_of_another_type_are_refused_and_do_not_crash(removable: Any, law:
     read = read_text(json.dumps({"model": SQUARE, "law": law, "own": removable}), "certificate")
     with pytest.raises(CertificateError):
         require_premises(read["model"], read["law"], {"removable": read["own"]})
+
+
+def test_a_region_of_a_polynomial_loop_has_no_replaced_premise() -> None:
+    """Between its ends a formula may be another: the region is that of the premise alone."""
+    require("decay", K=[1, 2])
+    require("attraction-region", K=[1, 1])
+    require("attraction-region", K=[1])
+    with pytest.raises(OtherGains, match="z is replaced near a point, and the claim attraction-"):
+        require("decay", "attraction-region", K=[1, 2])
 
 
 @pytest.mark.parametrize("within", [0.1001, 1.0, 1e6, -1e-9])
