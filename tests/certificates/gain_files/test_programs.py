@@ -12,6 +12,7 @@ import pytest
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.controller import content
+from takagi.certificates.checker.controller.plant_program import plant_program
 from takagi.certificates.checker.controller.turbine_content import _rotor
 from takagi.certificates.checker.files import gain_file
 from takagi.certificates.checker.files.replacements import require_premises
@@ -134,6 +135,30 @@ SQUARE = {
         "B": [["1"]],
     },
 }
+
+
+@pytest.mark.parametrize(
+    ("states", "inputs", "name"),
+    [
+        (["b_c", "c"], ["a", "a_b"], "K_a_b_c"),
+        (["b_rest", "K_a_b"], ["a"], "K_a_b_rest"),
+        (["x", "x_rest_"], ["u"], ""),
+    ],
+)
+def test_no_name_of_a_program_has_two_meanings(
+    states: list[str], inputs: list[str], name: str
+) -> None:
+    """K_a_b_c is the gain of a on b_c, and of a_b on c: the program had one value for both."""
+    labels = ([f"{name} [-]" for name in names] for names in (states, inputs))
+    model = dict(zip(("state_names", "input_names"), labels, strict=True))
+    K = [[[f"{i + 1}.{j + 1}" for j in range(len(states))] for i in range(len(inputs))]]
+    law = {"name": "pdc", "sample_time": None, "K": K}
+    if name:
+        with pytest.raises(CertificateError, match=f"one name, {name}, for two quantities"):
+            plant_program(model, law, {})
+        return
+    values = [entry["value"] for entry in plant_program(model, law, {})["names"].values()]
+    assert len(values) == len(set(values)) == len(states) * (1 + len(inputs)) + len(inputs)
 
 
 def require(*kinds: str, K: Any = (1, 2), **entry: Any) -> None:
