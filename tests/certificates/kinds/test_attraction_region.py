@@ -19,7 +19,7 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.checker.words.figure import Figure
 from takagi.certificates.coq.coq_export import coq_file
 from takagi.certificates.cross_check.comparison import cross_checked
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.certificates.requests import AttractionRegion
 from takagi.lmi import StatePolynomial
 from takagi.lmi.sums_of_squares.attraction_set import multipliers
@@ -405,6 +405,58 @@ def test_gains_on_a_premise_that_jumps_have_no_region(premise: str, words: str) 
 
     assert [c.verdict.name for c in checked.claims] == ["PROVED", "UNDECIDED"]
     assert words in checked.claims[1].text
+
+
+def in_samples(data: Data) -> None:
+    for part in ("model", "gains"):
+        data[part]["sample_time"] = 1
+
+
+def negative_mass(data: Data) -> None:
+    """-x' = -x - x^3 + u: the motion backwards."""
+    data["model"]["mass"] = [["-1"]]
+    for letter in ("A", "B", "E"):
+        rows = data["model"]["embedding"][letter]
+        data["model"]["embedding"][letter] = [[f"-({entry})" for entry in row] for row in rows]
+
+
+def uncertain(data: Data) -> None:
+    """x' = (w - 1) x - x^3 + u with w up to 9, which no law knows."""
+    model, law = data["model"], data["gains"]
+    model["equations"] = ["-x - x^3 + u + w*x"]
+    model["disturbances"][0] |= {"range": [-1, 9], "unknown": True}
+    premises = [{"name": "square", "expression": "x^2", "lower": 0, "upper": 1, "unit": "-"}]
+    premises += [{"name": "factor", "expression": "w", "lower": -1, "upper": 9, "unit": "-"}]
+    model["embedding"] |= {"premises": premises, "A": [["-1 - square + factor"]], "E": [["0"]]}
+    law |= {"premises": premises, "K": [[[1.0]]] * 4}
+    law.pop("rules", None)
+
+
+def other_weights(data: Data) -> None:
+    data["gains"]["premises"][0]["upper"] = 2
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        None,
+        of_claim(box=[[-1, 1.1]]),
+        of_claim(box=[[-1.1, 1]]),
+        in_samples,
+        negative_mass,
+        uncertain,
+        other_weights,
+    ],
+)
+def test_each_condition_on_plant_law_and_box_is_needed(change: Change | None) -> None:
+    """The embedding is proved each time, so that the region's conditions alone refuse."""
+    data = plant_document(cubic(), line(0.9, 1, box=[[-1, 1]]), [[[1.0]], [[1.5]]])
+    data = json.loads(dumps(data))
+    if change is not None:
+        change(data)
+    expected = "PROVED" if change is None else "UNDECIDED"
+
+    assert verdicts(resealed(data)) == ["PROVED", expected]
 
 
 @pytest.mark.parametrize("gains", [[], "K", 1, True, {}])
