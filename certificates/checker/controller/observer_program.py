@@ -27,7 +27,6 @@ from takagi.certificates.checker.controller.language import (
     Item,
     keep,
     names_in,
-    program,
     read,
     step,
 )
@@ -149,8 +148,7 @@ class _ObserverWriting(PlantWriting):
             self.integral(
                 {**reference, "follow": _known(reference, outputs, direct, names)}, inputs, states
             )
-        return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
-                       sends=self.sends)  # fmt: skip
+        return self.finished()
 
     def sent(self, u: Any) -> str:
         """Write the limited command and its deviation; return the name of the deviation."""

@@ -42,6 +42,22 @@ def plant_program(model: Any, law: Any, controller: Any, *, called: bool = False
     return PlantWriting(model, law, controller, called=called).whole()
 
 
+class _Names(dict[str, tuple[str, str]]):
+    """Name -> (path, unit); a name has one path."""
+
+    def __setitem__(self, name: str, value: tuple[str, str]) -> None:
+        if self.get(name, value) != value:
+            raise _two_meanings(name)
+        super().__setitem__(name, value)
+
+
+def _two_meanings(name: str) -> CertificateError:
+    return CertificateError(
+        f"the program would have one name, {name}, for two quantities: it joins names of the plant "
+        "by '_'; give a state, input or output another name"
+    )
+
+
 class PlantWriting:
     """The parts of a plant's program as they are written."""
 
@@ -52,7 +68,7 @@ class PlantWriting:
         self.references = law.get("references", [])
         self.integrators = {i["rate"]: i["state"] for i in law.get("integrators", [])}
         self.taken = _plant_names(model, law)
-        self.names: dict[str, tuple[str, str]] = {}
+        self.names = _Names()
         self.reads: list[Item] = []
         self.steps: list[Item] = []
         self.keeps: list[Item] = []
@@ -85,6 +101,22 @@ class PlantWriting:
             self.actuators()
         for reference in self.references:
             self.integral(reference, inputs, variables)
+        return self.finished()
+
+    def finished(self) -> Item:
+        """Return the program of these parts.
+
+        Raises
+        ------
+        CertificateError : two of them have one name, as K_a_b_c of input a and state b_c has, and
+            of input a_b and state c.
+        """
+        assigned = [*self.names, *(s["set"] for s in self.steps), *(k["name"] for k in self.keeps)]
+        taken = {r["name"] for r in self.reads}
+        for name in assigned:
+            if name in taken:
+                raise _two_meanings(name)
+            taken.add(name)
         return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
                        sends=self.sends)  # fmt: skip
 

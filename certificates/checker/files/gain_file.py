@@ -67,7 +67,8 @@ def compare_gains(data: dict[str, Any], gains: Path | str, *, allow_old: bool = 
         # Imported here: most laws have no premise that is 0/0 somewhere.
         from takagi.certificates.checker.files.replacements import require_premises
 
-        require_premises(data["model"], data.get("gains"), controller)
+        kinds = [claim.get("kind") for claim in data["claims"]]
+        require_premises(data["model"], data.get("gains"), controller, kinds)
     not_compared = left_out(file, expected, data)
     if not_compared and not allow_old:
         raise OtherGains(

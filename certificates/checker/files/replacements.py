@@ -10,11 +10,14 @@ do not determine it: it is in the certificate's member ``controller``.  So it is
 
 An ``of`` that is not a variable, and a formula with functions of programs alone, such as
 ``choose``, are compared by the first condition only.
+
+A claim about the polynomial that the law's gains are in the states (``attraction-region``) holds
+for no other weights: beside it no premise of gains that differ is replaced.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -25,15 +28,23 @@ from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.expression import read_expression
 from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
 
+EXACT = "attraction-region"
 SHARE, CLOSE = Fraction(1, 10), Fraction(1, 10**6)
 
 
-def require_premises(model: Any, law: Any, controller: Mapping[str, Any]) -> None:
+def require_premises(
+    model: Any, law: Any, controller: Mapping[str, Any], kinds: Collection[str] = ()
+) -> None:
     """Refuse a replacement formula that does not agree with its premise.
+
+    Parameters
+    ----------
+    kinds : of the certificate's claims.
 
     Raises
     ------
-    OtherGains : ``within`` reaches too far, or the formula has another value.
+    OtherGains : ``within`` reaches too far, the formula has another value, or a claim of ``kinds``
+        is about the premise alone.
     CertificateError : an entry is malformed.
     """
     replacements = controller.get("removable") or {}
@@ -41,6 +52,12 @@ def require_premises(model: Any, law: Any, controller: Mapping[str, Any]) -> Non
         return
     try:
         _require_all(replacements, model, law)
+        replaced = sorted({p["name"] for p in law.get("premises", ())} & set(replacements))
+        if EXACT in kinds and replaced and any(gain != law["K"][0] for gain in law["K"]):
+            raise OtherGains(
+                f"controller.removable: {', '.join(replaced)} is replaced near a point, and the "
+                f"claim {EXACT} is about the law without replacements"
+            )
     except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as error:
         if isinstance(error, CertificateError):
             raise

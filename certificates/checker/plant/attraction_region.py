@@ -66,6 +66,7 @@ from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.plant_claim import PlantClaim
 from takagi.certificates.checker.plant.polynomial import Monomial, Polynomial, Ring
+from takagi.certificates.checker.plant.quotient_form import jumps, with_signs
 from takagi.certificates.checker.plant.reading import PlantNodes, Premise
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.checker.plant.trim import compared_trim
@@ -231,17 +232,17 @@ def polynomial_loop(plant: PlantNodes, model: Any, gains: Any) -> PolynomialLoop
 
     Raises
     ------
-    CertificateError : gains of another model, another trim.
+    CertificateError : gains that are no law, or one of another model, or with another trim.
     Refused : the loop is no polynomial with rational coefficients on the box.
     """
     if plant.sample_time is not None or plant.mass is not None:
         raise Refused("a plant in continuous time without a mass matrix is needed")
     if plant.balls or any(v.unknown for v in plant.disturbances):
         raise Refused("parameters and rests that are decimals are needed, and none is uncertain")
-    if gains is not None and {"observer", "blending", "references"} & gains.keys():
-        raise Refused("a law of the states alone is needed, without a state of its own")
     if compared_trim(plant, gains):
         raise Refused("the law's trim has to be the plant's rest exactly")
+    if gains is not None and {"observer", "blending", "references"} & gains.keys():
+        raise Refused("a law of the states alone is needed, without a state of its own")
     g = plant.graph
     at_rest = {v.symbol: g.constant(0) for v in plant.disturbances}
     commands = [g.constant(0)] * len(plant.inputs)
@@ -275,6 +276,11 @@ def _blended(plant: PlantNodes, premises: Sequence[Premise], values: Sequence[Fr
     """Return the node of sum_i h_i values_i; the last premise changes first.
 
     A premise on which the values do not depend does not occur in it.
+
+    Raises
+    ------
+    Refused : another premise jumps, as |v|/v: where v = 0 the law has any value of it, and a
+        product of such premises, which algebra takes for 1 or v^2, has others.
     """
     g = plant.graph
     if not premises:
@@ -286,6 +292,8 @@ def _blended(plant: PlantNodes, premises: Sequence[Premise], values: Sequence[Fr
     low, high = (_blended(plant, others, part) for part in (values[:half], values[half:]))
     if low == high:
         return low
+    if jumps(g, with_signs(g, first.node)):
+        raise Refused(f"the gains depend on premise {first.name}, which jumps")
     width = g.constant(first.upper - first.lower)
     weight = g.divide(g.subtract(first.node, g.constant(first.lower)), width)
     return g.add(low, g.multiply(weight, g.subtract(high, low)))

@@ -12,6 +12,7 @@ import pytest
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.controller import content
+from takagi.certificates.checker.controller.plant_program import plant_program
 from takagi.certificates.checker.controller.turbine_content import _rotor
 from takagi.certificates.checker.files import gain_file
 from takagi.certificates.checker.files.replacements import require_premises
@@ -136,12 +137,37 @@ SQUARE = {
 }
 
 
-def require(**entry: Any) -> None:
+@pytest.mark.parametrize(
+    ("states", "inputs", "name"),
+    [
+        (["b_c", "c"], ["a", "a_b"], "K_a_b_c"),
+        (["b_rest", "K_a_b"], ["a"], "K_a_b_rest"),
+        (["x", "x_rest_"], ["u"], ""),
+    ],
+)
+def test_no_name_of_a_program_has_two_meanings(
+    states: list[str], inputs: list[str], name: str
+) -> None:
+    """K_a_b_c is the gain of a on b_c, and of a_b on c: the program had one value for both."""
+    labels = ([f"{name} [-]" for name in names] for names in (states, inputs))
+    model = dict(zip(("state_names", "input_names"), labels, strict=True))
+    K = [[[f"{i + 1}.{j + 1}" for j in range(len(states))] for i in range(len(inputs))]]
+    law = {"name": "pdc", "sample_time": None, "K": K}
+    if name:
+        with pytest.raises(CertificateError, match=f"one name, {name}, for two quantities"):
+            plant_program(model, law, {})
+        return
+    values = [entry["value"] for entry in plant_program(model, law, {})["names"].values()]
+    assert len(values) == len(set(values)) == len(states) * (1 + len(inputs)) + len(inputs)
+
+
+def require(*kinds: str, K: Any = (1, 2), **entry: Any) -> None:
     """Compare the replacement g (1 - x^2/6) of g sin(x)/x, with other parts of its entry."""
     own = {"of": "x", "within": 1e-4, "formula": "g - g*x^2/6", **entry}
-    whole = {"model": SQUARE, "gains": {"premises": PREMISES}, "own": {"removable": {"z": [own]}}}
+    gains = {"premises": PREMISES, "K": [[[k]] for k in K]}
+    whole = {"model": SQUARE, "gains": gains, "own": {"removable": {"z": [own]}}}
     read = read_text(json.dumps(whole), "certificate")
-    require_premises(read["model"], read["gains"], read["own"])
+    require_premises(read["model"], read["gains"], read["own"], kinds)
 
 
 @pytest.mark.parametrize(
@@ -174,6 +200,15 @@ def test_parts_of_another_type_are_refused_and_do_not_crash(removable: Any, law:
     read = read_text(json.dumps({"model": SQUARE, "law": law, "own": removable}), "certificate")
     with pytest.raises(CertificateError):
         require_premises(read["model"], read["law"], {"removable": read["own"]})
+
+
+def test_a_region_of_a_polynomial_loop_has_no_replaced_premise() -> None:
+    """Between its ends a formula may be another: the region is that of the premise alone."""
+    require("decay", K=[1, 2])
+    require("attraction-region", K=[1, 1])
+    require("attraction-region", K=[1])
+    with pytest.raises(OtherGains, match="z is replaced near a point, and the claim attraction-"):
+        require("decay", "attraction-region", K=[1, 2])
 
 
 @pytest.mark.parametrize("within", [0.1001, 1.0, 1e6, -1e-9])

@@ -19,6 +19,7 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.checker.words.figure import Figure
 from takagi.certificates.coq.coq_export import coq_file
 from takagi.certificates.cross_check.comparison import cross_checked
+from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.certificates.requests import AttractionRegion
 from takagi.lmi import StatePolynomial
 from takagi.lmi.sums_of_squares.attraction_set import multipliers
@@ -364,6 +365,108 @@ def test_a_law_with_an_observer_has_no_such_region() -> None:
 
     with pytest.raises(CertificateError, match="attraction-region would be about another law"):
         check_document(resealed(data))
+
+
+@pytest.mark.parametrize(("premise", "words"), [("abs(x)/x", "z2, which jumps"), ("x", "")])
+def test_gains_on_a_premise_that_jumps_have_no_region(premise: str, words: str) -> None:
+    """u = -2 z1 z2 y, y' = y + u: z1 z2 = 1 but at x = 0, where any value is one of sign(x).
+
+    With sign(0) = 0 the law is u = 0 there, and y grows from (0, y).  For z = x it is u = -2 x^2 y,
+    which is no region's either: y' = y at x = 0.
+    """
+    variables = [{"name": n, "unit": "-", "rest": 0, "range": [-1, 1]} for n in ("x", "y")]
+    premises = [{"name": f"z{k}", "expression": premise, "lower": -1, "upper": 1} for k in (1, 2)]
+    model = {"kind": "plant", "name": "jump", "sample_time": None, "states": variables}
+    model |= {"inputs": [{"name": "u", "unit": "-", "rest": 0, "range": None}]}
+    model |= {"disturbances": [], "equations": ["-2*x", "y + u"], "outputs": []}
+    A = [["-2 + z1 - z2", "0"], ["0", "1"]]
+    model |= {"embedding": {"premises": premises, "A": A, "B": [["0"], ["1"]]}}
+    law = {
+        "name": "pdc",
+        "sample_time": None,
+        "state_names": ["x [-]", "y [-]"],
+        "premises": premises,
+    }
+    law |= {"trim": {"state": [0, 0], "input": [0]}, "K": [[[0, k]] for k in (2, -2, -2, 2)]}
+    rows = {"multiplier_degree": 0, "multiplier": [[1.05]]}
+    S = [[float(i == j) for j in range(3)] for i in range(3)]
+    claim = {"name": "r", "kind": "attraction-region", "function": "x^2 + y^2", "level": 0.9}
+    claim |= {
+        "box": [[-1, 1]] * 2,
+        "states": [{"degree": 1, "squares": S} | rows] * 2,
+        "inputs": [],
+    }
+    claim |= {"decrease": [{"degree": 1, "squares": [[1, 0], [0, 1]], "multiplier_degree": 1}]}
+    claim["decrease"][0] |= {"multiplier": [[0, 0], [0, 0]]}
+    embedding = {"name": "e", "kind": "sector-embedding"}
+    checked = check_document(
+        certificate_document(model=model, gains=law, claims=[embedding, claim], provenance={})
+    )
+
+    assert [c.verdict.name for c in checked.claims] == ["PROVED", "UNDECIDED"]
+    assert words in checked.claims[1].text
+
+
+def in_samples(data: Data) -> None:
+    for part in ("model", "gains"):
+        data[part]["sample_time"] = 1
+
+
+def negative_mass(data: Data) -> None:
+    """-x' = -x - x^3 + u: the motion backwards."""
+    data["model"]["mass"] = [["-1"]]
+    for letter in ("A", "B", "E"):
+        rows = data["model"]["embedding"][letter]
+        data["model"]["embedding"][letter] = [[f"-({entry})" for entry in row] for row in rows]
+
+
+def uncertain(data: Data) -> None:
+    """x' = (w - 1) x - x^3 + u with w up to 9, which no law knows."""
+    model, law = data["model"], data["gains"]
+    model["equations"] = ["-x - x^3 + u + w*x"]
+    model["disturbances"][0] |= {"range": [-1, 9], "unknown": True}
+    premises = [{"name": "square", "expression": "x^2", "lower": 0, "upper": 1, "unit": "-"}]
+    premises += [{"name": "factor", "expression": "w", "lower": -1, "upper": 9, "unit": "-"}]
+    model["embedding"] |= {"premises": premises, "A": [["-1 - square + factor"]], "E": [["0"]]}
+    law |= {"premises": premises, "K": [[[1.0]]] * 4}
+    law.pop("rules", None)
+
+
+def other_weights(data: Data) -> None:
+    data["gains"]["premises"][0]["upper"] = 2
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        None,
+        of_claim(box=[[-1, 1.1]]),
+        of_claim(box=[[-1.1, 1]]),
+        in_samples,
+        negative_mass,
+        uncertain,
+        other_weights,
+    ],
+)
+def test_each_condition_on_plant_law_and_box_is_needed(change: Change | None) -> None:
+    """The embedding is proved each time, so that the region's conditions alone refuse."""
+    data = plant_document(cubic(), line(0.9, 1, box=[[-1, 1]]), [[[1.0]], [[1.5]]])
+    data = json.loads(dumps(data))
+    if change is not None:
+        change(data)
+    expected = "PROVED" if change is None else "UNDECIDED"
+
+    assert verdicts(resealed(data)) == ["PROVED", expected]
+
+
+@pytest.mark.parametrize("gains", [[], "K", 1, True, {}])
+def test_gains_that_are_no_law_are_refused(gains: Any) -> None:
+    """Also where the region is the first claim, which reads the law first."""
+    data = plant_document(cubic(), line(0.9, 1, box=[[-1, 1]]))
+    data["claims"].reverse()
+
+    with pytest.raises(CertificateError, match="gains: 'trim' is missing"):
+        check_document(resealed(data | {"gains": gains}))
 
 
 def test_a_set_is_found_and_proved() -> None:
