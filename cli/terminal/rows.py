@@ -46,12 +46,12 @@ def summary_lines(row: SummaryRow) -> list[str]:
     """Return the lines of a row of the summary, in yellow where less is proved than stated."""
     shown = (*row.parts, row.basis) if row.numbers and row.basis else row.parts
     text = ", ".join(map(unbroken, shown)).replace("+, ", "+ ")
-    if row.regulator:
-        text += f"; {unbroken(row.regulator)}"
     if row.partial:
         # Tied to its figures, unless both together would be too long for a line.
         tie = _TIE if len(row.parts[-1]) + len(row.shortfall) < WIDTH - len(INDENT) - 4 else " "
         text += f"{tie}<-{_TIE}{unbroken(row.shortfall)}"
+    if row.regulator:
+        text += f"; {unbroken(row.regulator)}"
     return coloured(row_lines(row.name, text), "yellow" if row.partial else None)
 
 

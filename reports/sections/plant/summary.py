@@ -121,7 +121,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
     loop = plant_loop(design)
     beside = regulator(design)
     rows = [
-        _settles(loop, beside),
+        _settles(design, loop, beside),
         _scheduled(design, loop),
         _safe_start(loop, beside),
         _polynomial_set(design, loop),
@@ -247,8 +247,11 @@ def _starts(loop: PlantLoop) -> tuple[Number, ...]:
     return set_starts(loop, *loop.start_ellipsoid) if loop.bounded and loop.level_proved else ()
 
 
-def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
-    """Return the time to 2 % and the decay rate of the proved function."""
+def _settles(design: PlantDesign, loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
+    """Return the time to 2 % and the decay rate of the proved function.
+
+    A time that was asked is about the norm: where a state takes longer, this is said.
+    """
     phrases, numbers = [], []
     if loop.decay_rate:
         time = settling_time(loop)
@@ -258,6 +261,11 @@ def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
         condition = " without disturbance" if _disturbed(loop) else ""
         phrases.append(f"{at_most(value)} {unit} to {100 * SETTLED:g} %{norm}{condition}")
         numbers.append(Number(quantity, value, unit))
+        rate = design.settings.decay_rate
+        asked = norm_settling_time(rate) if isinstance(rate, float) and rate > 0 else None
+        if time and asked and norm_settling_time(loop.decay_rate) <= asked < time:
+            value, unit = time_in_file_units(loop.plant, asked)
+            phrases.append(f"in {NORM} within the {value:.3g} {unit} that were asked")
         value, unit = rate_in_file_units(loop.plant, loop.decay_rate)
         phrases.append(f"decay rate >= {at_least(value)} {unit}")
         numbers.append(Number("decay rate", value, unit))
