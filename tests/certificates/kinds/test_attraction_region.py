@@ -440,8 +440,8 @@ def other_weights(data: Data) -> None:
     "change",
     [
         None,
-        of_claim(box=[[-1, 1.1]]),
-        of_claim(box=[[-1.1, 1]]),
+        of_claim(box=[[-1, 1.1]], states=[one(1, 1, 1.05)]),
+        of_claim(box=[[-1.1, 1]], states=[one(1, 1, 1.05)]),
         in_samples,
         negative_mass,
         uncertain,
