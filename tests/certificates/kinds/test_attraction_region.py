@@ -376,7 +376,7 @@ def test_gains_on_a_premise_that_jumps_have_no_region(premise: str, words: str) 
     """
     variables = [{"name": n, "unit": "-", "rest": 0, "range": [-1, 1]} for n in ("x", "y")]
     premises = [{"name": f"z{k}", "expression": premise, "lower": -1, "upper": 1} for k in (1, 2)]
-    model = {"kind": "plant", "name": "jump", "sample_time": None, "states": variables}
+    model: Data = {"kind": "plant", "name": "jump", "sample_time": None, "states": variables}
     model |= {"inputs": [{"name": "u", "unit": "-", "rest": 0, "range": None}]}
     model |= {"disturbances": [], "equations": ["-2*x", "y + u"], "outputs": []}
     A = [["-2 + z1 - z2", "0"], ["0", "1"]]
@@ -388,9 +388,9 @@ def test_gains_on_a_premise_that_jumps_have_no_region(premise: str, words: str) 
         "premises": premises,
     }
     law |= {"trim": {"state": [0, 0], "input": [0]}, "K": [[[0, k]] for k in (2, -2, -2, 2)]}
-    rows = {"multiplier_degree": 0, "multiplier": [[1.05]]}
+    rows: Data = {"multiplier_degree": 0, "multiplier": [[1.05]]}
     S = [[float(i == j) for j in range(3)] for i in range(3)]
-    claim = {"name": "r", "kind": "attraction-region", "function": "x^2 + y^2", "level": 0.9}
+    claim: Data = {"name": "r", "kind": "attraction-region", "function": "x^2 + y^2", "level": 0.9}
     claim |= {
         "box": [[-1, 1]] * 2,
         "states": [{"degree": 1, "squares": S} | rows] * 2,
@@ -440,8 +440,8 @@ def other_weights(data: Data) -> None:
     "change",
     [
         None,
-        of_claim(box=[[-1, 1.1]]),
-        of_claim(box=[[-1.1, 1]]),
+        of_claim(box=[[-1, 1.1]], states=[one(1, 1, 1.05)]),
+        of_claim(box=[[-1.1, 1]], states=[one(1, 1, 1.05)]),
         in_samples,
         negative_mass,
         uncertain,

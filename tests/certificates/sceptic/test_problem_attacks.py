@@ -474,6 +474,8 @@ def without_bound(model: Data, point: Any, ray: Any, **members: Any) -> str:
 def test_a_half_line_by_hand(point: Any, ray: Any, expected: str) -> None:
     """-x has no bound on x >= 1; a point outside, a ray that stands still or goes back."""
     assert without_bound(FREE, point, ray) == expected
+    # A constant of the objective falls along no ray.
+    assert without_bound({**FREE, "offset": -5}, point, ray) == expected
     # Of the opposite objective it is the least that has a bound.
     assert without_bound(problem(HALF), point, ray) != "PROVED"
 
