@@ -187,7 +187,7 @@ class PolynomialRegion:
 def _region(design: PlantDesign, model: TSModel) -> PolynomialRegion | None:
     from takagi.lmi.sums_of_squares.polynomial import StatePolynomial
 
-    claims = zip(design.document["claims"], design.checked.claims, strict=True)
+    claims = zip(design.document["claims"], design.checked.claims, strict=False)
     for claim, checked in claims:
         if claim["kind"] == "attraction-region" and checked.verdict is Verdict.PROVED:
             V = StatePolynomial.of(claim["function"], [name_of(label) for label in model.states])

@@ -5,8 +5,9 @@ do not determine it: it is in the certificate's member ``controller``.  So it is
 
     within    is at most a tenth of the largest |of| on the box
     formula   differs from the premise by at most 1e-6 of its range (of its value where that is
-              constant) at the ends of that interval, where the premise itself has a value,
-              with all other variables at their least, middle and greatest values
+              constant): everywhere on that interval, by an enclosure of the difference, where
+              both have no other variable; else at its ends, where the premise itself has a value,
+              with the other variables at their least, middle and greatest values
 
 An ``of`` that is not a variable, and a formula with functions of programs alone, such as
 ``choose``, are compared by the first condition only.
@@ -21,11 +22,13 @@ from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.interval import ONE, point
+from takagi.certificates.checker.arithmetic.interval import ONE, enclose, point
 from takagi.certificates.checker.controller.decimals import exact
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains, Refused
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.expression import read_expression
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
 
 EXACT = "attraction-region"
@@ -91,14 +94,26 @@ def _require(plant: PlantNodes, premise: Any, entry: Any, where: str) -> None:
         return
     node = read_expression(premise["expression"], graph, scope, f"{where}.expression")
     low, high = exact(premise["lower"]), exact(premise["upper"])
-    tolerance = CLOSE * ((high - low) or abs(high)) * ONE
-    for box in _edges(plant, graph[of].name, within):
+    tolerance = CLOSE * ((high - low) or abs(high))
+    difference, name = graph.subtract(node, formula), graph[of].name
+    refusal = f"{where}.formula: it is not the premise near {entry['of']} = 0"
+    if graph.variables(difference) <= {name}:
+        low, high = plant.sides.get(name, (-within, within))
+        near = {**plant.box, name: enclose(max(low, -within), min(high, within))}
+        signs = plant.form == "sector"
+        ranges = Ranges(evaluator, Algebra(graph, plant.tables), near, signs=signs)
+        try:
+            ranges.prove_within(difference, -tolerance, tolerance, f"{where}.formula")
+        except Refused as error:
+            raise OtherGains(f"{refusal}, or not shown to be: {error}") from error
+        return
+    for box in _edges(plant, name, within):
         there, ours = (_value(evaluator, expression, box) for expression in (node, formula))
         if there is None or ours is None:
             continue
         apart = max(there.low - ours.high, ours.low - there.high)
-        if apart > tolerance:
-            raise OtherGains(f"{where}.formula: it is not the premise near {entry['of']} = 0")
+        if apart > tolerance * ONE:
+            raise OtherGains(refusal)
 
 
 def _edges(plant: PlantNodes, name: str, within: Fraction) -> Iterator[Box]:

@@ -174,7 +174,7 @@ def require(*kinds: str, K: Any = (1, 2), **entry: Any) -> None:
     "entry",
     [
         {},
-        {"within": 0.1, "formula": "g - g*x^2/6 + g*x^4/120"},
+        {"within": 0.01, "formula": "g - g*x^2/6 + g*x^4/120"},
         {"formula": "choose(x, g, g)"},
         {"of": "2*x", "within": 0.2},
     ],
@@ -222,8 +222,13 @@ def test_a_replacement_far_from_0_is_refused(within: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "formula", ["0", "g + 9e-8", "g - 9e-8", "g + x/10", "g - x/10", "g - g*x^2/6 + x^2*1000"]
-)
+    "formula",
+    [
+        "0", "g + 9e-8", "g - 9e-8", "g + x/10", "g - x/10", "g - g*x^2/6 + x^2*1000",
+        # The premise at both ends of the interval, and at 0.
+        "g - g*x^2/6 + 1e6*x^2*(x^2 - 1e-8)*1e6", "g - g*x^2/6 + 1e3*(1e-8 - x^2)",
+    ],
+)  # fmt: skip
 def test_another_value_is_refused(formula: str) -> None:
     with pytest.raises(OtherGains, match="z.formula: it is not the premise near x = 0"):
         require(formula=formula)

@@ -381,7 +381,7 @@ def test_gains_on_a_premise_that_jumps_have_no_region(premise: str, words: str) 
     model |= {"disturbances": [], "equations": ["-2*x", "y + u"], "outputs": []}
     A = [["-2 + z1 - z2", "0"], ["0", "1"]]
     model |= {"embedding": {"premises": premises, "A": A, "B": [["0"], ["1"]]}}
-    law = {
+    law: Data = {
         "name": "pdc",
         "sample_time": None,
         "state_names": ["x [-]", "y [-]"],
