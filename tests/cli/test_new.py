@@ -172,7 +172,7 @@ def test_an_answer_that_cannot_be_read_is_asked_again(
     answers: Callable[[str], list[str]], capsys: Capture
 ) -> None:
     """Neither a value that is left out nor a correction without a name loses the answers."""
-    answers("\nx\n-\n\n\n\n-k*x\n\n2 kg\n2 1/s\nk = 2 1/s\n")
+    answers("x\n\n-\n\n\n\n-k*x\n\n2 kg\n2 1/s\nk = 2 1/s\n")
 
     assert main(["new", "a.toml"]) == 0
     told = capsys.readouterr().err
