@@ -183,13 +183,13 @@ def largest_set(
         if squares is None:
             return
         yield V
-        whole = larger_function(field, limited, V, squares, degree)
-        if whole is None:
+        full_step = larger_function(field, limited, V, squares, degree)
+        if full_step is None:
             return
         U, squares = V, None
         for share in SHARES:
-            part = whole.times(Fraction(share)) + U.times(Fraction(1 - share))
-            V = _rounded(V.n, _terms(part))
+            mixture = full_step.times(Fraction(share)) + U.times(Fraction(1 - share))
+            V = _rounded(V.n, _terms(mixture))
             squares = multipliers(field, limited, V) if volume(V) > volume(U) else None
             if squares is not None:
                 break

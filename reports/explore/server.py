@@ -162,10 +162,10 @@ def _application(book: Book, token: str) -> Starlette:
 
     async def opened(request: Request) -> Response:
         nonlocal newest
-        asked = await _body(request)
-        if asked is None or not isinstance(asked.get("page"), str):
+        body = await _body(request)
+        if body is None or not isinstance(body.get("page"), str):
             return _refused("a page's name is needed")
-        newest = asked["page"]
+        newest = body["page"]
         axes = [{"label": axis.label, "words": axis.words, "name": axis.name} for axis in book.axes]
         return _answer({"title": book.title, "axes": axes, "panels": book.panels})
 
@@ -174,19 +174,19 @@ def _application(book: Book, token: str) -> Starlette:
         return _answer({"ready": ready, "total": total})
 
     async def turned(request: Request) -> Response:
-        asked = await _body(request)
-        steps = None if asked is None else asked.get("steps")
+        body = await _body(request)
+        steps = None if body is None else body.get("steps")
         ends = [len(axis.words) for axis in book.axes]
         if (
-            asked is None
+            body is None
             or not isinstance(steps, list)
             or len(steps) != len(ends)
             or not all(type(k) is int and 0 <= k < end for k, end in zip(steps, ends, strict=True))
         ):
             return _refused("a position of every slider is needed; reload the page")
-        if asked.get("page") != newest:
+        if body.get("page") != newest:
             return _answer({"error": ELSEWHERE}, 409)
-        if not asked.get("exact"):
+        if not body.get("exact"):
             return _answer(book.nearest(tuple(steps)))
         return _answer(await book.exact(tuple(steps)) or {"stale": True})
 

@@ -185,8 +185,8 @@ def _controllers(task: _Task) -> Iterator[tuple[float, Floats]]:
             end = descend(loops.norm, loops.entries(F), steps=STEPS, enough=ENOUGH)
             F = loops.gains(end.x)
         K = _with_function(loops, F, enough) @ loops.C2[0]
-        whole = np.broadcast_to(K, task.model.B.transpose(0, 2, 1).shape)
-        yield share, _in_even_states(task.model, task.states, whole)
+        rule_gains = np.broadcast_to(K, task.model.B.transpose(0, 2, 1).shape)
+        yield share, _in_even_states(task.model, task.states, rule_gains)
 
 
 def _with_function(loops: GainLoops, F: Floats, enough: float) -> Floats:
