@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
 from takagi.certificates.campaign.motion import BOUNDS, EVENTS, PLAYERS, TOLERANCE, run
-from takagi.certificates.sweep.store import Result, Task
-from takagi.certificates.sweep.tasks import Tell, run_tasks
+from takagi.certificates.sweep.tasks import Result, Task, Tell, run_tasks
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 

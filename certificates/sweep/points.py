@@ -88,6 +88,7 @@ WINDOW = 0.004
 # Distance from rated wind within which further winds are added, because the regions meet [m/s].
 NEAR_RATED = 1.5
 DIGITS = 9
+UNCONFIRMED = "the checker did not confirm what was found"
 
 REMEDY = "reduce the uncertainty (inertia, frozen-wake, power-coefficient) or the bandwidth"
 
@@ -255,54 +256,38 @@ def _law(name: str, turbine: Turbine) -> PublishedLaw:
 def certified_windows(law: PublishedLaw, winds: Sequence[Span]) -> list[dict[str, Any]]:
     """Return, for each window of wind [m/s], whether the checker proves the law there, and why not.
 
-    Cells are searched in floating point and written as decimals. A window is proved only if the
-    checker proves it.  ``decay_rate`` is the least of its cells', ``half_width`` in speed that of
-    the smallest box.  ``rest`` says where the law rests at the window's lower end: "intended" (at
-    the trim), "shifted" (elsewhere) or "none"; ``power_ratio`` is the power there
+    Cells are searched in floating point and written as decimals; a window is proved only if the
+    checker proves its claim.  ``decay_rate`` is the least of its cells', ``half_width`` in speed
+    that of the smallest box.  ``rest`` says where the law rests at the window's lower end:
+    "intended" (at the trim), "shifted" (elsewhere) or "none"; ``power_ratio`` is the power there
     over that of the trim.
     """
-    narrowest = min(high - low for low, high in winds)
-    candidate = published_candidate(law, winds=winds, narrowest=narrowest, ladder=LADDER)
-    covered = [span for span in candidate.winds if _reason(candidate, span) is None]
-    proved = _proved(candidate, covered) if covered else set()
-    return [_window(candidate, span, span in proved) for span in candidate.winds]
+    candidates = [
+        published_candidate(law, winds=[span], narrowest=span[1] - span[0], ladder=LADDER)
+        for span in winds
+    ]
+    covered = [candidate for candidate in candidates if not candidate.unproved]
+    claims = [published_claim(candidate) for candidate in covered]
+    checked = _checked(law.turbine, published_law_data(law), claims) if claims else []
+    proved = [
+        candidate
+        for candidate, claim in zip(covered, checked, strict=True)
+        if claim.verdict is Verdict.PROVED
+    ]
+    return [_window(candidate, candidate in proved) for candidate in candidates]
 
 
-def _proved(candidate: PublishedCandidate, windows: Sequence[Span]) -> set[Span]:
-    """Return the windows that the checker proves, each by a claim of its own."""
-    claims = []
-    for span in windows:
-        cells = tuple(found for found in candidate.cells if _inside(found.cell.wind, span))
-        of_window = replace(candidate, winds=(span,), cells=cells, unproved=())
-        claims.append(published_claim(of_window))
-    checked = _checked(candidate.law.turbine, published_law_data(candidate.law), claims)
-    pairs = zip(windows, checked, strict=True)
-    return {span for span, claim in pairs if claim.verdict is Verdict.PROVED}
-
-
-def _window(candidate: PublishedCandidate, span: Span, proved: bool) -> dict[str, Any]:
-    rest = candidate.rests[span[0]]
-    cells = [cell for cell in candidate.cells if proved and _inside(cell.cell.wind, span)]
-    reason = _reason(candidate, span) or "the checker did not confirm what was found"
+def _window(candidate: PublishedCandidate, proved: bool) -> dict[str, Any]:
+    ((low, high),) = candidate.winds
+    rest, cells = candidate.rests[low], candidate.cells if proved else ()
+    gap = min(candidate.unproved, key=lambda gap: gap.wind, default=None)
     return {
-        "from [m/s]": span[0],
-        "to [m/s]": span[1],
+        "from [m/s]": low,
+        "to [m/s]": high,
         "verdict": "PROVED" if proved else "UNDECIDED",
         "decay_rate [1/s]": min((cell.decay_rate for cell in cells), default=None),
         "half_width [rad/s]": min((float(cell.cell.box[0]) for cell in cells), default=None),
         "rest": rest.kind,
         "power_ratio [-]": None if rest.kind == "none" else round(rest.power_ratio, 6),
-        "reason": None if proved else reason,
+        "reason": None if proved else gap.reason if gap else UNCONFIRMED,
     }
-
-
-def _reason(candidate: PublishedCandidate, span: Span) -> str | None:
-    """Return why cells do not cover a window; None if they do."""
-    if any(_inside(span, covered) for covered in candidate.covered):
-        return None
-    gaps = sorted(candidate.unproved, key=lambda gap: gap.wind)
-    return next((gap.reason for gap in gaps if _inside(gap.wind, span)), "no cell was found")
-
-
-def _inside(span: Span, outer: Span) -> bool:
-    return outer[0] <= span[0] and span[1] <= outer[1]

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import product
 from pathlib import Path
 from types import MappingProxyType
@@ -23,12 +22,11 @@ from takagi.certificates.sweep.points import (
     published_point,
     require_winds,
 )
-from takagi.certificates.sweep.store import RESULTS, Task, canonical
-from takagi.certificates.sweep.tasks import Tell, run_tasks
+from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, run_tasks
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.units import to_si, typed_figure
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.loader import TurbineFile, load_turbine, model_files
+from takagi.models.turbine.loader import TurbineFile
 
 # The laws that can be swept, by their names in files, with the quantities that --over knows.
 LAWS: Mapping[str, tuple[AxisKind, ...]] = MappingProxyType(
@@ -174,44 +172,35 @@ def run_sweep(
     ModelError : a wind outside the turbine's range; what ``run_tasks`` refuses.
     OSError : a result cannot be written.
     """
-    turbine = source.model
     inputs: dict[str, Any] = {"law": law, "files": files_sha256(source.files)}
     grid = [axis for axis in axes if axis.name != WIND]
     if LAWS[law] is PUBLISHED:
-        winds = next((axis.values for axis in axes if axis.name == WIND), default_winds(turbine))
+        default = default_winds(source.model)
+        winds = next((axis.values for axis in axes if axis.name == WIND), default)
         inputs["winds"] = list(winds)
-        require_winds(turbine, winds)
+        require_winds(source.model, winds)
     grid_points = list(product(*(axis.values for axis in grid)))
-    tasks = []
-    for values in grid_points:
-        at = dict(zip((axis.name for axis in grid), values, strict=True))
-        each, name = {**inputs, "at": at}, str(source.name)
-        tasks.append(Task(f"{__name__}:point", name, each, tuple(source.files)))
+    ats = [dict(zip((axis.name for axis in grid), values, strict=True)) for values in grid_points]
     results, resumed = run_tasks(
-        tasks, folder / RESULTS, workers=workers, scheduler=scheduler, tell=tell
+        [Task(f"{__name__}:point", source.model, {**inputs, "at": at}) for at in ats],
+        folder / RESULTS,
+        workers=workers,
+        scheduler=scheduler,
+        tell=tell,
     )
     rows = []
     for values, result in zip(grid_points, results, strict=True):
         if "error" in result:
             result = {"verdict": "FAILED", "reason": result["error"]}
         rows.append(dict(zip((axis.label for axis in grid), values, strict=True)) | result)
-    return Sweep(law, turbine.name, tuple(grid), tuple(rows), resumed)
+    return Sweep(law, source.model.name, tuple(grid), tuple(rows), resumed)
 
 
-def point(source: str, inputs: Mapping[str, Any]) -> Row:
+def point(turbine: Turbine, inputs: Mapping[str, Any]) -> Row:
     """Return the result of a task; what cannot be is UNDECIDED, with the reason."""
-    turbine = _turbine(source, canonical(inputs["files"]))
     try:
         if inputs["law"] == "coherent":
             return effort_sharing_point(turbine, inputs["at"])
         return published_point(inputs["law"], turbine, inputs["at"], inputs["winds"])
     except ModelError as error:
         return {"verdict": "UNDECIDED", "reason": str(error)}
-
-
-@lru_cache(maxsize=1)
-def _turbine(source: str, files: str) -> Turbine:
-    """Return the turbine of the files with these hashes; read once in each process."""
-    if canonical(files_sha256(model_files(source))) != files:
-        raise RuntimeError(f"a file of model {source} was changed while the sweep ran")
-    return load_turbine(source)

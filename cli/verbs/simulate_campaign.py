@@ -80,7 +80,7 @@ def simulate_campaign(
             )
     from takagi.certificates.campaign import runs as campaign
     from takagi.certificates.checker.replay.certificate import check
-    from takagi.certificates.sweep.store import RESULTS
+    from takagi.certificates.sweep.tasks import RESULTS
     from takagi.cli.output_place import require_folder_place
     from takagi.reports.output import write_folder
     from takagi.reports.sweep import campaigns

@@ -12,7 +12,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.document.certificate_file import provenance
-from takagi.certificates.sweep.store import canonical
+from takagi.certificates.sweep.tasks import canonical
 from takagi.reports.explore.axes import Axis, Steps, command_of, grid_of, options_at
 from takagi.reports.explore.workers import Worker
 

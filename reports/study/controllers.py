@@ -7,7 +7,7 @@ such as ROSCO's, finds its torque.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.document.certificate_file import files_sha256
-from takagi.certificates.sweep.store import RESULTS, Task, canonical
-from takagi.certificates.sweep.tasks import Tell, run_tasks
+from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.simulation.closed_loop import Diverged, History
 from takagi.models.simulation.scenario import measure
@@ -29,7 +28,6 @@ from takagi.reports.study.overlap import (
     require_runs,
     runs_at,
     studied_law,
-    studied_turbine,
 )
 from takagi.reports.study.rosco import (
     RETUNED,
@@ -202,8 +200,7 @@ def run_controllers_study(
         more: dict[str, Any] = {"law": law, "mean": mean}
         if law in tunings:
             more["tuning"] = asdict(tunings[law])
-        files = tuple(source.files)
-        return Task(f"{__name__}:motion", str(source.name), {**inputs, **more}, files)
+        return Task(f"{__name__}:motion", turbine, {**inputs, **more})
 
     every = (*names, *tunings)
     # The slow ones first, so that no process waits for the last of them.
@@ -216,9 +213,8 @@ def run_controllers_study(
     return ControllersStudy(turbine, every, winds, seeds, duration, runs, resumed, len(tasks))
 
 
-def motion(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+def motion(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: a law in turbulence about one mean wind, seed by seed."""
-    turbine = studied_turbine(source, canonical(inputs["files"]))
     law = str(inputs["law"])
     run = _rosco_run if "tuning" in inputs else _law_run
     rows = []
@@ -229,7 +225,7 @@ def motion(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
             duration=inputs["duration"] + SETTLING,
         )
         row: dict[str, Any] = {"seed": seed, "reason": ""}
-        history = run(turbine, source, inputs, wind)
+        history = run(turbine, inputs, wind)
         if isinstance(history, str):
             row["reason"] = f"{words_of(law)}, {wind.name}: {history}"
         else:
@@ -238,21 +234,14 @@ def motion(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     return {"runs": rows}
 
 
-_Run = Callable[["Turbine", str, Mapping[str, Any], "WindSeries"], History | str]
-
-
-def _law_run(
-    turbine: Turbine, source: str, inputs: Mapping[str, Any], wind: WindSeries
-) -> History | str:
+def _law_run(turbine: Turbine, inputs: Mapping[str, Any], wind: WindSeries) -> History | str:
     asked = canonical({"law": LAWS[inputs["law"]], "settings": {}})
-    chosen = studied_law(source, canonical(inputs["files"]), asked)
+    chosen = studied_law(turbine, asked)
     (run,) = run_simulation(turbine, chosen, [wind]).runs
     return run.history or run.remarks()[0]
 
 
-def _rosco_run(
-    turbine: Turbine, _source: str, inputs: Mapping[str, Any], wind: WindSeries
-) -> History | str:
+def _rosco_run(turbine: Turbine, inputs: Mapping[str, Any], wind: WindSeries) -> History | str:
     plant = simulation_plant(turbine, PlantParts())
     try:
         return simulate_rosco(plant, inputs["law"], Tuning(**inputs["tuning"]), wind)

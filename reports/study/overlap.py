@@ -24,14 +24,12 @@ from takagi.certificates.sweep.points import (
     effort_sharing_point,
     windows_result,
 )
-from takagi.certificates.sweep.store import RESULTS, Task, canonical
 from takagi.certificates.sweep.sweep import Axis, parse_axes
-from takagi.certificates.sweep.tasks import Tell, run_tasks
+from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
 from takagi.models.errors import ModelError
-from takagi.models.turbine.loader import TurbineFile, load_turbine, model_files
+from takagi.models.turbine.loader import TurbineFile
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.models.turbine.data import Turbine
     from takagi.reports.simulation.laws import ChosenLaws
 
@@ -171,8 +169,7 @@ def run_overlap_study(
     wind = {"seeds": list(range(1, seeds + 1)), "duration": duration}
 
     def task(function: Callable[..., Any], **more: Any) -> Task:
-        name, files = f"{__name__}:{function.__name__}", tuple(source.files)
-        return Task(name, str(source.name), {**inputs, **more}, files)
+        return Task(f"{__name__}:{function.__name__}", turbine, {**inputs, **more})
 
     proofs = [
         task(proof, **point.asked) if point.asked["law"] in LAWS_PROVED else None
@@ -234,27 +231,24 @@ def runs_at(mean: float, result: Mapping[str, Any]) -> list[dict[str, Any]]:
     return [{"wind": mean, **run} for run in result["runs"]]
 
 
-def proof(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+def proof(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: what the independent checker proves of the law, as in a sweep."""
-    turbine, settings = _settings(source, canonical(inputs["files"]), inputs)
     try:
         if inputs["law"] == "coherent":
             return effort_sharing_point(turbine, inputs["settings"])
-        law = studied_law(source, canonical(inputs["files"]), _asked(inputs)).laws["paper"]
+        law = studied_law(turbine, _asked(inputs)).laws["paper"]
         result = windows_result(law, default_winds(turbine))  # type: ignore[arg-type]
         return {**result, "windows": len(result["windows"])}
     except ModelError as error:
         return {"verdict": "UNDECIDED", "reason": str(error)}
 
 
-def motion(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+def motion(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: a law in turbulence about one mean wind, seed by seed."""
     from takagi.reports.simulation.runs import run_simulation
     from takagi.reports.simulation.winds import requested_winds
 
-    files = canonical(inputs["files"])
-    turbine, _ = _settings(source, files, inputs)
-    chosen = studied_law(source, files, _asked(inputs))
+    chosen = studied_law(turbine, _asked(inputs))
     words = [f"turbulent:{inputs['mean']!r}:{TURBULENCE}:{seed}" for seed in inputs["seeds"]]
     winds = requested_winds(turbine, words, duration=inputs["duration"])
     simulation = run_simulation(turbine, chosen, winds, series=False)
@@ -269,58 +263,44 @@ def _asked(inputs: Mapping[str, Any]) -> str:
     return canonical({"law": inputs["law"], "settings": inputs["settings"]})
 
 
-def _settings(source: str, files: str, inputs: Mapping[str, Any]) -> tuple[Turbine, DesignSettings]:
-    from takagi.certificates.design.turbine.scale import default_settings
-
-    turbine = studied_turbine(source, files)
-    law = "coherent" if inputs["law"] == "coherent" else "paper"
-    return turbine, replace(default_settings(turbine), law=law, **inputs["settings"])
-
-
 @lru_cache(maxsize=1)
-def studied_turbine(source: str, files: str) -> Turbine:
-    if canonical(files_sha256(model_files(source))) != files:
-        raise RuntimeError(f"a file of model {source} was changed while the study ran")
-    return load_turbine(source)
-
-
-@lru_cache(maxsize=1)
-def _regional(source: str, files: str) -> Any:
+def _regional(turbine: Turbine) -> Any:
     """Return what Schulte's laws share, whatever their overlaps."""
     from takagi.certificates.design.turbine.published_law import regional_design
 
-    return regional_design(studied_turbine(source, files))
+    return regional_design(turbine)
 
 
 @lru_cache(maxsize=1)
-def studied_observer(source: str, files: str) -> Any:
+def studied_observer(turbine: Turbine) -> Any:
     """Return what all laws share that read an estimate of the wind."""
     from takagi.certificates.design.turbine.effort_sharing_gains import wind_observer_design
     from takagi.certificates.design.turbine.scale import default_settings
 
-    turbine = studied_turbine(source, files)
     return wind_observer_design(turbine, default_settings(turbine)).observer
 
 
 @lru_cache(maxsize=2)
-def studied_law(source: str, files: str, asked: str) -> ChosenLaws:
+def studied_law(turbine: Turbine, asked: str) -> ChosenLaws:
     """Return a law with its observer and its filter of the measured speed."""
     from takagi.certificates.design.turbine.effort_sharing_gains import wind_by_wind_law
     from takagi.certificates.design.turbine.published_law import designed_law
     from takagi.certificates.design.turbine.result import speed_filter
+    from takagi.certificates.design.turbine.scale import default_settings
     from takagi.models.laws.published.law import switched_law
     from takagi.models.simulation.baseline import BaselineLaw
     from takagi.reports.simulation.laws import ChosenLaws
 
     inputs = json.loads(asked)
     name = inputs["law"]
-    turbine, settings = _settings(source, files, inputs)
+    family = "coherent" if name == "coherent" else "paper"
+    settings = replace(default_settings(turbine), law=family, **inputs["settings"])
     if name == REFERENCE:
         return ChosenLaws({name: BaselineLaw(turbine)}, None)
     if name == "coherent":
         law: Any = wind_by_wind_law(turbine, settings)[1]
     else:
-        law = designed_law(turbine, settings, _regional(source, files))
+        law = designed_law(turbine, settings, _regional(turbine))
         law = switched_law(law) if name == SWITCHED else law
     filters = {name: measured} if (measured := speed_filter(settings)) else {}
-    return ChosenLaws({name: law}, studied_observer(source, files), filters)
+    return ChosenLaws({name: law}, studied_observer(turbine), filters)

@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.document.certificate_file import files_sha256
-from takagi.certificates.sweep.store import RESULTS, Task, canonical
-from takagi.certificates.sweep.tasks import Tell, run_tasks
+from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.turbine.loader import TurbineFile
@@ -30,7 +29,6 @@ from takagi.reports.study.overlap import (
     TURBULENCE,
     studied_law,
     studied_observer,
-    studied_turbine,
 )
 
 if TYPE_CHECKING:
@@ -303,10 +301,7 @@ def tuned(
 
     def results_of(function: Callable[..., Any], points: Sequence[Mapping[str, float]]) -> Any:
         name = f"{__name__}:{function.__name__}"
-        tasks = [
-            Task(name, str(source.name), {**inputs, "at": dict(at)}, tuple(source.files))
-            for at in points
-        ]
+        tasks = [Task(name, turbine, {**inputs, "at": dict(at)}) for at in points]
         results, resumed = run_tasks(
             tasks, folder / RESULTS / function.__name__, workers=workers, scheduler=scheduler
         )
@@ -389,18 +384,16 @@ def _front(points: Sequence[Candidate], names: Sequence[str]) -> list[Candidate]
 
 
 # ------------------------------------------------------------------ tasks
-def behaviour(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+def behaviour(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: every quantity of the law with these settings."""
     from takagi.reports.simulation.runs import run_simulation
     from takagi.reports.simulation.winds import requested_winds
 
-    files = canonical(inputs["files"])
-    turbine = studied_turbine(source, files)
     try:
-        chosen = _law(source, files, inputs["at"])
+        chosen = _law(turbine, inputs["at"])
     except ModelError as error:
         return {"error": str(error)}
-    reference = _reference(source, files, canonical(_winds(inputs)))
+    reference = _reference(turbine, canonical(_winds(inputs)))
     words = _turbulence(inputs)
     turbulent = requested_winds(turbine, words, duration=inputs["duration"])
     runs = run_simulation(turbine, chosen, turbulent, series=False).runs
@@ -435,11 +428,10 @@ _RATIOS = {
 }
 
 
-def proof(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+def proof(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: what the checker says of the certificate of `takagi design`."""
     from takagi.certificates.design.turbine.design import design_turbine
 
-    turbine = studied_turbine(source, canonical(inputs["files"]))
     try:
         design = design_turbine(turbine, _settings(turbine, inputs["at"]))
     except ModelError as error:
@@ -482,26 +474,25 @@ def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:
     return settings
 
 
-def _law(source: str, files: str, at: Mapping[str, float]) -> ChosenLaws:
+def _law(turbine: Turbine, at: Mapping[str, float]) -> ChosenLaws:
     from takagi.certificates.design.turbine.effort_sharing_gains import wind_by_wind_law
     from takagi.certificates.design.turbine.result import speed_filter
     from takagi.reports.simulation.laws import ChosenLaws
 
-    turbine = studied_turbine(source, files)
     settings = _settings(turbine, at)
     law = wind_by_wind_law(turbine, settings)[1]
     filters = {LAW: measured} if (measured := speed_filter(settings)) else {}
-    return ChosenLaws({LAW: law}, studied_observer(source, files), filters)
+    return ChosenLaws({LAW: law}, studied_observer(turbine), filters)
 
 
 @lru_cache(maxsize=1)
-def _reference(source: str, files: str, winds: str) -> dict[str, list[float]]:
+def _reference(turbine: Turbine, winds: str) -> dict[str, list[float]]:
     """Return the reference controller's metrics in the same turbulence, once in each process."""
     from takagi.reports.simulation.runs import run_simulation
     from takagi.reports.simulation.winds import requested_winds
 
-    turbine, inputs = studied_turbine(source, files), json.loads(winds)
-    chosen = studied_law(source, files, canonical({"law": REFERENCE, "settings": {}}))
+    inputs = json.loads(winds)
+    chosen = studied_law(turbine, canonical({"law": REFERENCE, "settings": {}}))
     asked = requested_winds(turbine, _turbulence(inputs), duration=inputs["duration"])
     runs = run_simulation(turbine, chosen, asked, series=False).runs
     names = ("energy", *_RATIOS.values())

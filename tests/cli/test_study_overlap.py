@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from takagi.cli.main import main
+from takagi.models.turbine.data import Turbine
 from takagi.reports.study import overlap as module
 from tests.cli.conftest import contents
 
@@ -43,10 +44,10 @@ def test_a_study_that_was_stopped_ends_with_the_same_bytes(
     """Ctrl-C in the middle: status 130, one sentence; the same command computes the others."""
     motion = module.motion
 
-    def interrupted(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    def interrupted(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
         if inputs["law"] == "paper":
             raise KeyboardInterrupt
-        return motion(source, inputs)
+        return motion(turbine, inputs)
 
     monkeypatch.setattr(module, "motion", interrupted)
     interrupted.__name__ = "motion"

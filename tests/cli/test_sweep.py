@@ -17,7 +17,7 @@ Capture = pytest.CaptureFixture[str]
 GRID = ("--law", "effort-sharing", "--over", "overlap=0.01,0.02", "--over", "inertia=0.1:0.3:3")
 
 
-def cheap(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+def cheap(source: object, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """A point that costs nothing: more inertia is not proved."""
     if inputs["at"]["inertia"] > 0.25:
         return {"verdict": "UNDECIDED", "reason": "too much"}
@@ -59,7 +59,7 @@ def test_an_interrupt_says_how_to_go_on(
 ) -> None:
     """Ctrl-C in the middle: status 130, one sentence, and the finished points on disk."""
 
-    def interrupted(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    def interrupted(source: object, inputs: Mapping[str, Any]) -> dict[str, Any]:
         if inputs["at"]["overlap"] == 0.02:
             raise KeyboardInterrupt
         return cheap(source, inputs)
@@ -85,7 +85,7 @@ def test_another_model_or_law_computes_its_own_points(tmp_path: Path, capsys: Ca
 def test_a_point_that_fails_is_status_1(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def faulty(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    def faulty(source: object, inputs: Mapping[str, Any]) -> dict[str, Any]:
         return {"verdict": "PROVED", "reason": None, "x": 1 / (inputs["at"]["overlap"] - 0.02)}
 
     monkeypatch.setattr(module, "point", faulty)

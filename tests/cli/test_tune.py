@@ -134,7 +134,8 @@ def test_the_real_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     from takagi.certificates.document.certificate_file import files_sha256
     from takagi.models.turbine.loader import load_turbine, model_files
 
-    settings = default_settings(load_turbine("nrel5mw"))
+    turbine = load_turbine("nrel5mw")
+    settings = default_settings(turbine)
     at = {lever.option: lever.value(settings) for lever in LEVERS}
     inputs = {
         "files": files_sha256(model_files("nrel5mw")),
@@ -143,7 +144,7 @@ def test_the_real_loop(monkeypatch: pytest.MonkeyPatch) -> None:
         "duration": 60.0,
     }
     slow, fast = (
-        module.behaviour("nrel5mw", {**inputs, "at": at | {"wind-filter": tau}})["values"]
+        module.behaviour(turbine, {**inputs, "at": at | {"wind-filter": tau}})["values"]
         for tau in (12.0, 4.0)
     )
     assert fast["recovery"] < slow["recovery"]

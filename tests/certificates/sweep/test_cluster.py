@@ -11,12 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.sweep.store import Task
-from takagi.certificates.sweep.tasks import run_tasks
+from takagi.certificates.sweep.tasks import Task, run_tasks
 from takagi.cli.main import main
-from takagi.models import ModelError
+from takagi.models import ModelError, nrel5mw
 from tests.certificates.sweep.dask_cluster import ROOT, Cluster, dask_cluster, until
-from tests.certificates.sweep.toy import tasks
+from tests.certificates.sweep.toy import reading, tasks
 
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "default::DeprecationWarning")
 
@@ -68,22 +67,22 @@ def test_two_workers_of_which_one_is_killed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_is_started_again(tmp_path: Path) -> None:
-    """Its workers come to the new one, and the command goes on by itself."""
+def test_a_scheduler_that_is_lost_and_started_again(tmp_path: Path) -> None:
+    """The command says that what is finished is kept; the same one computes the others."""
     results = tmp_path / "results"
     with dask_cluster(tmp_path / "cluster", 2) as cluster:
-
-        def again() -> None:
-            cluster.started[0].kill()
-            cluster.started[0].wait(10)
-            cluster.scheduler()
-            # A worker without a nanny may end with its scheduler.
-            cluster.worker()
-
-        killing = meanwhile(results, 8, again)
-        made, _ = results_of(cluster, results)
+        killing = meanwhile(results, 8, cluster.started[0].kill)
+        with pytest.raises(ModelError, match="is kept in .*: run the same command again"):
+            results_of(cluster, results)
         killing.join()
+        ready = len(content(results))
+        cluster.scheduler()
+        # A worker without a nanny may end with its scheduler.
+        cluster.worker()
+        until(lambda: (cluster.folder / "log").read_text().count("Registered to:") >= 3)
+        made, resumed = results_of(cluster, results)
 
+    assert 8 <= ready == resumed < COUNT
     assert [result["z"] for result in made] == [2 * x for x in range(COUNT)]
     assert same_as_alone(results, tmp_path / "alone")
 
@@ -112,32 +111,25 @@ def test_a_client_that_is_gone(tmp_path: Path) -> None:
     assert same_as_alone(results, tmp_path / "alone")
 
 
-def test_files_go_to_the_workers_with_the_task(tmp_path: Path) -> None:
+def test_a_turbine_goes_to_the_workers_with_the_task(tmp_path: Path) -> None:
     """A worker has no file system in common with this machine; an error is the task's alone."""
-    (tmp_path / "model" / "below").mkdir(parents=True)
-    files = (tmp_path / "model" / "plant.toml", tmp_path / "model" / "below" / "table.csv")
-    for path in files:
-        path.write_text(path.name)
-    inputs = {"client": str(files[0])}
-    work = [
-        Task("tests.certificates.sweep.toy:reading", str(files[0]), inputs, files),
-        tasks("troubled")[1],
-    ]
-    with dask_cluster(tmp_path / "cluster", 1) as cluster:
+    turbine = nrel5mw()
+    work = [Task("tests.certificates.sweep.toy:reading", turbine, {}), tasks("troubled")[1]]
+    with dask_cluster(tmp_path / "cluster", 2) as cluster:
         (read, failed), _ = run_tasks(work, tmp_path / "results", scheduler=cluster.address)
 
-    assert read == {"texts": ["plant.toml", "table.csv"], "moved": True}
+    assert read == reading(turbine, {})
     assert failed == {"error": "ZeroDivisionError: a fault"}
 
 
 def test_a_worker_of_another_release_is_refused(tmp_path: Path) -> None:
-    """Before anything is sent; the words name worker, library and both versions."""
+    """Before a task is computed; the words name the library and both versions."""
     other = tmp_path / "other" / "takagi-0.0.9.dist-info"
     other.mkdir(parents=True)
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: takagi\nVersion: 0.0.9\n")
     path = f"{other.parent}{os.pathsep}{ROOT}"
-    with dask_cluster(tmp_path / "cluster", 1, PYTHONPATH=path) as cluster:
-        with pytest.raises(ModelError, match=r"worker tcp.* other versions: takagi 0\.0\.9 \(here"):
+    with dask_cluster(tmp_path / "cluster", 2, PYTHONPATH=path) as cluster:
+        with pytest.raises(ModelError, match=r"worker has other versions: takagi 0\.0\.9 \(here"):
             results_of(cluster, tmp_path / "results")
         assert not list(cluster.folder.glob("process-*"))
     assert not content(tmp_path / "results")
@@ -161,7 +153,7 @@ def test_a_cluster_that_makes_no_sense(tmp_path: Path, monkeypatch: pytest.Monke
     """No address, processes beside a cluster, no Dask: each has its sentence."""
     results, work, address = tmp_path / "results", tasks(), "tcp://127.0.0.1:1"
     pytest.importorskip("distributed")
-    with pytest.raises(ModelError, match="is no address of a Dask scheduler"):
+    with pytest.raises(ModelError, match="no Dask scheduler answers there; .*tcp://"):
         run_tasks(work, results, scheduler="somewhere://else")
     with pytest.raises(ModelError, match="leave --workers out"):
         run_tasks(work, results, scheduler=address, workers=2)

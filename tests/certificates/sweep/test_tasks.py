@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.sweep.store import Task
-from takagi.certificates.sweep.tasks import run_tasks
+from takagi.certificates.sweep.tasks import Task, run_tasks
 from takagi.models import ModelError
 from tests.certificates.sweep.toy import tasks
 
@@ -124,7 +123,7 @@ def test_processes_that_are_always_killed_end_the_command(
     (tmp_path / "killed").touch()
     # A path below a file can never be made, so that every process that tries x = 3 is killed.
     work = tasks("deadly", str(tmp_path / "killed" / "again"), 5)
-    with pytest.raises(ModelError, match="killed from outside 2 times.*Run the same command again"):
+    with pytest.raises(ModelError, match="killed from outside 2 times.*run the same command again"):
         run_tasks(work, tmp_path / "deadly", workers=2)
 
 

@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.sweep.store import Task
+from takagi.certificates.sweep.tasks import Task
+from takagi.models.turbine.data import Turbine
 
 
 def tasks(
@@ -20,12 +21,12 @@ def tasks(
     return [Task(f"{__name__}:{function}", source, each) for each in inputs]
 
 
-def product(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+def product(source: object, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a result in another order than that of the alphabet."""
     return {"z": inputs["factor"] * inputs["x"], "a": [0.1 * inputs["x"], None]}
 
 
-def troubled(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+def troubled(source: object, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Fail for odd x; a result that JSON cannot represent fails too."""
     if inputs["x"] == 1:
         raise ZeroDivisionError("a\nfault")
@@ -48,8 +49,6 @@ def slow(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     return product(source, inputs)
 
 
-def reading(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what two files have, and whether the first is at another place than the client's."""
-    path = Path(source)
-    texts = [path.read_text(), (path.parent / "below" / "table.csv").read_text()]
-    return {"texts": texts, "moved": str(path) != inputs["client"]}
+def reading(source: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the turbine that goes with the task has."""
+    return {"name": source.name, "coefficient": float(source.torque(7.0, 0.01))}
