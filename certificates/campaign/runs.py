@@ -171,16 +171,23 @@ def run_campaigns(
     OSError : a result cannot be written.
     """
     require_numbers(runs, duration, seed)
-    sha256 = hashlib.sha256(certificate.read_bytes()).hexdigest()
-    loop = _loop(str(certificate), sha256)
+    text = certificate.read_bytes()
+    loop, sha256 = _loop(text), hashlib.sha256(text).hexdigest()
     fixed = {"certificate": sha256, "duration": duration, "seed": seed}
-    tasks = []
-    for beyond in classes:
-        shared = {**fixed, "beyond": [beyond.kind, list(beyond.numbers)]}
-        for n in range(0, runs, TOGETHER):
-            inputs = {**shared, "from": n, "to": min(n + TOGETHER, runs)}
-            task = Task(f"{__name__}:some_runs", str(certificate), inputs, (certificate,))
-            tasks.append(task)
+    tasks = [
+        Task(
+            f"{__name__}:some_runs",
+            text,
+            {
+                **fixed,
+                "beyond": [beyond.kind, list(beyond.numbers)],
+                "from": n,
+                "to": min(n + TOGETHER, runs),
+            },
+        )
+        for beyond in classes
+        for n in range(0, runs, TOGETHER)
+    ]
     results, _ = run_tasks(tasks, folder, workers=workers, scheduler=scheduler, tell=tell)
     error = next((result["error"] for result in results if "error" in result), None)
     if error is not None:
@@ -207,10 +214,10 @@ def require_numbers(runs: int, duration: float, seed: int) -> None:
         raise ModelError(f"seed {seed} was given; 0 or more is needed")
 
 
-def some_runs(source: str, inputs: Mapping[str, Any]) -> Result:
+def some_runs(certificate: bytes, inputs: Mapping[str, Any]) -> Result:
     """Return a task's result: some runs, with None in place of nan."""
     beyond, numbers = Beyond(*inputs["beyond"]), range(inputs["from"], inputs["to"])
-    loop = beyond.loop(_loop(source, inputs["certificate"]))
+    loop = beyond.loop(_loop(certificate))
     level = beyond.numbers[0] if beyond.kind == "start" else 1.0
     share, events = np.empty((len(numbers), len(BOUNDS))), np.empty((len(numbers), len(EVENTS)))
     for i, n in enumerate(numbers):
@@ -220,12 +227,9 @@ def some_runs(source: str, inputs: Mapping[str, Any]) -> Result:
 
 
 @lru_cache(maxsize=1)
-def _loop(source: str, sha256: str) -> CertifiedLoop:
-    """Return the loop of the certificate with this hash; read once in each process."""
-    text = Path(source).read_bytes()
-    if hashlib.sha256(text).hexdigest() != sha256:
-        raise RuntimeError(f"{source} was changed while the campaign ran")
-    return certified_loop(json.loads(text))
+def _loop(certificate: bytes) -> CertifiedLoop:
+    """Return the loop of a certificate's text; read once in each process."""
+    return certified_loop(json.loads(certificate))
 
 
 def _plain(values: Floats) -> list[float | None]:
