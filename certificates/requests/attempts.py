@@ -19,17 +19,15 @@ from dataclasses import replace
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.attraction_region import AttractionRegion
+from takagi.certificates.requests.channel_norms import H2Norm, L2Gain, Peak
 from takagi.certificates.requests.decay import Decay, common_function, faster_function
 from takagi.certificates.requests.exit_probability import ExitProbability
 from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
-from takagi.certificates.requests.h2_norm import H2Norm
 from takagi.certificates.requests.invariant_ellipsoid import InputLimits, InvariantEllipsoid
-from takagi.certificates.requests.l2_gain import L2Gain
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import box_rows
 from takagi.certificates.requests.loop.weight_pieces import grid
 from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
-from takagi.certificates.requests.peak import Peak
 from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.requests.robustness import GainRounding
 from takagi.certificates.requests.sampled_loop import SampledLoop

@@ -16,7 +16,7 @@ from takagi.certificates.document.model_data import (
     short,
     stack_of,
 )
-from takagi.certificates.requests.loop.disturbance_channel import entrance_of
+from takagi.certificates.requests.channel_norms import entrance_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import box_rows
 from takagi.certificates.requests.request import Attempt, first_proved, require_positive

@@ -66,9 +66,7 @@ class NormWish:
 
     def request(self, value: float | None = None) -> Request:
         """Return the claim that is asked for, with a norm of at most the value, or the least."""
-        from takagi.certificates.requests.h2_norm import H2Norm
-        from takagi.certificates.requests.l2_gain import L2Gain
-        from takagi.certificates.requests.peak import Peak
+        from takagi.certificates.requests.channel_norms import H2Norm, L2Gain, Peak
 
         # A matrix for each rule only where the rules differ: a secant embedding has no others.
         C, D = (stack[:1] if (stack == stack[0]).all() else stack for stack in (self.C, self.D))
