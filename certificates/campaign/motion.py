@@ -1,5 +1,8 @@
 r"""One run of the certified loop: the law with its limits, the pitch drive and the rotor.
 
+Plant, law and claim are read from the certificate's own document: no object of the design or its
+proof is used, so the simulated loop is exactly the one in the file.
+
     omega' = kappa (s_P c v^2 c_Q(omega R / v, beta) + Delta - n_g T_g / J)
     beta'  = sat((beta_ref - beta) / tau)
     x'     = -nu (omega - omega*)
@@ -16,18 +19,32 @@ and s_P, the true over the table's power coefficient.  A step ends where v_s rea
 tables.  The adversaries choose, one input after the other, the end of its range at which
 xi' Q xi grows fastest: with Q = P it is V, with h h' one bound.
 
-Numba compiles this file; all functions that call each other are in it, for the reason that
-``compiled`` states.
+Numba compiles this file, which therefore has all functions that call each other.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import exp, inf, log, nan, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from takagi.certificates.campaign.loop import DIRECTIONS, CertifiedLoop, Equations
 from takagi.models.arrays import Floats, compiled
+from takagi.models.errors import ModelError
+from takagi.models.ramps import effort_ramp
+from takagi.models.splines.scalar_surface import patch_coefficients
+from takagi.models.splines.spline import Surface
+
+KIND = "coherent-loop"
+PEAKS = ("speed_error", "effort_lag", "speed_signal", "integral")
+# Rows h of the peaks |h xi|, xi = (e, zeta, x): e, zeta, e - x, x.
+DIRECTIONS = np.array([[1.0, 0, 0], [0, 1.0, 0], [1.0, 0, -1.0], [0, 0, 1.0]])
+# The order of the rows of ``CertifiedLoop.tables``.
+TABLES = ("rotor_speed", "trim_effort", "effectiveness", "proportional", "effectiveness_limit")
+PITCHES = 40
+OF_MODEL = ("rotor_radius", "pitch_rate_limit", "pitch_min", "pitch_max")
+OF_LAW = ("overlap", "rated_torque", "effort_torque", "integral_limit")
 
 # Ratios of simulated quantities to their certified bounds; a correct certificate gives at most 1:
 # V; |h xi| over its peak; (omega - max omega*) over p_e; (T_rated - T) / T_rated before the limiter
@@ -70,8 +87,141 @@ Inputs = tuple[float, float, float, float]
 Schedule = tuple[float, float, float, float, float]
 
 
+class CertifiedLoop(NamedTuple):
+    """The loop of a certificate of kind ``coherent-loop``, and what is claimed of it.
+
+    Symbols of docs/effort-sharing-loop.md, in SI units.  Arrays, since numba counts references to
+    each member.
+    """
+
+    torque_scale: float  # c / J, where T_r = c v^2 c_Q
+    gear_scale: float  # n_g / J
+    rotor_radius: float
+    pitch_lag: float
+    pitch_rate_limit: float
+    pitch_min: float
+    pitch_max: float
+    overlap: float
+    rated_torque: float
+    effort_torque: float  # E
+    integral_limit: float
+    # c_Q(lambda, beta) as in ``patch_coefficients``.
+    ratio: Floats
+    pitch: Floats
+    patches: Floats
+    # A row for each wind cell: its ends; ``TABLES`` at its lower end; their slopes over wind; nu.
+    cells: Floats
+    rated_speed: float
+    top_speed: float  # the greatest omega*
+    wind: Floats  # nodes of the schedule
+    P: Floats  # of the set, in (e, zeta, x)
+    R: Floats  # of the common decay
+    common_rate: float
+    root: Floats  # its columns span the set
+    corners: Floats  # points of the set where a peak is attained
+    peaks: Floats  # of e, zeta, e - x, x
+    # In each cell: delta, rho, d_k, and the largest share of the way to the frozen wake.
+    wind_error: Floats
+    wind_rate: Floats
+    decay_rate: Floats
+    wake: Floats
+    # Least and greatest true over nominal inertia, and over table's c_P.
+    inertia: Floats
+    power: Floats
+
+
+def certified_loop(document: Mapping[str, Any]) -> CertifiedLoop:
+    """Return the loop of a certificate; ``document`` is the file's JSON.
+
+    Raises
+    ------
+    ModelError : no claim of kind ``coherent-loop``, or a part that is missing or does not fit.
+    """
+    listed = [claim for claim in document.get("claims", ()) if isinstance(claim, dict)]
+    claim = next((claim for claim in listed if claim.get("kind") == KIND), None)
+    if claim is None:
+        kinds = ", ".join(sorted({str(claim.get("kind")) for claim in listed})) or "none"
+        raise ModelError(
+            f"the certificate has claims of kind {kinds}; a campaign needs one of kind {KIND}, "
+            "which `takagi design TURBINE` makes with the effort-sharing law"
+        )
+    try:
+        return _read(document["model"], document["gains"], claim)
+    except (KeyError, TypeError, ValueError, np.linalg.LinAlgError) as error:
+        raise ModelError(
+            f"the certificate cannot be simulated ({type(error).__name__}: {error}); "
+            "`takagi check` says what is wrong with it"
+        ) from error
+
+
+def _read(model: dict[str, Any], law: dict[str, Any], claim: dict[str, Any]) -> CertifiedLoop:
+    table = model["torque_surface"]
+    surface = Surface(table["tip_speed_ratio_knots"], table["pitch_knots"], table["coefficients"])
+    wind = _row(law["wind"])
+    tables = np.array([law[name] for name in TABLES], dtype=np.float64).reshape(5, len(wind))
+    cells, uncertainty = claim["cells"], claim["uncertainty"]
+    P = _row(claim["P"]).reshape(3, 3)
+    inverse = np.linalg.inv(P)
+    ratio, pitch, patches = patch_coefficients(surface)
+    gear = float(model["gear_ratio"])
+    J = float(model["rotor_inertia"]) + gear**2 * float(model["generator_inertia"])
+    members: dict[str, Any] = {name: float(model[name]) for name in OF_MODEL}
+    members |= {name: float(law[name]) for name in OF_LAW}
+    for name in ("wind_error", "wind_rate", "decay_rate"):
+        members[name] = _row([cell[name] for cell in cells]).reshape(len(wind) - 1)
+    rows = [wind[:-1], wind[1:], *tables[:, :-1], *(np.diff(tables, axis=1) / np.diff(wind))]
+    loop = CertifiedLoop(
+        **members,
+        torque_scale=float(model["torque_constant"]) / J,
+        gear_scale=gear / J,
+        pitch_lag=float(model["pitch_time_constant"]),
+        ratio=np.array(ratio),
+        pitch=np.array(pitch),
+        patches=patches,
+        cells=np.ascontiguousarray(np.vstack([*rows, _row(law["integral_rate"])]).T),
+        rated_speed=float(model["rated_rotor_speed"]),
+        top_speed=float(tables[0].max()),
+        wind=wind,
+        P=P,
+        R=_row(claim["settling"]["P"]).reshape(3, 3),
+        common_rate=float(claim["settling"]["decay_rate"]),
+        root=np.ascontiguousarray(np.linalg.inv(np.linalg.cholesky(P)).T),
+        corners=np.array([inverse @ h / np.sqrt(h @ inverse @ h) for h in DIRECTIONS]),
+        peaks=_row([claim["peaks"][name] for name in PEAKS]),
+        inertia=_row(uncertainty["inertia"]).reshape(2),
+        # A file without this member means the power coefficient of the table.
+        power=_row(uncertainty.get("power_coefficient", (1.0, 1.0))).reshape(2),
+        wake=np.zeros(len(cells)),
+    )
+    return loop._replace(wake=_wake(loop, surface)) if uncertainty["frozen_wake"] else loop
+
+
+def _wake(loop: CertifiedLoop, surface: Surface) -> Floats:
+    """Return 1 in the cells where every wake up to the frozen one belongs to the family, else 0.
+
+    There b_fw + s_P d(T_r/J)/dbeta is not negative over the pitch that the set can reach.
+    """
+    low, high = loop.cells[:, 0], loop.cells[:, 1]
+    tables, slopes = loop.cells[:, 2:7].T, loop.cells[:, 7:12].T
+    fits = np.ones(len(low), dtype=bool)
+    for middle in (0.0, 0.5, 1.0):
+        wind = low + middle * (high - low)
+        speed, effort, b, gain, limit = tables + (wind - low) * slopes
+        reach = gain * loop.peaks[2]
+        high_effort = effort_ramp(effort + reach, loop.overlap) + loop.peaks[1]
+        low_effort = np.maximum(effort_ramp(effort - reach, loop.overlap) - loop.peaks[1], 0.0)
+        pitch = loop.pitch_min + np.linspace(low_effort, high_effort, PITCHES) / b
+        slope = surface(loop.rotor_radius * speed / wind, pitch, dy=1, clip=True)
+        fits &= np.all(limit + loop.power[1] * loop.torque_scale * wind**2 * slope >= 0, axis=0)
+    return fits.astype(np.float64)
+
+
+def _row(values: Any) -> Floats:
+    return np.array(values, dtype=np.float64)
+
+
 @compiled
-def _coefficient(p: Equations, ratio: float, pitch: float) -> float:
+def _coefficient(p: CertifiedLoop, ratio: float, pitch: float) -> float:
     """Return c_Q; outside the table it is held at the edge."""
     x = min(max(ratio, p.ratio[0]), p.ratio[-1])
     y = min(max(pitch, p.pitch[0]), p.pitch[-1])
@@ -103,7 +253,7 @@ def _quadratic(M: Floats, xi: State) -> float:
 
 
 @compiled
-def schedule(p: Equations, k: int, wind: float) -> Schedule:
+def schedule(p: CertifiedLoop, k: int, wind: float) -> Schedule:
     """Return omega*, q*, b, gamma and b_fw at a wind of cell k."""
     row, beyond = p.cells[k], wind - p.cells[k, 0]
     return (
@@ -116,7 +266,7 @@ def schedule(p: Equations, k: int, wind: float) -> Schedule:
 
 
 @compiled
-def command(p: Equations, k: int, wind: float, state: State) -> tuple[float, float, float]:
+def command(p: CertifiedLoop, k: int, wind: float, state: State) -> tuple[float, float, float]:
     """Return torque [N m] and pitch [rad] before their limits, and psi(U)."""
     reference, trim, b, gain, _ = schedule(p, k, wind)
     signal = state[0] - reference - state[2]
@@ -126,7 +276,7 @@ def command(p: Equations, k: int, wind: float, state: State) -> tuple[float, flo
 
 
 @compiled
-def rates(p: Equations, k: int, wind: float, u: Inputs, kappa: float, state: State) -> State:
+def rates(p: CertifiedLoop, k: int, wind: float, u: Inputs, kappa: float, state: State) -> State:
     """Return omega', beta', x' at a schedule wind of cell k, under the inputs u."""
     reference, effort, b, _, limit = schedule(p, k, wind)
     torque, demanded, _ = command(p, k, wind, state)
@@ -157,7 +307,7 @@ def _moved(state: State, time: float, rate: State) -> State:
 
 @compiled
 def step(
-    p: Equations, k: int, wind: float, u: Inputs, kappa: float, x: State, time: float
+    p: CertifiedLoop, k: int, wind: float, u: Inputs, kappa: float, x: State, time: float
 ) -> State:
     """Return the state a time [s] later, by one step of Kutta's fourth-order method (1901)."""
     half = wind + time / 2.0 * u[1]
@@ -170,7 +320,7 @@ def step(
 
 
 @compiled
-def errors(p: Equations, k: int, wind: float, state: State) -> State:
+def errors(p: CertifiedLoop, k: int, wind: float, state: State) -> State:
     """Return xi = (e, zeta, x), zeta = psi(U) - b (beta - beta_min)."""
     reference, _, b, _, _ = schedule(p, k, wind)
     shed = command(p, k, wind, state)[2]
@@ -194,8 +344,8 @@ def _push(
         for end in (-1.0 if i < 2 else 0.0, 1.0):
             former, shares[i] = shares[i], end
             u = _inputs(p, k, shares)
-            ahead = _moved(state, AHEAD, rates(p.equations, k, wind, u, kappa, state))
-            value = _quadratic(Q, errors(p.equations, k, wind + AHEAD * u[1], ahead))
+            ahead = _moved(state, AHEAD, rates(p, k, wind, u, kappa, state))
+            value = _quadratic(Q, errors(p, k, wind + AHEAD * u[1], ahead))
             if largest > value:
                 shares[i] = former
             else:
@@ -207,19 +357,20 @@ def _measure(
     loop: CertifiedLoop, k: int, wind: float, u: Inputs, state: State, now: Floats
 ) -> State:
     """Write the ratio to each bound except the decays; return xi."""
-    p = loop.equations
-    torque, pitch, _ = command(p, k, wind, state)
-    e, lag, x = errors(p, k, wind, state)
+    torque, pitch, _ = command(loop, k, wind, state)
+    e, lag, x = errors(loop, k, wind, state)
     now[0] = _quadratic(loop.P, (e, lag, x))
     now[1], now[2] = abs(e) / loop.peaks[0], abs(lag) / loop.peaks[1]
     now[3], now[4] = abs(e - x) / loop.peaks[2], abs(x) / loop.peaks[3]
     now[5] = (state[0] - loop.top_speed) / loop.peaks[0]
-    now[6] = (p.rated_torque - torque) / p.rated_torque
-    reach, below = p.pitch_max - p.pitch_min, p.pitch_min - state[1]
-    now[7] = (pitch - p.pitch_min) / reach
+    now[6] = (loop.rated_torque - torque) / loop.rated_torque
+    reach, below = loop.pitch_max - loop.pitch_min, loop.pitch_min - state[1]
+    now[7] = (pitch - loop.pitch_min) / reach
     now[8] = 1.0 + below / reach if below > 0.0 else 0.0
-    ratio = p.rotor_radius * state[0] / max(wind + u[0], LEAST_WIND)
-    inside = p.ratio[0] <= ratio <= p.ratio[-1] and p.pitch[0] <= state[1] <= p.pitch[-1]
+    ratio = loop.rotor_radius * state[0] / max(wind + u[0], LEAST_WIND)
+    inside = (
+        loop.ratio[0] <= ratio <= loop.ratio[-1] and loop.pitch[0] <= state[1] <= loop.pitch[-1]
+    )
     now[TABLE] = 0.0 if inside else 2.0
     return e, lag, x
 
@@ -227,14 +378,13 @@ def _measure(
 @compiled
 def _equilibrium(loop: CertifiedLoop, k: int, wind: float, u: Inputs, kappa: float) -> float:
     """Return x* of the equilibrium (0, 0, x*) at constant wind, by bisection."""
-    p = loop.equations
-    reference, effort, b, gain, _ = schedule(p, k, wind)
+    reference, effort, b, gain, _ = schedule(loop, k, wind)
     low, high = -2.0 * loop.peaks[3], 2.0 * loop.peaks[3]
     for _ in range(BISECTIONS):
         x = (low + high) / 2.0
-        pitch = p.pitch_min + _ramp(effort - gain * x, p.overlap) / b
+        pitch = loop.pitch_min + _ramp(effort - gain * x, loop.overlap) / b
         # e' grows with x: a larger x asks for less effort.
-        if rates(p, k, wind, u, kappa, (reference, pitch, x))[0] < 0.0:
+        if rates(loop, k, wind, u, kappa, (reference, pitch, x))[0] < 0.0:
             low = x
         else:
             high = x
@@ -260,8 +410,7 @@ def _start(
     If pitch would start below its limit, which the theorem excludes, the mirror image is used:
     there zeta <= 0 <= psi(U).
     """
-    p = loop.equations
-    k, share = int(draw.integers(0, len(p.cells))), draw.random()
+    k, share = int(draw.integers(0, len(loop.cells))), draw.random()
     if draw.random() < AT_NODES:
         share = round(share)
     wind = loop.wind[k] * (1.0 - share) + loop.wind[k + 1] * share
@@ -275,14 +424,14 @@ def _start(
         if kind >= ON_BOUNDARY:
             xi = xi * draw.random() ** (1.0 / 3.0)
     xi = xi * sqrt(level * (1.0 - WITHIN))
-    reference, effort, b, gain, _ = schedule(p, k, wind)
+    reference, effort, b, gain, _ = schedule(loop, k, wind)
     pitch = 0.0
     for _ in range(2):
-        pitch = p.pitch_min + (_ramp(effort + gain * (xi[0] - xi[2]), p.overlap) - xi[1]) / b
-        if pitch >= p.pitch_min:
+        pitch = loop.pitch_min + (_ramp(effort + gain * (xi[0] - xi[2]), loop.overlap) - xi[1]) / b
+        if pitch >= loop.pitch_min:
             break
         xi = -xi
-    return k, wind, (reference + xi[0], min(pitch, p.pitch_max), xi[2])
+    return k, wind, (reference + xi[0], min(pitch, loop.pitch_max), xi[2])
 
 
 @compiled
@@ -303,7 +452,6 @@ def run(
     level : starts have V up to this;  duration : of the run [s].
     share : the largest ratio to each bound;  events : as ``EVENTS`` names them.
     """
-    p = loop.equations
     k, wind, state = _start(loop, draw, level)
     inertia = loop.inertia[0] + draw.random() * (loop.inertia[1] - loop.inertia[0])
     if draw.random() < 0.5:
@@ -321,7 +469,7 @@ def run(
         Q = np.outer(h, h)
     first, first_common = 0.0, 0.0
     share[:], events[:] = nan, nan
-    time, last, end = 0.0, inf, len(p.cells) - 1
+    time, last, end = 0.0, inf, len(loop.cells) - 1
     while True:
         if kind == SWITCHES:
             for i in range(4):
@@ -355,12 +503,12 @@ def run(
         events[2] = now[0]
         if time >= duration or now[TABLE] > 1.0:
             return
-        early = EARLY_PARTS if time < EARLY_LAGS * p.pitch_lag else 1.0
-        last = min(STEP_SHARE * p.pitch_lag / early, duration - time)
+        early = EARLY_PARTS if time < EARLY_LAGS * loop.pitch_lag else 1.0
+        last = min(STEP_SHARE * loop.pitch_lag / early, duration - time)
         node = loop.wind[k + 1] if u[1] > 0.0 else loop.wind[k]
         meets = u[1] != 0.0 and (node - wind) / u[1] <= last
         if meets:
             last = (node - wind) / u[1]
-        state = step(p, k, wind, u, kappa, state, last)
+        state = step(loop, k, wind, u, kappa, state, last)
         wind = node if meets else wind + last * u[1]
         time += last

@@ -19,8 +19,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
-from takagi.certificates.campaign.motion import BOUNDS, EVENTS, PLAYERS, TOLERANCE, run
+from takagi.certificates.campaign.motion import (
+    BOUNDS,
+    EVENTS,
+    PLAYERS,
+    TOLERANCE,
+    CertifiedLoop,
+    certified_loop,
+    run,
+)
 from takagi.certificates.sweep.tasks import Result, Task, Tell, run_tasks
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
@@ -33,7 +40,20 @@ TOGETHER = 250
 KINDS = tuple(kind for kind, count in enumerate(PLAYERS) for _ in range(count))
 # Written digits of a number.
 DIGITS = 8
-REQUESTS = ("wind", "wind-error", "wind-rate", "start", "inertia", "wake")
+# What ``--beyond`` knows, and the members of the loop that it multiplies or replaces.
+REQUESTS: Mapping[str, tuple[str, ...]] = {
+    "wind": ("wind_error", "wind_rate"),
+    "wind-error": ("wind_error",),
+    "wind-rate": ("wind_rate",),
+    "start": (),
+    "inertia": ("inertia",),
+    "wake": ("wake",),
+}
+# The requests that ``--beyond all`` stands for.
+STANDARD = (
+    *("wind=1.5", "wind=3", "wind=10", "wind-error=5", "wind-rate=5", "start=4"),
+    *("inertia=0.8:1.2", "inertia=0.5:2", "wake=3"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +78,7 @@ class Beyond:
         """Return the loop with this class and these plants; its bounds are the certificate's."""
         if self.kind == "inertia":
             return loop._replace(inertia=np.array(self.numbers))
-        members = {"wind": ("wind_error", "wind_rate"), "start": (), "": ()}
-        changed = members.get(self.kind, (self.kind.replace("-", "_"),))
+        changed = REQUESTS.get(self.kind, ())
         return loop._replace(**{name: self.numbers[0] * getattr(loop, name) for name in changed})
 
 
@@ -95,13 +114,6 @@ def beyond_of(text: str) -> Beyond:
             "number above 1, or leave --beyond out"
         )
     return Beyond(kind, numbers)
-
-
-# The requests that ``--beyond all`` stands for.
-STANDARD = (
-    *("wind=1.5", "wind=3", "wind=10", "wind-error=5", "wind-rate=5", "start=4"),
-    *("inertia=0.8:1.2", "inertia=0.5:2", "wake=3"),
-)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,9 +173,8 @@ def run_campaigns(
     Parameters
     ----------
     certificate : file with a claim of kind ``coherent-loop``.
-    folder : for the results; those that are there are not computed again.
+    folder, workers, scheduler, tell : see ``run_tasks``.
     runs : of each campaign;  seed : the same one gives the same runs.
-    workers, scheduler, tell : see ``run_tasks``.
 
     Raises
     ------
@@ -172,29 +183,25 @@ def run_campaigns(
     """
     require_numbers(runs, duration, seed)
     text = certificate.read_bytes()
-    loop, sha256 = _loop(text), hashlib.sha256(text).hexdigest()
-    fixed = {"certificate": sha256, "duration": duration, "seed": seed}
-    tasks = [
-        Task(
-            f"{__name__}:some_runs",
-            text,
-            {
-                **fixed,
-                "beyond": [beyond.kind, list(beyond.numbers)],
-                "from": n,
-                "to": min(n + TOGETHER, runs),
-            },
-        )
+    fixed = {"certificate": hashlib.sha256(text).hexdigest(), "duration": duration, "seed": seed}
+    loop, campaigns, starts = _loop(text), [], range(0, runs, TOGETHER)
+    inputs = [
+        {"beyond": [beyond.kind, list(beyond.numbers)], "from": n, "to": min(n + TOGETHER, runs)}
         for beyond in classes
-        for n in range(0, runs, TOGETHER)
+        for n in starts
     ]
-    results, _ = run_tasks(tasks, folder, workers=workers, scheduler=scheduler, tell=tell)
+    results, _ = run_tasks(
+        [Task(f"{__name__}:some_runs", text, {**fixed, **each}) for each in inputs],
+        folder,
+        workers=workers,
+        scheduler=scheduler,
+        tell=tell,
+    )
     error = next((result["error"] for result in results if "error" in result), None)
     if error is not None:
         raise ModelError(f"random runs could not be made: {error}")
-    campaigns, count = [], len(tasks) // len(classes)
     for i, beyond in enumerate(classes):
-        group = results[i * count : (i + 1) * count]
+        group = results[i * len(starts) : (i + 1) * len(starts)]
         share, events = (
             np.concatenate([np.array(result[name], float) for result in group], axis=1)
             for name in ("share", "events")

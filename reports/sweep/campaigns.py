@@ -33,6 +33,7 @@ OUTSIDE = (
     "peaks is exceeded; named is the other bound that most runs exceed first, and at which winds.\n"
     "Numbers of runs are percentages; overspeed is in percent of rated."
 )
+NO_VIOLATION = "no violation of any certified bound"
 # As many as there are bounds but the set.
 BAR_COLOURS = (*COLOURS, "#999999", "#F0E442", "#8C564B", "#004D40")
 Row = dict[str, Any]
@@ -57,9 +58,13 @@ class CampaignReport:
     @property
     def rows(self) -> list[Row]:
         """A row for each bound inside the certified class, or for each campaign outside."""
-        if self.inside is not None:
-            return bound_rows(self.inside)
-        return [beyond_row(campaign) for campaign in self.campaigns]
+        if self.inside is None:
+            return [beyond_row(campaign) for campaign in self.campaigns]
+        pairs = zip(BOUNDS, self.inside.share, self.inside.broken, strict=True)
+        return [
+            {"bound": name, "largest share": _largest(share), "violations": int(broken.sum())}
+            for name, share, broken in pairs
+        ]
 
 
 def campaign_files(report: CampaignReport) -> dict[str, bytes | str]:
@@ -76,7 +81,12 @@ def campaign_files(report: CampaignReport) -> dict[str, bytes | str]:
 
 def as_text(report: CampaignReport) -> str:
     """Return the table with the explanations needed to read it, as Markdown."""
-    words = OUTSIDE if report.inside is None else f"{sentence(report.inside)}."
+    words, inside = OUTSIDE, report.inside
+    if inside is not None:
+        hours, broken = inside.runs * inside.duration / 3600, inside.violations
+        result = f"{broken} violate a certified bound" if broken else NO_VIOLATION
+        words = f"{inside.runs} runs of {inside.duration:g} s ({hours:.0f} h of operation): "
+        words += f"{result}."
     return (
         f"# {report.model}: random runs of the certified loop\n\nCertificate: {report.verdict}.\n\n"
         f"{markdown_table(report.rows)}\n{words}\nA simulation proves nothing.\n"
@@ -97,23 +107,6 @@ def as_json(report: CampaignReport, files: Sequence[str]) -> str:
         "files": list(files),
     }
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
-
-
-def sentence(campaign: Campaign) -> str:
-    """Return a one-line summary of a campaign inside the certified class."""
-    hours = campaign.runs * campaign.duration / 3600
-    summary = f"{campaign.runs} runs of {campaign.duration:g} s ({hours:.0f} h of operation)"
-    if campaign.violations:
-        return f"{summary}: {campaign.violations} violate a certified bound"
-    return f"{summary}: no violation of any certified bound"
-
-
-def bound_rows(campaign: Campaign) -> list[Row]:
-    """Return per bound the largest share used, and violations."""
-    return [
-        {"bound": name, "largest share": _largest(share), "violations": int(broken.sum())}
-        for name, share, broken in zip(BOUNDS, campaign.share, campaign.broken, strict=True)
-    ]
 
 
 def beyond_row(campaign: Campaign) -> Row:

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
 from takagi.certificates.campaign.motion import (
     BOUNDS,
+    CertifiedLoop,
     State,
     _start,
+    certified_loop,
     command,
     errors,
     rates,
@@ -167,7 +168,7 @@ def loop(built: Any) -> CertifiedLoop:
 def scenes(loop: CertifiedLoop) -> list[Scene]:
     """Random states of the set, winds and plants of the class, in all parts of the tables."""
     draw, found = np.random.default_rng(3), []
-    p = loop.equations
+    p = loop
     for k in draw.integers(len(loop.wind) - 1, size=COUNT):
         wind = float(loop.wind[k] + draw.uniform(0.05, 0.95) * (loop.wind[k + 1] - loop.wind[k]))
         xi = loop.root @ draw.uniform(-0.5, 0.5, 3)
@@ -183,7 +184,7 @@ def test_commands_are_those_of_the_law(
     built: Any, loop: CertifiedLoop, scenes: list[Scene]
 ) -> None:
     """Torque and pitch reference of ``EffortSharingLaw``, which reads another object."""
-    law, p, compared = built.law, loop.equations, 0
+    law, p, compared = built.law, loop, 0
     for s in scenes:
         seen = s.wind + law.wind_filter * s.u[1]
         if not 3 < seen < 25:
@@ -199,7 +200,7 @@ def test_commands_are_those_of_the_law(
 
 def test_rotor_is_the_turbine_s(built: Any, loop: CertifiedLoop, scenes: list[Scene]) -> None:
     """omega' from the turbine's own torque; the wake's by quadrature of its stated slope."""
-    turbine, p = built.turbine, loop.equations
+    turbine, p = built.turbine, loop
     nodes, weights = np.polynomial.legendre.leggauss(60)
     for s in scenes:
         speed, effort, b, _, limit = schedule(p, s.k, s.wind)
@@ -222,7 +223,7 @@ def test_c_p_multiplies_the_rotor_and_the_wake_keeps_to_its_limit(
     loop: CertifiedLoop, scenes: list[Scene]
 ) -> None:
     """With the whole wake the slope over pitch is the frozen wake's, for every c_P."""
-    p, h = loop.equations, 1e-6
+    p, h = loop, 1e-6
     for s in scenes[:30]:
         speed, *_, limit = schedule(p, s.k, s.wind)
         for power in (0.97, 1.03):
@@ -235,7 +236,7 @@ def test_c_p_multiplies_the_rotor_and_the_wake_keeps_to_its_limit(
 
 def test_errors_vanish_at_the_trim_and_are_linear_in_the_state(loop: CertifiedLoop) -> None:
     """(e, zeta, x): zeta is the effort that pitch lags behind, in full load q* + gamma (e - x)."""
-    p, k = loop.equations, len(loop.wind) - 4
+    p, k = loop, len(loop.wind) - 4
     wind = (loop.wind[k] + loop.wind[k + 1]) / 2
     speed, effort, b, gain, _ = schedule(p, k, wind)
     trim = p.pitch_min + effort / b
@@ -245,7 +246,7 @@ def test_errors_vanish_at_the_trim_and_are_linear_in_the_state(loop: CertifiedLo
 
 
 def test_starts_lie_in_the_set_in_all_cells_and_often_on_its_boundary(loop: CertifiedLoop) -> None:
-    draw, p = np.random.default_rng(1), loop.equations
+    draw, p = np.random.default_rng(1), loop
     starts = [_start(loop, draw, 1.0) for _ in range(400)]
     xi = np.array([errors(p, *start) for start in starts])
     values = np.einsum("ni,ij,nj->n", xi, loop.P, xi)
@@ -257,7 +258,7 @@ def test_starts_lie_in_the_set_in_all_cells_and_often_on_its_boundary(loop: Cert
 
 def test_steps_are_of_fourth_order_where_nothing_bends(loop: CertifiedLoop) -> None:
     """Halved steps err by a sixteenth in full load, away from limits (Kutta 1901)."""
-    p, k = loop.equations, len(loop.wind) - 4
+    p, k = loop, len(loop.wind) - 4
     wind = (loop.wind[k] + loop.wind[k + 1]) / 2
     speed, effort, b, *_ = schedule(p, k, wind)
 
