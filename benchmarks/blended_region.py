@@ -34,14 +34,12 @@ from measure import table
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.published import (
-    PublishedCandidate,
-    published_candidate,
-    published_claim,
-)
-from takagi.certificates.claims.turbine.published_search import (
     UNITS,
     FoundCell,
+    PublishedCandidate,
     PublishedSearch,
+    published_candidate,
+    published_claim,
     wind_breaks,
 )
 from takagi.certificates.design.turbine.published_law import designed_law, regional_design

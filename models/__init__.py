@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from takagi.models.sector.model import sector_model as sector_model
     from takagi.models.sector.premise_bounds import RuleCount as RuleCount
     from takagi.models.sources.control_plant import from_control as from_control
-    from takagi.models.sources.lin_file import from_lin as from_lin
     from takagi.models.sources.linear import from_arrays as from_arrays
     from takagi.models.sources.linear import from_csv as from_csv
+    from takagi.models.sources.linear import from_lin as from_lin
     from takagi.models.sources.linear import from_mat as from_mat
     from takagi.models.sources.symbolic import from_sympy as from_sympy
     from takagi.models.splines.spline import Curve as Curve

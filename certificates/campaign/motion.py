@@ -33,8 +33,7 @@ import numpy as np
 from takagi.models.arrays import Floats, compiled
 from takagi.models.errors import ModelError
 from takagi.models.ramps import effort_ramp
-from takagi.models.splines.scalar_surface import patch_coefficients
-from takagi.models.splines.spline import Surface
+from takagi.models.splines.spline import Surface, patch_coefficients
 
 KIND = "coherent-loop"
 PEAKS = ("speed_error", "effort_lag", "speed_signal", "integral")

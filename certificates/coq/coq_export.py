@@ -31,7 +31,7 @@ from takagi.certificates.checker.kernel.reader import read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.replay.certificate import check
-from takagi.certificates.cross_check.flint_decider import is_definite
+from takagi.certificates.cross_check.comparison import is_definite
 
 # Coq parses a text recursively; a text of about ten thousand characters fits its stack.
 LONGEST_TEXT, MOST_IN_ONE = 8_000, 200

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.splines.scalar_surface import patch_coefficients
+from takagi.models.splines.spline import patch_coefficients
 from takagi.models.turbine.data import FlapMode, Turbine, rotor_thrust, rotor_torque
 from takagi.models.turbine.trim import TrimPoint, trim
 

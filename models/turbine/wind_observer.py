@@ -30,7 +30,7 @@ from takagi.models.arrays import Floats
 from takagi.models.equations.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
-from takagi.models.splines.scalar_surface import scalar_surface
+from takagi.models.splines.spline import scalar_surface
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import round_outward
 from takagi.models.turbine.data import Turbine, rotor_torque_gradient

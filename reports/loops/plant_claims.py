@@ -25,7 +25,7 @@ from takagi.certificates.checker.turbine.published.loop import Loop
 from takagi.certificates.checker.turbine.published.loop_claim import PublishedLoop
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.claims.certification import USEFUL
-from takagi.certificates.claims.turbine.published_search import Span, merged
+from takagi.certificates.claims.turbine.published import Span, merged
 from takagi.models.arrays import Floats
 from takagi.reports.loops.plant_loop import claimed_matrix, proved_claims
 

@@ -15,16 +15,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.document.certificate_file import files_sha256
-from takagi.certificates.sweep.points import (
+from takagi.certificates.sweep.sweep import (
     SPEED,
     TORQUE,
     WIND,
+    Axis,
     AxisKind,
     default_winds,
     effort_sharing_point,
+    parse_axes,
     windows_result,
 )
-from takagi.certificates.sweep.sweep import Axis, parse_axes
 from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
 from takagi.models.errors import ModelError
 from takagi.models.turbine.loader import TurbineFile

@@ -16,11 +16,11 @@ from takagi.certificates import CertificateError, Claim, Verdict
 from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine.published import (
     PublishedCandidate,
+    merged,
     published_candidate,
     published_claim,
     with_overlaps,
 )
-from takagi.certificates.claims.turbine.published_search import merged
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     published_law_data,

@@ -17,12 +17,13 @@ from scipy.signal import step
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.protocol import Law, Measurement, sampled
 from takagi.models.laws.published.law import (
+    FilteredReferenceLaw,
     PublishedLaw,
+    ReferenceFilter,
     equilibrium,
     published_law,
     switched_law,
 )
-from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
 from takagi.models.laws.published.regional_schedule import (
     RegionalSchedule,
     Variant,

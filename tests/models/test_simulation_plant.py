@@ -22,8 +22,7 @@ from takagi.models.simulation.turbine_plant import (
     plant_rate,
     validation_plant,
 )
-from takagi.models.splines.scalar_surface import scalar_surface
-from takagi.models.splines.spline import interpolate
+from takagi.models.splines.spline import interpolate, scalar_surface
 from takagi.models.turbine.data import DiscWake, rotor_thrust, rotor_torque
 from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.models.turbine.trim import trim

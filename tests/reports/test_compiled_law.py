@@ -14,8 +14,7 @@ from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.laws.protocol import Law, SampledLaw
-from takagi.models.laws.published.law import switched_law
-from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
+from takagi.models.laws.published.law import FilteredReferenceLaw, ReferenceFilter, switched_law
 from takagi.models.simulation import equations
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Diverged, History, simulate

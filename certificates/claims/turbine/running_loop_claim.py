@@ -1,34 +1,320 @@
-"""The candidate of a claim of kind ``running-loop``: cells over all winds of the law's tables.
+r"""The candidate of a claim of kind ``running-loop``: cells over all winds of the law's tables.
 
 Each interval of the tables is one cell, with the largest box for which a function is found.  Where
 none is found, or where the box is small and the halves have larger boxes, the interval is halved,
 down to a least width.  A part without a function is a gap: the claim does not cover it, and its
 sentence names it.
 Nothing is proved here.
+
+A quadratic function for the running loop at the winds of one cell.
+
+The function is sought in floating point, rounded to decimals, and its inequalities are then decided
+as the checker decides them.  That is a candidate: only the checker's verdict on the file counts.
+
+In the loop xi' = A xi + B w, z = C xi + D w, w_i^2 <= z_i^2, with Q = P^-1 and S = diag(1/tau),
+
+    [ A Q + Q A' + 2 alpha Q + B S B'    Q C' + B S D' ]
+    [ (the same)'                        D S D' - S    ] < 0           for each piece
+    h'Q h <= side^2                                                    for each side of the box
+
+are the claim's inequalities after a congruence; they are affine in Q and S.  The objective is the
+trace of Q in units of the box, plus a multiple of its least eigenvalue, so that no half width
+becomes very small.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
+from functools import lru_cache
 from itertools import pairwise
+from math import floor, log10
 from typing import Any
 
+import numpy as np
+import scipy.sparse as sp
+
+from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.rotor import Plant
-from takagi.certificates.checker.turbine.running_loop.inputs import STATED, Machine, Sides, Span
-from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
-from takagi.certificates.claims.turbine.running_candidate import (
-    SIZES,
-    Subject,
-    running_candidate,
-    size_of_box,
+from takagi.certificates.checker.turbine.running_loop.cell import Cell, cut, factors
+from takagi.certificates.checker.turbine.running_loop.equations import (
+    Rows,
+    Signal,
+    Signals,
+    equations,
+    rows,
+    states,
 )
+from takagi.certificates.checker.turbine.running_loop.inputs import STATED, Machine, Sides, Span
+from takagi.certificates.checker.turbine.running_loop.limits import limits
+from takagi.certificates.checker.turbine.running_loop.running_claim import (
+    StatedCell,
+    cell_obligations,
+)
+from takagi.certificates.checker.turbine.turbine_claim import refusal_fails
+from takagi.lmi.cone.cone_program import Cone, ConeProgram
+from takagi.lmi.solver.solve import Session
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+
+# The largest box to try for 5 MW, and fractions of it, the largest first.
+LARGEST = Sides(
+    speed=Fraction("0.04"),
+    measured=Fraction("0.04"),
+    pitch=Fraction("0.03"),
+    signal=Fraction("0.04"),
+    effort=Fraction("0.03"),
+    schedule=Fraction("0.5"),
+    estimate=Fraction("0.5"),
+    integral=Fraction("0.06"),
+    measured_rate=Fraction("0.1"),
+)
+SIZES = tuple(map(Fraction, ("1 0.7 0.5 0.35 0.25 0.18 0.12 0.08 0.05 0.03 0.02 0.01".split())))
+# Of another turbine they are scaled by its rated speed [rad/s] and by the law's overlap [rad/s^2].
+RATED_SPEED, OVERLAP = Fraction("1.2671"), Fraction("0.01")
+SPEEDS = ("speed", "measured", "signal", "integral")
+EFFORTS = ("pitch", "effort", "measured_rate")
+# How often the side "schedule" is halved where the box of the usual shape is narrower than the
+# ranges that it has to hold: at a corner of the reference speed, omega*' times that side.
+HALVINGS = 2
+# A wider range of the pitch share is divided into pieces, each with its own multipliers.
+WIDEST_SHARE, DIGITS = Fraction(1, 5), 8
+# Margins with which the inequalities are posed, so that they hold after rounding: a rate that is
+# larger by a twentieth, smaller multipliers and boxes.  Then the factor of the least eigenvalue.
+RATE_FACTOR, MARGIN, LEAST_WEIGHT = 1.05, 1e-3, 2.0
+Loop = tuple[Floats, Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subject:
+    """Turbine, law and machine, as the checker reads them; the decay rate that is sought [1/s]."""
+
+    plant: Plant
+    law: Law
+    machine: Machine
+    decay: Fraction
+
+
+def running_candidate(
+    subject: Subject, winds: Span, *, sizes: Sequence[Fraction] = SIZES
+) -> tuple[StatedCell | None, str]:
+    """Return the cell with the largest box, or None and the reason of the last failure."""
+    why = "no size was tried"
+    for size in sizes:
+        stated, why = _of_size(subject, winds, size)
+        if stated is not None:
+            return stated, ""
+    return None, why
+
+
+# A size is tried for half of a cell, and again where the cell is halved.
+@lru_cache(maxsize=16)
+def _of_size(subject: Subject, winds: Span, size: Fraction) -> tuple[StatedCell | None, str]:
+    """Return the cell with a box of this size, or None and the reason."""
+    try:
+        cell = _cell(subject, winds, box_of_size(subject, size))
+        why = first_failure(limits(cell))
+    except Refused as reason:
+        why = str(reason)
+    if why:
+        return None, why
+    function = _solved(cell, subject.decay)
+    if function is None:
+        return None, "no quadratic function was found"
+    stated = StatedCell(winds, cell.sides, *function)
+    required = cell_obligations(subject.plant, subject.law, subject.machine, stated, subject.decay)
+    why = first_failure(refusal_fails(required))
+    return (None, why) if why else (stated, "")
+
+
+def _cell(subject: Subject, winds: Span, sides: Sides) -> Cell:
+    """Return the cell with this box, or with a shorter side "schedule" that leaves room in it.
+
+    Signal and effort lose what the ranges add, in proportion to this side (``rows``).  Without room
+    there is no function, so such a box is refused.
+    """
+    for _ in range(HALVINGS + 1):
+        cell = Cell(subject.plant, subject.law, subject.machine, winds, sides)
+        if all(bound > 0 for _, bound in rows(cell, factors(cell)).values()):
+            return cell
+        sides = replace(sides, schedule=sides.schedule / 2)
+    raise Refused("the ranges are wider than the box")
+
+
+def box_of_size(subject: Subject, size: Fraction) -> Sides:
+    """Return the largest box times a factor."""
+    speed = _two_digits(subject.plant.rated_speed / RATED_SPEED)
+    effort = _two_digits(subject.law.overlap / OVERLAP)
+    factors = dict.fromkeys(SPEEDS, speed) | dict.fromkeys(EFFORTS, effort)
+    return Sides(**{
+        side.name: size * factors.get(side.name, Fraction(1)) * getattr(LARGEST, side.name)
+        for side in fields(Sides)
+    })  # fmt: skip
+
+
+def size_of_box(sides: Sides) -> Fraction:
+    """Return a box's size as a fraction of the largest."""
+    return sides.estimate / LARGEST.estimate
+
+
+def _two_digits(value: Fraction) -> Fraction:
+    return Fraction(f"{float(value):.2g}")
+
+
+def _pieces(cell: Cell) -> list[Span]:
+    """Return the pieces of the pitch share: at every instant it lies in one of them."""
+    return cut(cell.ramp_share, 1 if cell.ramp_share[1] - cell.ramp_share[0] < WIDEST_SHARE else 2)
+
+
+def _solved(cell: Cell, decay: Fraction) -> tuple[Rows, list[dict[str, Fraction]]] | None:
+    """Return P and multipliers found by a solver, in decimals."""
+    span, unit, order = factors(cell), _units(cell), states(cell.machine)
+    boxes = []
+    for h, bound in rows(cell, span).values():
+        boxes.append(np.array(h, dtype=np.float64) * unit / float(bound))
+    posed = [equations(cell, span, share_range) for share_range in _pieces(cell)]
+    loops = [_scaled(*equations_of_piece, unit) for equations_of_piece in posed]
+    largest_set = _largest_set([(F, Z) for F, Z, _ in loops], np.array(boxes), float(decay))
+    if largest_set is None:
+        return None
+    P = largest_set[0] / np.outer(unit, unit)
+    exact = [[_decimal((P[i, j] + P[j, i]) / 2) for j in range(order)] for i in range(order)]
+    multipliers = [
+        dict(zip(signals.names, map(_decimal, tau / scale**2), strict=True))
+        for tau, (signals, _), (_, _, scale) in zip(largest_set[1], posed, loops, strict=True)
+    ]
+    return exact, multipliers
+
+
+def _units(cell: Cell) -> Floats:
+    """Return the units of the states for a solver: about what each moves by in the box."""
+    sides = cell.sides
+    named = (
+        *(sides.speed, sides.pitch, sides.integral, sides.schedule),
+        *(sides.measured, sides.measured, sides.estimate, sides.pitch),
+        *(sides.measured, sides.measured),
+    )
+    return np.array([float(side) for side in named[: states(cell.machine)]])
+
+
+def _scaled(signals: Signals, rates: list[Signal], unit: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return rates and outer signals in units of the box, and the units of the w."""
+    F = np.array([signals.row(rate) for rate in rates], dtype=np.float64)
+    Z = np.array([signals.row(signal) for signal in signals.outer], dtype=np.float64)
+    scale, order = np.zeros(len(Z)), len(unit)
+    for i, row in enumerate(np.abs(Z)):
+        scale[i] = max(float((row[:order] * unit).max()), 1e-9)
+        scale[i] = max(scale[i], float((row[order:] * scale).max()))
+    units = np.concatenate([unit, scale])
+    return F * units / unit[:, None], Z * units / scale[:, None], scale
+
+
+def _decimal(value: float) -> Fraction:
+    """Return the number with eight digits."""
+    if value == 0:
+        return Fraction(0)
+    decimals = DIGITS - 1 - floor(log10(abs(value)))
+    ten = Fraction(10) ** decimals
+    return round(Fraction(value) * ten) / ten
+
+
+def _largest_set(
+    loops: Sequence[Loop], boxes: Floats, decay: float
+) -> tuple[Floats, list[Floats]] | None:
+    """Return P and the multipliers of each piece, or None where the solver finds none.
+
+    Parameters
+    ----------
+    loops : of each piece the rates (n, n + k) and the outer signals (k, n + k), over (xi, w).
+    boxes : rows h over their bounds; |h xi| <= 1 is needed.
+    """
+    n = boxes.shape[1]
+    pairs = [(i, j) for j in range(n) for i in range(j + 1)]
+    counts = [len(outer) for _, outer in loops]
+    starts = np.concatenate([[len(pairs)], len(pairs) + np.cumsum(counts)])
+    size = int(starts[-1]) + 1  # Q, the multipliers of each piece, the least eigenvalue
+    columns: list[list[Floats]] = [[] for _ in range(size)]
+    constants: list[Floats] = []
+    basis = [_unit_matrix(n, i, j) for i, j in pairs]
+    rows = np.zeros((len(boxes), size))
+    for index, E in enumerate(basis):
+        rows[:, index] = np.einsum("ri,ij,rj->r", boxes, E, boxes)
+    cones: list[Cone] = []
+    offset = 0
+    for number, (rates, outer) in enumerate(loops):
+        k = counts[number]
+        entries = list(_by_function(rates, outer, basis, RATE_FACTOR * decay))
+        entries += _by_multipliers(rates, outer)
+        entry_columns = [*range(len(pairs)), *range(starts[number], starts[number] + k)]
+        blank = np.zeros((n + k) * (n + k + 1) // 2)
+        entry_of = dict(zip(entry_columns, entries, strict=True))
+        for column in range(size):
+            columns[column].append(_packed(entry_of[column]) if column in entry_of else blank)
+        constants.append(np.zeros(len(blank)))
+        cones.append(Cone(n + k, 1, offset))
+        offset += (n + k) * (n + k + 1) // 2
+    # Q - q I >= 0.
+    for column in range(size):
+        if column < len(pairs):
+            columns[column].append(-_packed(basis[column]))
+        else:
+            columns[column].append(_packed(np.eye(n)) * float(column == size - 1))
+    constants.append(np.zeros(n * (n + 1) // 2))
+    cones.append(Cone(n, 1, offset))
+    A = np.vstack([rows, np.column_stack([np.concatenate(column) for column in columns])])
+    b = np.concatenate([np.full(len(boxes), 1 - MARGIN), *constants])
+    q = -np.array([float(i == j) for i, j in pairs] + [0.0] * (size - len(pairs)))
+    q[-1] = -LEAST_WEIGHT * n
+    raw = Session().solve(ConeProgram(q, sp.csc_array(A), b, len(boxes), tuple(cones)))
+    if "Solved" not in raw.status or not np.all(np.isfinite(raw.y)):
+        return None
+    Q = sum((raw.y[p] * E for p, E in enumerate(basis)), np.zeros((n, n)))
+    S = [raw.y[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    if np.linalg.eigvalsh(Q).min() <= 0 or min(float(s.min(initial=1)) for s in S) <= 0:
+        return None
+    return np.linalg.inv(Q), [1 / s for s in S]
+
+
+def _by_function(
+    rates: Floats, outer: Floats, basis: list[Floats], decay: float
+) -> Iterator[Floats]:
+    """Yield the contribution of each entry of Q to the inequality of one piece."""
+    n = len(rates)
+    A, C = rates[:, :n], outer[:, :n]
+    for E in basis:
+        AQ, QC = A @ E, E @ C.T
+        yield np.block([[AQ + AQ.T + 2 * decay * E, QC], [QC.T, np.zeros((len(C), len(C)))]])
+
+
+def _by_multipliers(rates: Floats, outer: Floats) -> Iterator[Floats]:
+    """Yield the contribution of each 1/tau to the same inequality."""
+    n, k = len(rates), len(outer)
+    along = np.vstack([rates[:, -k:], outer[:, -k:]]) if k else np.zeros((n, 0))
+    for i in range(k):
+        contribution = np.outer(along[:, i], along[:, i])
+        contribution[n + i, n + i] -= 1 - MARGIN
+        yield contribution
+
+
+def _unit_matrix(n: int, i: int, j: int) -> Floats:
+    """Return the symmetric matrix with ones at (i, j) and (j, i)."""
+    matrix = np.zeros((n, n))
+    matrix[i, j] = matrix[j, i] = 1.0
+    return matrix
+
+
+def _packed(matrix: Floats) -> Floats:
+    """Return the upper triangle by columns, off-diagonal entries times sqrt(2)."""
+    n = len(matrix)
+    columns, rows = np.tril_indices(n)
+    factor = np.where(rows == columns, 1.0, np.sqrt(2.0))
+    return np.asarray(matrix[rows, columns] * factor)
+
 
 # The required decay rate [1/s], and the wake's length over the rotor's radius: 40 to 80 m for a
 # radius of 63 m.

@@ -50,7 +50,7 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.ramps import Ramp, Shape, rated_speed_ramp
-from takagi.models.splines.scalar_surface import scalar_surface
+from takagi.models.splines.spline import scalar_surface
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band

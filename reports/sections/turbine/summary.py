@@ -11,7 +11,7 @@ from math import degrees, inf, isnan, log10, pi
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.claims.turbine.published_search import gaps
+from takagi.certificates.claims.turbine.published import gaps
 from takagi.certificates.design.turbine.result import ClaimSummary, claim_summary
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.reports.loops.plant_claims import (

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Certificate, CertificateError, certify
-from takagi.certificates.cross_check import comparison, flint_decider
+from takagi.certificates.cross_check import comparison
 from takagi.certificates.cross_check.comparison import (
     VerdictComparison,
     VerdictRow,
@@ -48,7 +48,7 @@ def test_a_refusal_by_one_run_alone_is_a_difference(
     def refuses(self: object, required: object) -> bool:
         raise CertificateError("not by FLINT")
 
-    monkeypatch.setattr(flint_decider.FlintDecider, "__call__", refuses)
+    monkeypatch.setattr(comparison.FlintDecider, "__call__", refuses)
     compared = cross_checked_document(lorenz)
 
     assert [(row.first, row.second) for row in compared.rows] == [("PROVED", "REFUSED")]
@@ -72,7 +72,7 @@ def test_a_difference_is_shown_and_fails(
 ) -> None:
     """A decider to which no matrix is definite, or that no range keeps, ends the verb with 1."""
     path = saved(tmp_path, lorenz)
-    monkeypatch.setattr(flint_decider, blind, lambda *_, **__: False)
+    monkeypatch.setattr(comparison, blind, lambda *_, **__: False)
 
     compared = cross_checked(path)
     assert not compared.agrees and not compared.data["agree"]

@@ -25,7 +25,7 @@ from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.plant_claim import Enclosure
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.cross_check.ball_ranges import keeps_bounds
-from takagi.certificates.cross_check.flint_decider import FlintDecider, is_definite
+from takagi.certificates.cross_check.comparison import FlintDecider, is_definite
 from tests.certificates.test_found_by_broken_lines import graph_of
 
 entries = st.integers(-9, 9)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates import check
-from takagi.certificates.cross_check.flint_decider import FlintDecider
+from takagi.certificates.cross_check.comparison import FlintDecider
 from takagi.cli.main import main
 
 # The stored certificate of the turbine is replayed, which takes seconds.

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.requests.decay import cannot_be_definite, cannot_decrease
 from takagi.certificates.requests.loop.set_level import (
     best_multiplier,
     fall_rate,
     invariant_level,
 )
-from takagi.certificates.requests.loop.single_matrix import cannot_be_definite, cannot_decrease
 from takagi.models import TSModel
 
 

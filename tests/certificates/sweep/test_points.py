@@ -22,9 +22,8 @@ from takagi.certificates.document.certificate_file import (
     published_law_data,
     turbine_data,
 )
-from takagi.certificates.sweep import points
-from takagi.certificates.sweep.points import AxisKind
-from takagi.certificates.sweep.sweep import Axis, parse_axes
+from takagi.certificates.sweep import sweep as points
+from takagi.certificates.sweep.sweep import Axis, AxisKind, parse_axes
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.published.law import equilibrium
 from tests.certificates.test_paper_certificate import make_law

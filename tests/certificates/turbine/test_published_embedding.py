@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.claims.turbine.published_search import PublishedCell, PublishedSearch
+from takagi.certificates.claims.turbine.published import PublishedCell, PublishedSearch
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.published.law import (
     PublishedLaw,

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.claims.turbine import running_candidate as candidate
 from takagi.certificates.claims.turbine import running_loop_claim
+from takagi.certificates.claims.turbine import running_loop_claim as candidate
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import sealed, verdict
 from tests.certificates.turbine.test_running_loop import first_cell

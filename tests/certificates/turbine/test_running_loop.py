@@ -39,9 +39,9 @@ from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sid
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates
 from takagi.certificates.checker.turbine.turbine_claim import gaps
 from takagi.certificates.checker.words.ellipsoid_size import squared_reaches
-from takagi.certificates.claims.turbine.running_candidate import running_candidate
 from takagi.certificates.claims.turbine.running_loop_claim import (
     loop_subject,
+    running_candidate,
     running_loop_claim,
 )
 from takagi.certificates.controller import content

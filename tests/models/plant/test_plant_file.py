@@ -24,8 +24,7 @@ from takagi.models import (
     sector_model,
     table_function,
 )
-from takagi.models.plant_files.entry_checks import check_coverage
-from takagi.models.plant_files.loader import PlantFile, load_plant
+from takagi.models.plant_files.loader import PlantFile, check_coverage, load_plant
 from takagi.models.splines.table_function import TableFunction
 from takagi.models.turbine.loader import load_turbine
 
