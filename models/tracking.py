@@ -40,9 +40,7 @@ def following_plant(
 ) -> Plant:
     """Return the plant with the integral states among its states, the references as signals.
 
-    Parameters
-    ----------
-    references : reference, its signal r with a range, its integral xi, and h(x) that follows.
+    ``references`` : reference, its signal r with a range, its integral xi, and h(x) that follows.
 
     Raises
     ------
@@ -131,9 +129,7 @@ def signals_of(plant: Plant) -> tuple[Variable, ...]:
 def held_rests(plant: Plant, *, inside: bool = False) -> HeldRests:
     """Return the equilibria at the corners of the signals' ranges, after the plant's own rest.
 
-    Parameters
-    ----------
-    inside : whether equilibria between the corners follow.
+    ``inside`` : whether equilibria between the corners follow.
 
     Raises
     ------

@@ -190,9 +190,7 @@ class _Prover:
     def contradicted(self, distance: float) -> tuple[list[Claim], list[str]]:
         """Return the claims on a problem without a point, and what was not proved.
 
-        Parameters
-        ----------
-        distance : by how much the nearest point misses a constraint.
+        ``distance`` : by how much the nearest point misses a constraint.
         """
         inside = contradiction(self.problem)
         claim = None

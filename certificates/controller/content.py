@@ -92,9 +92,7 @@ def bound_to_file(
 ) -> Mapping[str, Any]:
     """Return the certificate bound to a gain file; unchanged if the file contains only a law.
 
-    Parameters
-    ----------
-    own : the ``controller`` of the certificate where it has one that was made anew.
+    ``controller`` : that of the certificate where it has one that was made anew.
 
     Raises
     ------

@@ -45,9 +45,7 @@ def removable_points(
 
     ``of`` is the factor that vanishes, in the grammar of plant files.
 
-    Parameters
-    ----------
-    own : the premises of a law, which may have weights of its own; None for those of the model.
+    ``law_premises`` : of a law, which may have weights of its own; None for those of the model.
     """
     form = None if model.derivation is None else model.derivation.form
     points_of: dict[str, list[dict[str, Any]]] = {}

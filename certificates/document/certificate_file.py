@@ -39,10 +39,8 @@ def certificate_document(
 ) -> dict[str, Any]:
     """Return the whole certificate; its hashes are those of its own parts.
 
-    Parameters
-    ----------
-    files : of the model; the provenance records the SHA-256 of their bytes. No verdict depends on
-        it.
+    ``files`` : of the model; the provenance records the SHA-256 of their bytes. No verdict depends
+    on it.
     """
     if files:
         provenance = {**provenance, "files_sha256": files_sha256(files)}
@@ -86,9 +84,7 @@ def content_of(files: Sequence[Path]) -> dict[str, Any]:
 def turbine_data(turbine: Turbine, files: Sequence[Path]) -> dict[str, Any]:
     """Return the plant's numbers as the certificate states them.
 
-    Parameters
-    ----------
-    files : the data files of the plant; their content is recorded (``model_content``).
+    ``files`` : the data files of the plant; their content is recorded (``model_content``).
     """
     names = (
         "torque_constant",

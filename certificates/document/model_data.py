@@ -54,9 +54,7 @@ def ts_model_data(model: TSModel) -> dict[str, Any]:
 def pdc_law_data(model: TSModel, K: Floats) -> dict[str, Any]:
     """Return u = -sum_j h_j K_j x with the weights of the model, as in gain file and certificate.
 
-    Parameters
-    ----------
-    K : (r, m, n), or (m, n) for one gain in all rules.
+    ``K`` : (r, m, n), or (m, n) for one gain in all rules.
     """
     n, m = model.A.shape[1], model.B.shape[2]
     return {

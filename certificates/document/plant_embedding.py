@@ -320,9 +320,7 @@ def observer_member(L: Floats, measured: Sequence[str], *, at_estimate: bool) ->
 def slopes_data(slopes: TSModel) -> dict[str, Any]:
     """Return the member ``slopes`` of a model of kind ``plant``: premises and entries.
 
-    Parameters
-    ----------
-    slopes : the plant's ``secant_model``.
+    ``slopes`` : the plant's ``secant_model``.
 
     Raises
     ------
@@ -448,9 +446,7 @@ def bumpless_claim(
 ) -> tuple[list[dict[str, Any]], tuple[str, ...]]:
     """Return the claim about the hand-over if it is proved, or why there is none.
 
-    Parameters
-    ----------
-    data : the member ``model`` of the certificate.
+    ``data`` : the member ``model`` of the certificate.
     """
     from takagi.certificates.checker.plant.bumpless import PlantBumpless
 

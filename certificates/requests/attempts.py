@@ -117,9 +117,7 @@ def attempts_at_all(
     Claims that cannot be proved are left out of the certificate and listed in the notes. Without
     decay nothing else is tried, because the other claims include it.
 
-    Parameters
-    ----------
-    decay_rate : the requested alpha [1/s]; None takes the largest rate found.
+    ``decay_rate`` : the requested alpha [1/s]; None takes the largest rate found.
     """
     decay = attempted(Decay(decay_rate), loop)
     if not decay.proved:

@@ -91,9 +91,7 @@ class AttractionRegion:
 def require_polynomial(model_data: Any, name: str) -> None:
     """Raise ModelError for a plant whose equations are no polynomials in the states.
 
-    Parameters
-    ----------
-    model_data : the plant as a certificate states it; None where it states none.
+    ``model_data`` : the plant as a certificate states it; None where it states none.
     """
     try:
         if model_data is None:

@@ -381,9 +381,7 @@ ROUNDOFF = float(np.finfo(np.float64).eps)
 def cannot_be_definite(stack: Floats, entry_error: float = 0.0) -> bool:
     """Return whether one of (N, n, n) symmetric matrices is certainly not positive definite.
 
-    Parameters
-    ----------
-    entry_error : bound on the distance of every entry from its exact value.
+    ``entry_error`` : bound on the distance of every entry from its exact value.
     """
     n = stack.shape[1]
     gamma = (n + 1) * ROUNDOFF

@@ -92,9 +92,7 @@ def candidate_set(
 ) -> tuple[str, Floats | None, str]:
     """Return (solver's words, P or None, diagnosis): the shape of a set in the box.
 
-    Parameters
-    ----------
-    limits : (m,) on the inputs, in addition to those of the box; None for none.
+    ``limits`` : (m,) on the inputs, in addition to those of the box; None for none.
     """
     if shape is not None:
         P = np.asarray(shape, dtype=np.float64)

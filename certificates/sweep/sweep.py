@@ -108,9 +108,7 @@ Span = tuple[float, float]
 def effort_sharing_point(turbine: Turbine, at: Mapping[str, float]) -> dict[str, Any]:
     """Return what is proved at a point; wind class, overspeed and decay only where PROVED.
 
-    Parameters
-    ----------
-    at : axis name -> value; a name that is missing keeps the setting of a design.
+    ``at`` : axis name -> value; a name that is missing keeps the setting of a design.
 
     Raises
     ------

@@ -312,10 +312,8 @@ class RunTimeBlending:
         ``moving``, in its order.  Other signals have their rest values, and commands are held
         within the ranges of the actuators.
 
-        Parameters
-        ----------
-        told : whether u ends with the commands (low, high), as a program sends and holds them, and
-            they do not follow from the state.
+        ``told`` : whether u ends with the commands (low, high), as a program sends and holds them,
+        and they do not follow from the state.
         """
         plant = self.blending.plant
         free = [v.symbol for v in moving]

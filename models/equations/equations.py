@@ -129,9 +129,7 @@ def unit_of(expression: sp.Expr, units: Mapping[sp.Symbol, str]) -> str:
     sin(x)/x is a pure number and x y has the unit of both; a term with a number other than 1 and
     -1 may have any unit, for the number may be a parameter's value.
 
-    Parameters
-    ----------
-    units : of the variables.
+    ``units`` : of the variables.
     """
     try:
         dimensions = {s: parse_unit(unit).dimension for s, unit in units.items()}
@@ -198,9 +196,7 @@ def explicit(
 
     Rows that M does not couple are solved apart, so that each has the smallest determinant.
 
-    Parameters
-    ----------
-    domain : where det M must have no zero, in the plant's variables; None for the plant's box.
+    ``domain`` : where det M must have no zero, in the plant's variables; None for the plant's box.
 
     Raises
     ------

@@ -168,9 +168,7 @@ class Scope:
 def parse_expression(text: str, scope: Scope) -> sp.Expr:
     """Return the sympy expression that the text stands for; numbers are exact decimals.
 
-    Parameters
-    ----------
-    scope : the names that may be used.  Exponents are made of numbers and constants only.
+    ``scope`` : the names that may be used.  Exponents are made of numbers and constants only.
 
     Raises
     ------

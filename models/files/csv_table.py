@@ -35,9 +35,7 @@ NEEDED = ("quantity", "rows", "columns", "source", "licence")
 def read_curve(path: Path, *, name: str, units: tuple[Unit, Unit], x_name: str = "x") -> Curve:
     """Return the cubic spline through a table of two columns, in SI.
 
-    Parameters
-    ----------
-    units : of the argument and of the value, as the file has them.
+    ``units`` : of the argument and of the value, as the file has them.
 
     Raises
     ------
@@ -62,9 +60,7 @@ def read_surface(
 ) -> Surface:
     """Return the bicubic spline through a grid, in SI.
 
-    Parameters
-    ----------
-    units : of first argument (down), second argument (across) and value, as the file has them.
+    ``units`` : of first argument (down), second argument (across) and value, as the file has them.
 
     Raises
     ------

@@ -35,9 +35,7 @@ class Document:
     def error(self, field: str, problem: str, *, beside: str = "") -> ModelError:
         """Return (not raise) an error that names file, line if it can be found, and field.
 
-        Parameters
-        ----------
-        beside : a field or section whose line is named where the field itself is not there.
+        ``beside`` : a field or section whose line is named where the field itself is not there.
         """
         line = self._line_of(field) or (self._line_of(beside) if beside else None)
         location = f"{self.path}:{line}" if line else f"{self.path}"
@@ -47,9 +45,7 @@ class Document:
     def at(self, field: str | Callable[[str], str]) -> Iterator[None]:
         """Put the field's place before the message of an error raised inside, if it has none.
 
-        Parameters
-        ----------
-        field : the field, or what tells it from the message.
+        ``field`` : the field, or what tells it from the message.
         """
         try:
             yield

@@ -102,11 +102,9 @@ class PdcLaw:
         Outside its range a premise is held at the nearer end. There the law still gives a command,
         but nothing is proved.
 
-        Parameters
-        ----------
-        signals : inputs and disturbances that premises depend on, by name, as deviations from
-            the equilibrium; 0 for those that are not given, but for the share of a blend, which
-            follows from the effort in the state.
+        ``signals`` : inputs and disturbances that premises depend on, by name, as deviations from
+        the equilibrium; 0 for those that are not given, but for the share of a blend, which
+        follows from the effort in the state.
 
         Raises
         ------
@@ -271,9 +269,7 @@ class OutputFeedback:
 def seen_directly(model: TSModel, rows: Sequence[int]) -> dict[int, tuple[int, float]]:
     """Return state -> (measured output, factor) for each output that is a factor times one state.
 
-    Parameters
-    ----------
-    rows : indices of the measured outputs among the outputs of the model.
+    ``rows`` : indices of the measured outputs among the outputs of the model.
     """
     direct = {}
     for k, row in enumerate(rows):

@@ -169,9 +169,7 @@ class PlantSettings:
     ) -> None:
         """Raise ModelError for a name of a wish that the plant does not have.
 
-        Parameters
-        ----------
-        outputs : None where performance was tested before.
+        ``outputs`` : None where performance was tested before.
         """
         seen = self.performance if outputs is not None else ()
         shown = tuple(dict.fromkeys((*(outputs or ()), *states, *inputs)))

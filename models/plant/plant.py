@@ -480,9 +480,7 @@ def numeric(
 ) -> Callable[..., Floats]:
     """Return the function of the symbols' values that gives the values of the rows, (rows,).
 
-    Parameters
-    ----------
-    values : of all other symbols, put in first.
+    ``values`` : of all other symbols, put in first.
     """
     import sympy as sp
 

@@ -224,9 +224,7 @@ def with_measured(
 
     An entry names an output, or a state; a state gets an output of the same name.
 
-    Parameters
-    ----------
-    read : place in the file and text -> expression.
+    ``read`` : place in the file and text -> expression.
 
     Raises
     ------

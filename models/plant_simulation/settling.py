@@ -158,9 +158,7 @@ class ManyMotions:
 def _times(off: Any, time: Floats) -> Floats:
     """Return the first time after the last that any state is off; inf if that is the end.
 
-    Parameters
-    ----------
-    off : (runs, n, samples), whether a state is away from rest.
+    ``off`` : (runs, n, samples), whether a state is away from rest.
     """
     away = off.any(axis=1)
     last = away.shape[1] - 1 - np.argmax(away[:, ::-1], axis=1)

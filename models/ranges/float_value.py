@@ -180,9 +180,7 @@ def float_function(symbols: Sequence[sp.Symbol], written: Any) -> Callable[..., 
     scipy's special functions take longer to load than all of sympy, so they are only for
     expressions with a function that numpy lacks.
 
-    Parameters
-    ----------
-    written : an expression, or a list of them; the value is of the same form.
+    ``written`` : an expression, or a list of them; the value is of the same form.
     """
     rows = written if isinstance(written, list | tuple) else [written]
     functions = {f.func for row in rows for f in sp.sympify(row).atoms(sp.Function)}

@@ -127,10 +127,8 @@ class Tape(NamedTuple):
     def run(self, balls: Sequence[Ball], covered: bool = False) -> list[Ball | None]:
         """Return a ball for each output that contains its value for all values in the balls.
 
-        Parameters
-        ----------
-        covered : every argument of every table is proved to stay inside it, so that the part of
-            a ball that leaves the table holds no argument.
+        ``covered`` : every argument of every table is proved to stay inside it, so that the part of
+        a ball that leaves the table holds no argument.
         """
         slots = [*balls, *self.slots[len(balls) :]]
         for kind, apply, first, second, target in self.steps:

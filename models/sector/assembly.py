@@ -164,9 +164,7 @@ def check_exact(
     arithmetic, where a ball without 0 refutes; then by sympy's ``simplify`` if the difference is
     short.  The remaining entries agree at the points, and the sentence says that this is no proof.
 
-    Parameters
-    ----------
-    sides : range of each variable; a variable without one is tried in [-1, 1].
+    ``sides`` : range of each variable; a variable without one is tried in [-1, 1].
 
     Raises
     ------

@@ -186,11 +186,9 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     for each the premises of ``forms_of``; where all of these have more than four premises, and
     none is wanted, those of ``denominator_forms`` too.
 
-    Parameters
-    ----------
-    choice : ``"fewest-rules"`` takes the fewest premises, and of those forms the one with the
-        smallest hull; ``"least-conservative"`` the smallest hull (``HullWidth``), and of those
-        the fewest premises.
+    ``choice`` : ``"fewest-rules"`` takes the fewest premises, and of those forms the one with the
+    smallest hull; ``"least-conservative"`` the smallest hull (``HullWidth``), and of those
+    the fewest premises.
 
     Raises
     ------

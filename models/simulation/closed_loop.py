@@ -351,9 +351,7 @@ def history_of(
 ) -> History:
     """Return the series of a record that was sampled every ``period`` [s].
 
-    Parameters
-    ----------
-    first_torque : in force before the first sample [N m].
+    ``first_torque`` : in force before the first sample [N m].
     """
     turbine, states = plant.turbine, record.states
     speed, pitch = states[:, 0], states[:, 1]

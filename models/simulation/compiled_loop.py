@@ -75,9 +75,7 @@ def simulate_compiled(
 ) -> History:
     """Return the closed loop over the whole wind series, from rest at its first wind.
 
-    Parameters
-    ----------
-    sample_time, computation_time : of the law's program [s].
+    ``sample_time``, ``computation_time`` : of the law's program [s].
 
     Raises
     ------

@@ -118,9 +118,7 @@ def damage_equivalent_load(
     R_i are the ranges of the rainflow cycles (peak to peak), n_i is 1 for a closed cycle and 1/2
     for every half cycle of the residual.
 
-    Parameters
-    ----------
-    series : load over time.   duration : [s].   exponent : m.   frequency : [Hz].
+    ``series`` : load over time.   duration : [s].   exponent : m.   frequency : [Hz].
 
     Raises
     ------
@@ -158,9 +156,7 @@ def published_winds(
 ) -> tuple[WindSeries, ...]:
     """Return winds with one turbulence and different means, cut from a period of 600 s or more.
 
-    Parameters
-    ----------
-    duration : [s].
+    ``duration`` : [s].
 
     Source: Schulte (2024), Coherent Design of Wind Turbine Controllers, simulation results: the
     highest wind mostly in region 3 with intervals in region 2, the lowest in partial load only.

@@ -325,9 +325,7 @@ def loads(
 ) -> tuple[Floats, Floats, NDArray[np.int64]]:
     """Return rotor torque [N m], thrust [N] and ``Flag`` of the table and the drive, a row a state.
 
-    Parameters
-    ----------
-    states : (n, m).   references : pitch references [rad], (n,).   winds : [m/s], (n,).
+    ``states`` : (n, m).   references : pitch references [rad], (n,).   winds : [m/s], (n,).
     """
     from takagi.models.simulation import equations
 

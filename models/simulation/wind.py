@@ -129,9 +129,7 @@ def ramp_wind(
 ) -> WindSeries:
     """Return a wind that leaves ``before`` at ``begin`` [s] and reaches ``after`` at ``rate``.
 
-    Parameters
-    ----------
-    rate : size of the slope [m/s^2], above 0; its sign follows from the two winds.
+    ``rate`` : size of the slope [m/s^2], above 0; its sign follows from the two winds.
 
     Raises
     ------
@@ -166,9 +164,7 @@ def gust_wind(
     with T = 10.5 s, V_e1 = 0.8 * 1.4 * 50 m/s, sigma_1 = 0.14 (0.75 V + 5.6 m/s) and
     Lambda_1 = 42 m (hub at or above 60 m): class I B.
 
-    Parameters
-    ----------
-    mean : V [m/s].   rotor_radius : D / 2 [m].
+    ``mean`` : V [m/s].   rotor_radius : D / 2 [m].
 
     Raises
     ------
@@ -226,9 +222,7 @@ def kaimal_spectrum(
 ) -> Floats:
     """Return the one-sided point spectrum S(f) [(m/s)^2/Hz]; its integral is deviation^2.
 
-    Parameters
-    ----------
-    frequency : [Hz], >= 0.   mean, deviation : [m/s].   hub_height : [m].
+    ``frequency`` : [Hz], >= 0.   mean, deviation : [m/s].   hub_height : [m].
 
     Source: IEC 61400-1 (ed. 3, 2005), eq. B.14 and table B.1.
     """

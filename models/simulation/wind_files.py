@@ -72,9 +72,7 @@ def read_wind_table(path: Path) -> WindSeries:
 def read_full_field(path: Path, *, rotor_radius: float, hub_height: float) -> WindSeries:
     """Return the wind of a TurbSim ``.bts`` file along the flow, averaged over the rotor's disc.
 
-    Parameters
-    ----------
-    rotor_radius, hub_height : of the turbine [m]; the disc's middle is the grid's in width.
+    ``rotor_radius``, ``hub_height`` : of the turbine [m]; the disc's middle is the grid's in width.
 
     Raises
     ------

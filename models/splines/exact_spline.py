@@ -239,9 +239,7 @@ def exact_bounds(
 
     It is the union of the Bernstein hulls of the cells.
 
-    Parameters
-    ----------
-    dx, dy : orders 0, 1 or 2.
+    ``dx``, ``dy`` : orders 0, 1 or 2.
 
     Raises
     ------

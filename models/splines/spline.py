@@ -111,9 +111,7 @@ class Curve:
     def bounds(self, x: Interval, dx: int = 0) -> Interval:
         """Return a rigorous enclosure of a derivative over x, in exact arithmetic.
 
-        Parameters
-        ----------
-        dx : order 0, 1 or 2.
+        ``dx`` : order 0, 1 or 2.
 
         Raises
         ------
@@ -280,9 +278,7 @@ class Surface:
         The union of the Bernstein hulls of the cells that the rectangle meets, in exact
         arithmetic: see ``takagi.models.splines.exact_spline``.
 
-        Parameters
-        ----------
-        dx, dy : orders 0, 1 or 2.
+        ``dx``, ``dy`` : orders 0, 1 or 2.
 
         Raises
         ------

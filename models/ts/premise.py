@@ -147,10 +147,8 @@ class Premise:
 def round_outward(enclosure: Interval, *, digits: int = 8) -> Interval:
     """Return the enclosure with both ends rounded outward to decimals.
 
-    Parameters
-    ----------
-    digits : significant digits of the larger end; a number below 16 keeps every end a decimal
-        that a float reproduces.
+    ``digits`` : significant digits of the larger end; a number below 16 keeps every end a decimal
+    that a float reproduces.
     """
     size = float(enclosure.magnitude)
     decimals = digits if size == 0 else digits - 1 - math.floor(math.log10(size))

@@ -153,9 +153,7 @@ class FileFigure(NamedTuple):
 def require_entries(document: Document, needed: Iterable[tuple[str, str, str]]) -> None:
     """Refuse a document that lacks entries, all at once.
 
-    Parameters
-    ----------
-    needed : path, what to write behind ``key =``, and what the entry means.
+    ``needed`` : path, what to write behind ``key =``, and what the entry means.
 
     Raises
     ------

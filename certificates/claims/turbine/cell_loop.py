@@ -178,9 +178,7 @@ def enclosures_of_gains(
 ) -> Callable[[EffortGains, int], LoopCell]:
     """Return a function of gains and a cell's number: the cell of ``law`` with these gains.
 
-    Parameters
-    ----------
-    rates : |v_s'| of each cell [m/s^2].
+    ``rates`` : |v_s'| of each cell [m/s^2].
     """
     subject = loop_subject(turbine, law, box, uncertainty)
     residuals: dict[int, Fraction] = {}

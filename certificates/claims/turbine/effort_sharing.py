@@ -341,9 +341,7 @@ def larger_least_pitch(
 ) -> str:
     """Return, in words, a smallest pitch for which all winds are proved; empty if none was found.
 
-    Parameters
-    ----------
-    remade : returns the law of the turbine with another smallest pitch, with gains of its own.
+    ``remade`` : returns the law of the turbine with another smallest pitch, with gains of its own.
     """
     for increase in LARGER_PITCHES:
         pitch = math.floor(math.degrees(turbine.pitch_min) + increase + 1e-9)

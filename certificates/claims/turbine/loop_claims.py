@@ -137,9 +137,7 @@ def running_claim(
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """Return the claim about the loop with its observer, or by its kind why there is none.
 
-    Parameters
-    ----------
-    controller, inertia : as ``running_loop_claim`` takes them.
+    ``controller``, ``inertia`` : as ``running_loop_claim`` takes them.
     """
     # Imported here: it loads a solver.
     from takagi.certificates.claims.turbine.running_loop_claim import (
@@ -215,9 +213,7 @@ def published_bumpless_claim(
 ) -> dict[str, Any]:
     """Return the same claim for Schulte's law.
 
-    Parameters
-    ----------
-    loop : the claim of kind ``paper-loop``, the first of the file.
+    ``loop`` : the claim of kind ``paper-loop``, the first of the file.
     """
     members = {"model": dict(model), "gains": dict(gains), "claims": [dict(loop)]}
     data = read_text(json.dumps(members), "candidate")

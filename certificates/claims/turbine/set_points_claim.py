@@ -59,9 +59,7 @@ def set_points_claim(
 ) -> dict[str, Any]:
     """Return the claim as plain data.
 
-    Parameters
-    ----------
-    model, gains : turbine and law as the certificate states them.
+    ``model``, ``gains`` : turbine and law as the certificate states them.
     """
     search = _Search(turbine, law, model, gains)
     cells = [cell for k in range(len(search.law.wind) - 1) for cell in search.cells(k)]

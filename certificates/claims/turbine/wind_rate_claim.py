@@ -67,9 +67,7 @@ def wind_rate_claim(loop: Mapping[str, Any], wind_filter: float) -> dict[str, An
     largest error that remains. The filter's lag turns this rate into a wind error; if that exceeds
     RATE_SHARE of the class, the rate is reduced to the one at which both are equal.
 
-    Parameters
-    ----------
-    loop : a claim of kind ``coherent-loop``, the first of the file.   wind_filter : tau_f [s].
+    ``loop`` : a claim of kind ``coherent-loop``, the first of the file.   wind_filter : tau_f [s].
     """
     if wind_filter <= 0:
         return None

@@ -234,9 +234,8 @@ _SAME = 1e-12
 def misfits(law: Mapping[str, Any], law_of_model: Mapping[str, Any]) -> list[str]:
     """Return why a law cannot be used for a plant: states, inputs, units, sample time, rest.
 
-    Parameters
-    ----------
-    law, law_of_model : the ``law`` of the gain file, and that of the present plant with any gains.
+    ``law``, ``law_of_model`` : the ``law`` of the gain file, and that of the present plant with any
+    gains.
     """
     mismatches: list[str] = []
     for key, word in (("state_names", "state"), ("input_names", "input")):

@@ -46,10 +46,8 @@ def read_gains(path: Path, model: TSModel, *, any_trim: bool = False) -> Floats:
     Names, premises with their bounds, rules, trim and sample time of the law must be the model's,
     number by number. With other values the same gains would give another law.
 
-    Parameters
-    ----------
-    any_trim : accept another trim: the plant has changed, and the law shall rest where the plant
-        rests now.
+    ``any_trim`` : accept another trim: the plant has changed, and the law shall rest where the
+    plant rests now.
 
     Raises
     ------

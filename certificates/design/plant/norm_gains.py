@@ -69,9 +69,7 @@ class NormQuestion:
     def asked(self, below: float | None, size: float) -> Design:
         """Return gains with a norm below a number, or the least; else the last attempt.
 
-        Parameters
-        ----------
-        size : of the disturbance for which limits hold, in its ranges.
+        ``size`` : of the disturbance for which limits hold, in its ranges.
         """
         from takagi.lmi import h2_pdc, hinf_pdc, peak_pdc
 

@@ -26,9 +26,7 @@ def secant_model(plant: Plant, *, rest: Rest = "given") -> TSModel:
     them: certify it with one gain for all rules.  Other than a sector model it holds with the same
     vertices between any two points of the box, so also about other points of rest in it.
 
-    Parameters
-    ----------
-    rest : as of ``sector_model``.
+    ``rest`` : as of ``sector_model``.
 
     Raises
     ------

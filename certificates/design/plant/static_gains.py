@@ -138,9 +138,7 @@ def static_gains(
 ) -> tuple[Design, tuple[str, ...]]:
     """Return the best gains that were found, as a design, and notes.
 
-    Parameters
-    ----------
-    unstructured : gains of all states with the same wishes, for the size that is natural.
+    ``unstructured`` : gains of all states with the same wishes, for the size that is natural.
     """
     from takagi.lmi import structured_pdc
 

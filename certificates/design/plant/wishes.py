@@ -249,9 +249,7 @@ def largest_multiple(design: Design, box: Floats) -> float:
 def held_from(model: TSModel, initial: list[float], input_limit: Floats, gains: Floats) -> bool:
     """Return whether a proved set, in which the inputs keep their limits, holds the initial box.
 
-    Parameters
-    ----------
-    initial : (n,) half-widths.
+    ``initial`` : (n,) half-widths.
     """
     from takagi.certificates.requests.invariant_ellipsoid import InputLimits
     from takagi.certificates.requests.loop.loop import ClaimedLoop

@@ -168,9 +168,7 @@ def loop_of_gains(
 ) -> LoopOfGains:
     """Return the loop as a function of its gains, with the default proportions of wind errors.
 
-    Parameters
-    ----------
-    rates : |v_s'| of each cell [m/s^2].
+    ``rates`` : |v_s'| of each cell [m/s^2].
     """
     nodes, shape = law.schedule.wind, WindClass()
     return LoopOfGains(

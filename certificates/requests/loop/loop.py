@@ -171,9 +171,7 @@ class ClaimedLoop:
     def refuse_averages(self, subject: str) -> None:
         """Refuse a request that needs the weights of a secant embedding, which cannot be evaluated.
 
-        Parameters
-        ----------
-        subject : "observer", "function" or "output".
+        ``subject`` : "observer", "function" or "output".
 
         Raises
         ------

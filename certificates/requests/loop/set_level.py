@@ -21,9 +21,7 @@ def fall_rate(A: Floats, P: Floats, *, discrete: bool) -> float:
 
     -inf if P is not positive definite in floats, for example after rounding to too few digits.
 
-    Parameters
-    ----------
-    A : (N, n, n).
+    ``A`` : (N, n, n).
     """
     try:
         inverse = np.linalg.inv(np.linalg.cholesky(P))
@@ -39,9 +37,7 @@ def invariant_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discr
 
     c = max_k lambda_max(H + G' (F - s P)^-1 G) / s with G = P W, H = 0, or A' P W and W' P W.
 
-    Parameters
-    ----------
-    W : (N, n, q), or (C, N, n, 1) for corners of a box.
+    ``W`` : (N, n, q), or (C, N, n, 1) for corners of a box.
     """
     decrease = _fall(A, P, discrete) - multiplier * P
     if np.linalg.eigvalsh(decrease)[:, 0].min() <= 0:
@@ -62,10 +58,8 @@ def best_multiplier(
 ) -> tuple[float, float]:
     """Return (c, s): the least invariant level of V under the disturbances, and its multiplier.
 
-    Parameters
-    ----------
-    start : the multiplier used in the search of P, if any. The least level is usually there, often
-        close to the decay rate.
+    ``start`` : the multiplier used in the search of P, if any. The least level is usually there,
+    often close to the decay rate.
     """
     rate = fall_rate(A, P, discrete=discrete)
     if rate <= 0:

@@ -222,10 +222,8 @@ def effort_at_rest(
 ) -> float:
     """Return the effort at which the torques balance, with this torque in place of rated torque.
 
-    Parameters
-    ----------
-    v : wind [m/s].   omega : rotor speed [rad/s].   b : assumed pitch effectiveness
-        [rad/s^2 per rad].   overlap : eps [rad/s^2].   torque : [N m, high-speed shaft].
+    ``v`` : wind [m/s].   omega : rotor speed [rad/s].   b : assumed pitch effectiveness
+    [rad/s^2 per rad].   overlap : eps [rad/s^2].   torque : [N m, high-speed shaft].
 
     Raises
     ------

@@ -127,9 +127,7 @@ class CouplingFilter:
     def memberships(self, rotor_speed: ArrayLike, torque: ArrayLike) -> Floats:
         """Return h^a_1..h^a_4, (4, ...), for arrays that broadcast; all >= 0, sum 1.
 
-        Parameters
-        ----------
-        rotor_speed [rad/s], torque : commanded torque [N m].
+        ``rotor_speed [rad/s]``, ``torque`` : commanded torque [N m].
         """
         speed, command = np.broadcast_arrays(
             np.asarray(rotor_speed, dtype=np.float64), np.asarray(torque, dtype=np.float64)
