@@ -39,8 +39,8 @@ from scipy.interpolate import BSpline, PPoly  # noqa: E402
 
 from takagi.models import interpolate_curve, table_function  # noqa: E402
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.ball_form import PRECISION  # noqa: E402
-from takagi.models.ranges.ball_operations import (
+from takagi.models.ranges.ball_form import (
+    PRECISION,  # noqa: E402
     halved,  # noqa: E402
     side_of,  # noqa: E402
 )

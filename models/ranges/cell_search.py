@@ -19,8 +19,7 @@ import sympy as sp
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import Bounded, Ends, Range, SearchResult, search
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.ball_form import PRECISION, BallForm
-from takagi.models.ranges.ball_operations import Sides, halved, side_of, wider
+from takagi.models.ranges.ball_form import PRECISION, BallForm, Sides, halved, side_of, wider
 from takagi.models.ranges.bernstein_form import (
     PolynomialBox,
     halved_polynomial,

@@ -19,8 +19,7 @@ import sympy as sp
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import Range
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.ball_form import PRECISION, BallForm
-from takagi.models.ranges.ball_operations import side_of
+from takagi.models.ranges.ball_form import PRECISION, BallForm, side_of
 from takagi.models.ranges.cell_search import (
     MOST_BOXES,
     TOLERANCE,

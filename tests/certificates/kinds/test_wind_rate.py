@@ -18,7 +18,7 @@ from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
-from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
+from takagi.certificates.claims.turbine.loop_claims import rate_range, wind_rate_claim
 from takagi.models.laws.protocol import Measurement
 from tests.certificates.conftest import cells_from, certified
 from tests.certificates.kinds.claims import resealed
