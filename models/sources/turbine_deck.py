@@ -29,40 +29,32 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.csv_table import FIRST_LINE, ROWS
 from takagi.models.files.units import to_si, typed_figure
-from takagi.models.turbine.loader import load_turbine
+from takagi.models.turbine.loader import FIELDS, load_turbine
 
-# Path in the turbine's file, unit, and where a figure is read: a file's kind, its key, which of
-# several numbers, and a factor.  What follows from others, or has no place at all, has none here.
+# Path in the turbine's file, and where a figure is read: a file's kind, its key, which of several
+# numbers, and a factor.  What follows from others, or has no place at all, is not here.
 PLACES = """
-rotor.radius                m        elastodyn:TipRad  discon:WE_BladeRadius
-rotor.hub_height            m
-rotor.inertia               kg*m^2   yaml:rotor_inertia
-rotor.rated_speed           rad/s    yaml:rated_rotor_speed
-rotor.air_density           kg/m^3   fst:AirDens  discon:WE_RhoAir
-drivetrain.gear_ratio       -        elastodyn:GBRatio  discon:WE_GearboxRatio
-drivetrain.shaft_stiffness  N*m/rad  elastodyn:DTTorSpr
-drivetrain.shaft_damping    N*m*s/rad  elastodyn:DTTorDmp
-generator.inertia           kg*m^2   elastodyn:GenIner
-generator.efficiency        -        discon:VS_GenEff:0:0.01  servodyn:GenEff:0:0.01
-generator.minimum_speed     rad/s    discon:VS_MinOMSpd
-generator.rated_torque      N*m      discon:VS_RtTq  servodyn:VS_RtTq
-generator.maximum_torque    N*m      discon:VS_MaxTq
-generator.torque_rate_limit  N*m/s   discon:VS_MaxRat  yaml:max_torque_rate
-generator.speed_filter      rad/s    discon:F_LPFCornerFreq
-pitch.minimum               rad      discon:PC_FinePit  yaml:min_pitch
-pitch.maximum               rad      discon:PC_MaxPit  yaml:max_pitch
-pitch.rate_limit            rad/s    discon:PC_MaxRat  yaml:max_pitch_rate
-pitch.time_constant         s
-pitch.drive_frequency       rad/s
-pitch.drive_damping         -
-tower.mass                  kg
-tower.damping               N*s/m
-tower.stiffness             N/m
-operation.cut_in            m/s      yaml:v_min  discon:WE_FOPoles_v:0
-operation.cut_out           m/s      yaml:v_max  discon:WE_FOPoles_v:-1
+rotor.radius  elastodyn:TipRad  discon:WE_BladeRadius
+rotor.inertia  yaml:rotor_inertia
+rotor.rated_speed  yaml:rated_rotor_speed
+rotor.air_density  fst:AirDens  discon:WE_RhoAir
+drivetrain.gear_ratio  elastodyn:GBRatio  discon:WE_GearboxRatio
+drivetrain.shaft_stiffness  elastodyn:DTTorSpr
+drivetrain.shaft_damping  elastodyn:DTTorDmp
+generator.inertia  elastodyn:GenIner
+generator.efficiency  discon:VS_GenEff:0:0.01  servodyn:GenEff:0:0.01
+generator.minimum_speed  discon:VS_MinOMSpd
+generator.rated_torque  discon:VS_RtTq  servodyn:VS_RtTq
+generator.maximum_torque  discon:VS_MaxTq
+generator.torque_rate_limit  discon:VS_MaxRat  yaml:max_torque_rate
+generator.speed_filter  discon:F_LPFCornerFreq
+pitch.minimum  discon:PC_FinePit  yaml:min_pitch
+pitch.maximum  discon:PC_MaxPit  yaml:max_pitch
+pitch.rate_limit  discon:PC_MaxRat  yaml:max_pitch_rate
+operation.cut_in  yaml:v_min  discon:WE_FOPoles_v:0
+operation.cut_out  yaml:v_max  discon:WE_FOPoles_v:-1
 """
-_ROWS = [line.split() for line in PLACES.split("\n") if line]
-UNITS = {path: unit.replace("*", " ") for path, unit, *_ in _ROWS}
+UNITS = {figure.path: figure.unit for figure in FIELDS}
 MAY_BE_ZERO = ("pitch.minimum", "generator.inertia", "drivetrain.shaft_damping")
 UNUSED = 9999.9  # ServoDyn's figure of a model that is switched off
 GRAVITY = 9.80665
@@ -284,7 +276,7 @@ def _columns(text: str, names: str) -> Floats | None:
 def _figures(deck: Deck, stated: Figures) -> Figures:
     """Return the figures that are stated, those of the files, and those that are assumed."""
     figures = dict(stated)
-    for path, _, *places in _ROWS:
+    for path, *places in (line.split() for line in PLACES.strip().split("\n")):
         for place in places:
             kind, key, *rest = place.split(":")
             value = deck.number(kind, key, *rest[:1])

@@ -142,12 +142,27 @@ class FileFigure(NamedTuple):
     unit: str
     low: float
     high: float
+    meaning: str = ""
 
     @property
     def example(self) -> str:
         """What to write behind ``key =``."""
         unit = accepted_units(self.unit)[0]
         return f'{{ value = <number>, unit = "{unit}", source = "<where from>" }}'
+
+
+def figures_of(table: str) -> tuple[FileFigure, ...]:
+    """Return the figures of a table, a line each, with its members in their order.
+
+    The attribute ``=`` is the key of the path, ``_`` the path with its point replaced.
+    """
+    figures = []
+    for line in table.strip().split("\n"):
+        path, attribute, unit, low, high, *meaning = line.split(maxsplit=5)
+        short = {"=": path.partition(".")[2], "_": path.replace(".", "_")}
+        attribute, unit = short.get(attribute, attribute), unit.replace("*", " ")
+        figures.append(FileFigure(path, attribute, unit, float(low), float(high), *meaning))
+    return tuple(figures)
 
 
 def require_entries(document: Document, needed: Iterable[tuple[str, str, str]]) -> None:

@@ -25,100 +25,73 @@ from takagi.models.turbine.file_figures import (
     WAKE,
     FileFigure,
     figure_at,
+    figures_of,
     read_figure,
     read_frozen_wake,
     require_entries,
     text_at,
 )
 
-_FIELDS = (
-    FileFigure("rotor.radius", "rotor_radius", "m", 0.1, 500),
-    FileFigure("rotor.hub_height", "hub_height", "m", 0.1, 1000),
-    FileFigure("rotor.inertia", "rotor_inertia", "kg m^2", 1e-3, 1e12),
-    FileFigure("rotor.rated_speed", "rated_rotor_speed", "rad/s", 1e-2, 1e3),
-    FileFigure("rotor.air_density", "air_density", "kg/m^3", 0.1, 10),
-    FileFigure("drivetrain.gear_ratio", "gear_ratio", "-", 1, 1000),
-    FileFigure("drivetrain.shaft_stiffness", "shaft_stiffness", "N m/rad", 1, 1e15),
-    FileFigure("drivetrain.shaft_damping", "shaft_damping", "N m s/rad", 0, 1e15),
-    FileFigure("generator.inertia", "generator_inertia", "kg m^2", 0, 1e12),
-    FileFigure("generator.efficiency", "generator_efficiency", "-", 0.1, 1),
-    FileFigure("generator.minimum_speed", "minimum_generator_speed", "rad/s", 1e-3, 1e4),
-    FileFigure("generator.rated_torque", "rated_torque", "N m", 1e-2, 1e9),
-    FileFigure("generator.maximum_torque", "maximum_torque", "N m", 1e-2, 1e9),
-    FileFigure("generator.torque_rate_limit", "torque_rate_limit", "N m/s", 1e-2, 1e12),
-    FileFigure("generator.speed_filter", "speed_filter", "rad/s", 1e-3, 1e4),
-    FileFigure("pitch.minimum", "pitch_min", "rad", -1, 1),
-    FileFigure("pitch.maximum", "pitch_max", "rad", 0, 2),
-    FileFigure("pitch.rate_limit", "pitch_rate_limit", "rad/s", 1e-3, 10),
-    FileFigure("pitch.time_constant", "pitch_time_constant", "s", 1e-3, 10),
-    FileFigure("pitch.drive_frequency", "pitch_drive_frequency", "rad/s", 0.1, 1e3),
-    FileFigure("pitch.drive_damping", "pitch_drive_damping", "-", 0.01, 10),
-    FileFigure("tower.mass", "tower_mass", "kg", 1e-3, 1e9),
-    FileFigure("tower.damping", "tower_damping", "N s/m", 0, 1e12),
-    FileFigure("tower.stiffness", "tower_stiffness", "N/m", 1e-3, 1e12),
-    FileFigure("operation.cut_in", "cut_in", "m/s", 0.1, 20),
-    FileFigure("operation.cut_out", "cut_out", "m/s", 1, 60),
-)
-# What a figure is, for a file that lacks it.
-_MEANING = {
-    "rotor.radius": "rotor apex to blade tip",
-    "rotor.hub_height": "hub over ground",
-    "rotor.inertia": "blades and hub, about the shaft",
-    "rotor.rated_speed": "of the rotor",
-    "rotor.air_density": "that of the coefficient tables",
-    "drivetrain.gear_ratio": "generator speed over rotor speed, 1 without a gearbox",
-    "drivetrain.shaft_stiffness": "torsion, low-speed side",
-    "drivetrain.shaft_damping": "torsion, low-speed side",
-    "generator.inertia": "about the high-speed shaft",
-    "generator.efficiency": "electrical over mechanical power, all losses",
-    "generator.minimum_speed": "least speed in operation, high-speed shaft",
-    "generator.rated_torque": "rated power / (efficiency * rated speed), high-speed shaft",
-    "generator.maximum_torque": "above rated_torque, often 110 % of it",
-    "generator.torque_rate_limit": "of the converter, high-speed shaft",
-    "generator.speed_filter": "corner of the low-pass on the measured speed",
-    "pitch.minimum": "fine pitch; no smaller angle is commanded",
-    "pitch.maximum": "of the drive, often 90 deg",
-    "pitch.rate_limit": "of the drive",
-    "pitch.time_constant": "of the drive as a first-order lag",
-    "pitch.drive_frequency": "of the drive as a second-order lag, in simulations",
-    "pitch.drive_damping": "of the drive as a second-order lag, in simulations",
-    "tower.mass": "first fore-aft mode, equivalent mass at the top",
-    "tower.damping": "of this mode: 2 zeta sqrt(stiffness * mass)",
-    "tower.stiffness": "of this mode: mass * (2 pi frequency)^2",
-    "operation.cut_in": "least wind in operation",
-    "operation.cut_out": "largest wind in operation",
-}
-_BASELINE = (
-    FileFigure("baseline.proportional_gain", "proportional_gain", "s", 0, 1e3),
-    FileFigure("baseline.integral_gain", "integral_gain", "-", 0, 1e3),
-    FileFigure("baseline.schedule_pitch", "schedule_pitch", "rad", 1e-3, 2),
-    FileFigure(
-        "baseline.optimal_torque_constant", "optimal_torque_constant", "N m s^2/rad^2", 0, 1e9
-    ),
-    FileFigure("baseline.region_15_speed", "region_15_speed", "rad/s", 1e-3, 1e4),
-    FileFigure("baseline.region_2_speed", "region_2_speed", "rad/s", 1e-3, 1e4),
-    FileFigure("baseline.region_25_speed", "region_25_speed", "rad/s", 1e-3, 1e4),
-    FileFigure("baseline.region_3_speed", "region_3_speed", "rad/s", 1e-3, 1e4),
-)
+# Path, attribute (= for the key, _ for section_key), unit, range, and what it is, for a file that
+# lacks it.
+FIELDS = figures_of("""
+rotor.radius _ m 0.1 500 rotor apex to blade tip
+rotor.hub_height = m 0.1 1000 hub over ground
+rotor.inertia _ kg*m^2 0.001 1e12 blades and hub, about the shaft
+rotor.rated_speed rated_rotor_speed rad/s 0.01 1000 of the rotor
+rotor.air_density = kg/m^3 0.1 10 that of the coefficient tables
+drivetrain.gear_ratio = - 1 1000 generator speed over rotor speed, 1 without a gearbox
+drivetrain.shaft_stiffness = N*m/rad 1 1e15 torsion, low-speed side
+drivetrain.shaft_damping = N*m*s/rad 0 1e15 torsion, low-speed side
+generator.inertia _ kg*m^2 0 1e12 about the high-speed shaft
+generator.efficiency _ - 0.1 1 electrical over mechanical power, all losses
+generator.minimum_speed _ rad/s 0.001 10000 least speed in operation, high-speed shaft
+generator.rated_torque = N*m 0.01 1e9 rated power / (efficiency * rated speed), high-speed shaft
+generator.maximum_torque = N*m 0.01 1e9 above rated_torque, often 110 % of it
+generator.torque_rate_limit = N*m/s 0.01 1e12 of the converter, high-speed shaft
+generator.speed_filter = rad/s 0.001 10000 corner of the low-pass on the measured speed
+pitch.minimum pitch_min rad -1 1 fine pitch; no smaller angle is commanded
+pitch.maximum pitch_max rad 0 2 of the drive, often 90 deg
+pitch.rate_limit _ rad/s 0.001 10 of the drive
+pitch.time_constant _ s 0.001 10 of the drive as a first-order lag
+pitch.drive_frequency _ rad/s 0.1 1000 of the drive as a second-order lag, in simulations
+pitch.drive_damping _ - 0.01 10 of the drive as a second-order lag, in simulations
+tower.mass _ kg 0.001 1e9 first fore-aft mode, equivalent mass at the top
+tower.damping _ N*s/m 0 1e12 of this mode: 2 zeta sqrt(stiffness * mass)
+tower.stiffness _ N/m 0.001 1e12 of this mode: mass * (2 pi frequency)^2
+operation.cut_in = m/s 0.1 20 least wind in operation
+operation.cut_out = m/s 1 60 largest wind in operation
+""")
+_BASELINE = figures_of("""
+baseline.proportional_gain = s 0 1000
+baseline.integral_gain = - 0 1000
+baseline.schedule_pitch = rad 0.001 2
+baseline.optimal_torque_constant = N*m*s^2/rad^2 0 1e9
+baseline.region_15_speed = rad/s 0.001 10000
+baseline.region_2_speed = rad/s 0.001 10000
+baseline.region_25_speed = rad/s 0.001 10000
+baseline.region_3_speed = rad/s 0.001 10000
+""")
 # Of the validation plant, each group whole or not at all; what holds without it: ``Turbine``.
-_GROUPS: tuple[tuple[FileFigure, ...], ...] = (
-    (
-        FileFigure("wake.induction", "induction", "-", 0, 3),
-        FileFigure("wake.time_share", "time_share", "-", 0.05, 5),
-    ),
-    (
-        FileFigure("blade.flap_frequency", "frequency", "rad/s", 0.1, 1e3),
-        FileFigure("blade.flap_damping", "damping", "-", 0, 1),
-        FileFigure("blade.flap_compliance", "compliance", "m/N", 0, 1),
-        FileFigure("blade.flap_velocity_share", "velocity_share", "-", 0, 1),
-    ),
-    (
-        FileFigure("drivetrain.torsion_frequency", "frequency", "rad/s", 0.1, 1e4),
-        FileFigure("drivetrain.torsion_damping", "damping", "-", 0, 1),
-    ),
-    (FileFigure("tower.velocity_share", "tower_share", "-", 0.5, 2),),
-    (FileFigure("generator.torque_lag", "torque_lag", "s", 1e-4, 10),),
-)
+_GROUPS = [
+    figures_of(group)
+    for group in """
+wake.induction = - 0 3
+wake.time_share = - 0.05 5
+
+blade.flap_frequency frequency rad/s 0.1 1000
+blade.flap_damping damping - 0 1
+blade.flap_compliance compliance m/N 0 1
+blade.flap_velocity_share velocity_share - 0 1
+
+drivetrain.torsion_frequency frequency rad/s 0.1 10000
+drivetrain.torsion_damping damping - 0 1
+
+tower.velocity_share tower_share - 0.5 2
+
+generator.torque_lag = s 0.0001 10
+""".split("\n\n")
+]
 _TOP = ("format", "kind", "name", "description")
 _FREE_SECTION = "reference"
 _TABLES = ("power", "thrust")
@@ -159,8 +132,8 @@ def _turbine(document: Document) -> Turbine:
     _check_known(document)
     _require_all(document)
     figures: dict[str, Figure] = {}
-    values = {f.attribute: figure_at(document, f, figures) for f in _FIELDS}
-    values["minimum_rotor_speed"] = values.pop("minimum_generator_speed") / values["gear_ratio"]
+    values = {f.attribute: figure_at(document, f, figures) for f in FIELDS}
+    values["minimum_rotor_speed"] = values.pop("generator_minimum_speed") / values["gear_ratio"]
     _check_order(document, values)
     baseline = None
     if "baseline" in document.data:
@@ -198,12 +171,12 @@ def _turbine(document: Document) -> Turbine:
 
 def _require_all(document: Document) -> None:
     """Refuse a file that lacks entries; optional groups are needed whole or not at all."""
-    groups: list[tuple[FileFigure, ...]] = [_FIELDS]
+    groups: list[tuple[FileFigure, ...]] = [FIELDS]
     for group in (*_GROUPS, _BASELINE):
         paths = [f.path.partition(".") for f in group]
         if any(key in document.data.get(section, {}) for section, _, key in paths):
             groups.append(group)
-    needed = [(f.path, f.example, _MEANING.get(f.path, "")) for group in groups for f in group]
+    needed = [(f.path, f.example, f.meaning) for group in groups for f in group]
     needed += [
         (f"coefficients.{key}", f'"<file>_c{key[0]}.csv"', f"table of c_{key[0].upper()}")
         for key in _TABLES
@@ -293,7 +266,7 @@ def _check_kind(document: Document) -> None:
 def _check_known(document: Document) -> None:
     """Refuse fields that no reader uses: they are misspelt more often than superfluous."""
     optional = [f for group in _GROUPS for f in group]
-    known_paths = [f.path for f in (*_FIELDS, *optional, *_BASELINE)] + list(_FURTHER_PATHS)
+    known_paths = [f.path for f in (*FIELDS, *optional, *_BASELINE)] + list(_FURTHER_PATHS)
     sections = list(dict.fromkeys(path.partition(".")[0] for path in known_paths)) + [_FREE_SECTION]
     for section, content in document.data.items():
         if section in _TOP:
