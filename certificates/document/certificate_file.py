@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     from takagi.models.splines.spline import Surface
     from takagi.models.turbine.data import Turbine
 
+TURBINE_FIGURES = (
+    *("torque_constant", "rotor_radius", "rotor_inertia", "generator_inertia", "gear_ratio"),
+    *("rated_rotor_speed", "pitch_time_constant", "pitch_rate_limit", "pitch_min", "pitch_max"),
+    "torque_rate_limit",
+)
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
 
 
@@ -86,24 +91,11 @@ def turbine_data(turbine: Turbine, files: Sequence[Path]) -> dict[str, Any]:
 
     ``files`` : the data files of the plant; their content is recorded (``model_content``).
     """
-    names = (
-        "torque_constant",
-        "rotor_radius",
-        "rotor_inertia",
-        "generator_inertia",
-        "gear_ratio",
-        "rated_rotor_speed",
-        "pitch_time_constant",
-        "pitch_rate_limit",
-        "pitch_min",
-        "pitch_max",
-        "torque_rate_limit",
-    )
     return {
         "kind": "turbine",
         "name": turbine.name,
         "units": "SI, angles in rad, generator inertia on the high-speed shaft",
-        **{name: float(getattr(turbine, name)) for name in names},
+        **{name: float(getattr(turbine, name)) for name in TURBINE_FIGURES},
         "torque_surface": _surface(turbine.torque),
         **content_of(files),
     }
@@ -120,7 +112,8 @@ def _surface(surface: Surface) -> dict[str, Any]:
 
 def effort_sharing_law_data(law: EffortSharingLaw) -> dict[str, Any]:
     """Return the law as plain data, the same in gain file and certificate."""
-    table, gains = law.schedule, law.gains
+    columns = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
+    limits = ("rated_torque", "effort_torque", "pitch_min", "pitch_max", "wind_filter")
     setpoints = {}
     if (inputs := law.setpoints) is not None:
         setpoints["setpoints"] = {
@@ -131,20 +124,11 @@ def effort_sharing_law_data(law: EffortSharingLaw) -> dict[str, Any]:
         }
     return {
         "name": law.name,
-        "wind": table.wind.tolist(),
-        "rotor_speed": table.rotor_speed.tolist(),
-        "trim_effort": table.trim_effort.tolist(),
-        "effectiveness": table.effectiveness.tolist(),
-        "effectiveness_limit": table.effectiveness_limit.tolist(),
-        "overlap": table.overlap,
-        "proportional": gains.proportional.tolist(),
-        "integral_rate": gains.integral_rate.tolist(),
-        "rated_torque": law.rated_torque,
-        "effort_torque": law.effort_torque,
-        "pitch_min": law.pitch_min,
-        "pitch_max": law.pitch_max,
-        "wind_filter": law.wind_filter,
-        "integral_limit": law.integral_limit,
+        **{name: getattr(law.schedule, name).tolist() for name in columns},
+        "overlap": law.schedule.overlap,
+        "proportional": law.gains.proportional.tolist(),
+        "integral_rate": law.gains.integral_rate.tolist(),
+        **{name: getattr(law, name) for name in (*limits, "integral_limit")},
         **setpoints,
     }
 

@@ -18,7 +18,6 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.claims.turbine.cell_loop import cell_loops
 from takagi.certificates.claims.turbine.largest_wind_error import (
     EffortSharingCandidate,
-    RequestedLoops,
     WindClass,
     calmer,
     class_rates,
@@ -86,10 +85,9 @@ def effort_sharing_candidate(
     cell_rates = list(rates)
     middle = np.array([float(loop.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
+    asked = (box, uncertainty, loops)
     if P is not None and _inside(P, box):
-        with_given = largest_wind_errors(
-            P, RequestedLoops(box, uncertainty, loops, cell_rates, error), tell=say
-        )
+        with_given = largest_wind_errors(P, *asked, cell_rates, error, tell=say)
         if with_given.wind_error.min() > 0:
             return with_given
     say("one quadratic function for all winds")
@@ -98,15 +96,16 @@ def effort_sharing_candidate(
         cells = tuple(loop.enclosed(rate) for loop, rate in zip(loops, cell_rates, strict=True))
         ellipsoid = _common(cells, law, box, error)
         if ellipsoid.P is not None:
-            requested = RequestedLoops(box, uncertainty, loops, cell_rates, error)
-            candidate = largest_wind_errors(ellipsoid.P, requested, words=ellipsoid.words, tell=say)
+            candidate = largest_wind_errors(
+                ellipsoid.P, *asked, cell_rates, error, words=ellipsoid.words, tell=say
+            )
             # Where a cell bears no wind error, a function for slower winds may.
             if candidate.wind_error.min() > 0:
                 return candidate
         last = attempt >= ATTEMPTS - 2
         cell_rates = [Fraction(0) if last else calmer(rate, CALMER) for rate in cell_rates]
     return candidate or EffortSharingCandidate.without(
-        box, uncertainty, cells, diagnosis=ellipsoid.diagnosis, words=ellipsoid.words
+        box, uncertainty, cells, ellipsoid.diagnosis, ellipsoid.words
     )
 
 

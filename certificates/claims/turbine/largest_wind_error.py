@@ -64,70 +64,45 @@ class EffortSharingCandidate:
         cls,
         box: LoopBox,
         uncertainty: LoopUncertainty,
-        cells: Sequence[LoopCell],
-        *,
+        cells: tuple[LoopCell, ...],
         diagnosis: str,
-        words: str = "",
+        words: str,
     ) -> EffortSharingCandidate:
         """Return a candidate without a P: nothing is claimed of any cell."""
-        none = np.zeros(len(cells))
-        return cls(
-            box=box,
-            uncertainty=uncertainty,
-            cells=tuple(cells),
-            P=None,
-            multipliers=none,
-            wind_error=none,
-            wind_rate=none,
-            decay_rate=none,
-            settling_P=np.eye(3),
-            common_rate=0.0,
-            diagnosis=diagnosis,
-            words=words,
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RequestedLoops:
-    """The enclosures of all cells, and the requested wind class of each.
-
-    Attributes
-    ----------
-    cells : one enclosure per wind cell.
-    rates : |v_s'| to try [m/s^2];  error : (K - 1,) |v - v_s| to compare with [m/s].
-    """
-
-    box: LoopBox
-    uncertainty: LoopUncertainty
-    cells: Sequence[CellLoop]
-    rates: Sequence[Fraction]
-    error: Floats
+        zeros = (np.zeros(len(cells)),) * 4
+        return cls(box, uncertainty, cells, None, *zeros, np.eye(3), 0.0, diagnosis, words)
 
 
 def largest_wind_errors(
-    P: Floats, loops: RequestedLoops, *, words: str = "", tell: Tell | None = None
+    P: Floats,
+    box: LoopBox,
+    uncertainty: LoopUncertainty,
+    cells: Sequence[CellLoop],
+    rates: Sequence[Fraction],
+    error: Floats,
+    *,
+    words: str = "",
+    tell: Tell | None = None,
 ) -> EffortSharingCandidate:
     """Return for every cell the largest wind error with P, and the decay rate at constant wind.
 
     Parameters
     ----------
     P : (3, 3), its set inside the box; its decimals are those that a claim states.
-    words : the solver's, on P.
-    tell : called with a word on progress.
+    cells : one enclosure per wind cell;  rates : |v_s'| to try in each [m/s^2].
+    error : (K - 1,) |v - v_s| to compare with [m/s].
+    words : the solver's, on P.   tell : called with a word on progress.
     """
     stated = np.round(P * SHRINK, 4)
-    classes = [
-        cell_class(stated, *result)
-        for result in zip(loops.cells, loops.rates, loops.error, strict=True)
-    ]
+    classes = [cell_class(stated, *cell) for cell in zip(cells, rates, error, strict=True)]
     corners = [loop_vertices(result.cell) for result in classes]
     if tell is not None:
         tell("the largest common decay rate")
     settling, common = _settling(stated, corners)
     decay = [max(float(decay_rates(stated, v.at_rest).min()), 0.0) for v in corners]
     return EffortSharingCandidate(
-        box=loops.box,
-        uncertainty=loops.uncertainty,
+        box=box,
+        uncertainty=uncertainty,
         cells=tuple(result.cell for result in classes),
         P=stated,
         multipliers=np.array([round(result.multiplier, 7) for result in classes]),

@@ -247,9 +247,6 @@ def _full_load(cells: Sequence[Mapping[str, Any]], wind_filter: float) -> RateRa
     return RateRange(ends, rates, rates, error)
 
 
-ClaimMaker = Callable[[], "dict[str, Any] | None"]
-
-
 def loop_document(
     turbine: Turbine,
     law: EffortSharingLaw,
@@ -264,7 +261,7 @@ def loop_document(
 
     Parameters
     ----------
-    asked : the configuration, as recorded in the provenance.
+    configuration : as recorded in the provenance.
     controller : the gain file's observer and filters; None makes no claim about the loop with them.
     tell : called with a word before the search for each of these claims.
     files : the turbine's data files; the certificate records what they say.
@@ -275,17 +272,16 @@ def loop_document(
     """
     model, gains = turbine_data(turbine, files), effort_sharing_law_data(law)
     claims, left_out = loop_claims(model, gains, effort_sharing_claim(candidate))
+    say = tell or (lambda words: None)
     if law.setpoints is not None:
-        if tell is not None:
-            tell("loop at constant set-points")
+        say("loop at constant set-points")
         # Imported here: it loads a solver.  The user asked for set-points, so that a claim that is
         # not proved stays in the file.
         from takagi.certificates.claims.turbine.set_points_claim import set_points_claim
 
         claims.append(set_points_claim(turbine, law, model, gains))
     if controller is not None:
-        if tell is not None:
-            tell("loop with its observer, at constant winds")
+        say("loop with its observer, at constant winds")
         inertia = claims[0]["uncertainty"]["inertia"]
         running, reasons = running_claim(model, gains, controller, inertia)
         claims += running
@@ -309,24 +305,14 @@ def loop_claims(
     model, gains : as the certificate states them.
     loop : the claim ``effort_sharing_claim`` states.
     """
-    claims, left_out = [dict(loop)], {}
-
-    makers: dict[str, ClaimMaker] = {
-        "wind-rate": lambda: wind_rate_claim(loop, float(gains["wind_filter"])),
-        "bumpless": lambda: bumpless_claim(model, gains, loop),
-    }
-    for kind, make in makers.items():
-        try:
-            claim = make()
-        except Refused as reason:
-            # Without a proof of the loop nothing can follow; the loop's verdict gives the reason.
-            claim, why = None, str(reason)
-        else:
-            why = "nothing to claim" if claim is None else _open(claim, model, gains, claims)
-        if claim is None or why:
-            left_out[kind] = f"not claimed: {why}"
-        else:
-            claims.append(claim)
+    claims, left_out = [dict(loop)], dict[str, str]()
+    for kind, make in (
+        ("wind-rate", lambda: wind_rate_claim(loop, float(gains["wind_filter"]))),
+        ("bumpless", lambda: bumpless_claim(model, gains, loop)),
+    ):
+        claim, why = _unless_open(make, model, gains, claims)
+        claims += [claim] if claim else []
+        left_out |= {kind: f"not claimed: {why}"} if why else {}
     return claims, left_out
 
 
@@ -341,29 +327,33 @@ def running_claim(
     ``controller``, ``inertia`` : as ``running_loop_claim`` takes them.
     """
     # Imported here: it loads a solver.
-    from takagi.certificates.claims.turbine.running_loop_claim import (
-        running_loop_claim,
+    from takagi.certificates.claims.turbine.running_loop_claim import running_loop_claim
+
+    claim, why = _unless_open(
+        lambda: running_loop_claim(model, gains, controller, inertia), model, gains, []
     )
-
-    try:
-        claim = running_loop_claim(model, gains, controller, inertia)
-        why = _open(claim, model, gains, [])
-    except Refused as reason:
-        why = str(reason)
-    return ([], {"running-loop": f"not claimed: {why}"}) if why else ([claim], {})
+    return ([claim], {}) if claim else ([], {"running-loop": f"not claimed: {why}"})
 
 
-def _open(
-    claim: Mapping[str, Any],
+def _unless_open(
+    make: Callable[[], dict[str, Any] | None],
     model: Mapping[str, Any],
     gains: Mapping[str, Any],
     earlier: Sequence[Mapping[str, Any]],
-) -> str:
-    """Return why the checker would not prove a claim of the loop, or nothing."""
-    members = {"model": model, "gains": gains, "claims": [*earlier, claim]}
-    data, index = read_text(json.dumps(members), "candidate"), len(earlier)
-    below = [Outcome(_TakenAsProved()) for _ in earlier]
-    return replay(data["claims"][index], data, None, below, f"claims[{index}]").failure
+) -> tuple[dict[str, Any] | None, str]:
+    """Return the claim if the checker proves it after the earlier ones, or why there is none."""
+    try:
+        claim = make()
+        if claim is None:
+            return None, "nothing to claim"
+        members = {"model": model, "gains": gains, "claims": [*earlier, claim]}
+        data, index = read_text(json.dumps(members), "candidate"), len(earlier)
+        below = [Outcome(_TakenAsProved()) for _ in earlier]
+        why = replay(data["claims"][index], data, None, below, f"claims[{index}]").failure
+    except Refused as reason:
+        # Without a proof of the loop nothing can follow; the loop's verdict gives the reason.
+        return None, str(reason)
+    return (None, why) if why else (claim, "")
 
 
 class _TakenAsProved(ClaimKind):

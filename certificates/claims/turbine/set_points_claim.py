@@ -27,6 +27,7 @@ from takagi.certificates.checker.turbine.effort_sharing.set_points import (
     CellLoop,
 )
 from takagi.certificates.checker.turbine.rotor import Plant, Span
+from takagi.certificates.document.model_data import floats
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -124,7 +125,7 @@ class _Search:
             loop = next((loop for loop in loops if loop.least_torque() >= 0), None)
             if loop is None:
                 return None
-            corners = [_floats(A) for A in loop.corners()]
+            corners = [floats(A) for A in loop.corners()]
             room = self.law.integral_limit - loop.integral()
         except (Refused, ModelError):
             # The box leaves the tables, or has no equilibrium somewhere: smaller ones may not.
@@ -200,7 +201,3 @@ def _quadratic(corners: Floats) -> Floats | None:
         if answer.P is not None:
             return np.asarray(answer.P)
     return None
-
-
-def _floats(A: Matrix) -> Floats:
-    return np.array([[float(A[i, j]) for j in range(3)] for i in range(3)])
