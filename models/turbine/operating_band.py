@@ -28,7 +28,7 @@ from bisect import bisect_right
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -205,6 +205,28 @@ class OperatingBand:
             np.asarray(np.interp(v, self.wind, self.rotor_speed)),
             np.asarray(np.interp(v, self.wind, self.pitch)),
         )
+
+
+class Bands(TypedDict, total=False):
+    """Half widths around the trim of a regional model; what is left out is that of ``BANDS``.
+
+    Attributes
+    ----------
+    speed_band : in rotor speed [rad/s].  The default is 8 % of the 5-MW turbine's rated speed.
+    pitch_band : [rad], default 2 deg; angles below the smallest pitch are not part of the band.
+    wind_band : of v around its estimate [m/s].
+    wind_step : distance of the trim table's nodes [m/s].
+    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated one.
+    """
+
+    speed_band: Number
+    pitch_band: Number
+    wind_band: Number
+    wind_step: float
+    speed_setpoint: float | None
+
+
+BANDS: Bands = {"speed_band": "0.1", "pitch_band": "0.034907", "wind_band": "0.5"}
 
 
 def operating_band(

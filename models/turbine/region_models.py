@@ -31,13 +31,14 @@ every wind of the band is above rated; with the default bands b <= -0.15 1/s^2/r
 from __future__ import annotations
 
 import math
+from typing import Unpack
 
 from takagi.models.equations.derivation_step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.operating_band import exact_inertia, operating_band
+from takagi.models.turbine.operating_band import BANDS, Bands, exact_inertia, operating_band
 from takagi.models.turbine.regional_model import (
     INTEGRAL,
     KINDS,
@@ -59,11 +60,8 @@ def partial_load_model(
     turbine: Turbine,
     *,
     wind_range: tuple[float, float] | None = None,
-    speed_band: Number = "0.1",
-    wind_band: Number = "0.5",
-    wind_step: float = 0.25,
-    speed_setpoint: float | None = None,
     tolerance: Number = "0.02",
+    **bands: Unpack[Bands],
 ) -> TSModel:
     """Return e' = a e + d w - (n_g/J) dT, x_I' = -e as four rules, exact over the band.
 
@@ -76,12 +74,8 @@ def partial_load_model(
     ----------
     wind_range : wind estimates covered [m/s]; None takes from ``lowest_wind``, where the band
         just fits into the coefficient table, to rated wind.
-    speed_band : half width in rotor speed [rad/s].  The default is 8 % of the 5-MW turbine's
-        rated speed.
-    wind_band : half width of v around its estimate [m/s].
-    wind_step : distance of the trim table's nodes [m/s].
-    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated one.
     tolerance : excess of a bound, as a share of the premise's range.
+    bands : see ``Bands``; pitch stays at the trim.
 
     Raises
     ------
@@ -89,27 +83,15 @@ def partial_load_model(
 
     Source: Schulte (2024), section II-B (scheme); the bounds are proved here.
     """
-    if wind_range is None:
-        first = lowest_wind(
-            turbine, speed_band=speed_band, wind_band=wind_band, speed_setpoint=speed_setpoint
-        )
-        # Rounded down, so that no node of the table is above rated wind.
-        rated = rated_wind(turbine, speed_setpoint=speed_setpoint)
-        wind_range = (first, math.floor(rated * 1e6) / 1e6)
-    band = operating_band(
-        turbine,
-        wind_range,
-        speed_band=speed_band,
-        pitch_band=0,
-        wind_band=wind_band,
-        wind_step=wind_step,
-        speed_setpoint=speed_setpoint,
-    )
+    around: Bands = {**BANDS, **bands, "pitch_band": 0}
+    rated = rated_wind(turbine, speed_setpoint=bands.get("speed_setpoint"))
+    # Rounded down, so that no node of the table is above rated wind.
+    span = wind_range or (lowest_wind(turbine, **around), math.floor(rated * 1e6) / 1e6)
+    band = operating_band(turbine, span, **around)
     if any(band.pitch > turbine.pitch_min):
         raise ModelError(
             f"{turbine.name}: the wind range up to {band.wind[-1]:.6g} m/s reaches into full load, "
-            "where pitch is not at its smallest; end it at or below rated wind, "
-            f"{rated_wind(turbine, speed_setpoint=speed_setpoint):.6g} m/s"
+            f"where pitch is not at its smallest; end it at or below rated wind, {rated:.6g} m/s"
         )
     share = exact(tolerance)
     premises = (
@@ -119,9 +101,7 @@ def partial_load_model(
     return region_model(_partial_load_region(turbine), band, premises, name="partial load")
 
 
-def lowest_wind(
-    turbine: Turbine, *, speed_band: Number, wind_band: Number, speed_setpoint: float | None = None
-) -> float:
+def lowest_wind(turbine: Turbine, **bands: Unpack[Bands]) -> float:
     """Return the lowest wind, in steps of 0.05 m/s from cut-in, whose band fits into the table.
 
     The binding end is lambda = (omega* + speed band) R / (v - wind band): at low wind the minimum
@@ -131,7 +111,8 @@ def lowest_wind(
     ------
     ModelError : at no wind below rated does the band fit.
     """
-    e, w = float(exact(speed_band)), float(exact(wind_band))
+    e, w = (float(exact(bands[name])) for name in ("speed_band", "wind_band"))
+    speed_setpoint = bands.get("speed_setpoint")
     largest = turbine.torque.x_range[1]
     rated = rated_wind(turbine, speed_setpoint=speed_setpoint)
     for step in range(int((rated - turbine.cut_in) / LOWEST_WIND_STEP) + 1):
@@ -192,12 +173,8 @@ def full_load_model(
     turbine: Turbine,
     *,
     wind_range: tuple[float, float] | None = None,
-    speed_band: Number = "0.1",
-    pitch_band: Number = "0.034907",
-    wind_band: Number = "0.5",
-    wind_step: float = 0.25,
-    speed_setpoint: float | None = None,
     tolerance: Number = "0.02",
+    **bands: Unpack[Bands],
 ) -> TSModel:
     """Return the eight-rule model of pitch control above rated wind, exact over the band.
 
@@ -210,13 +187,8 @@ def full_load_model(
     ----------
     wind_range : wind estimates covered [m/s]; None takes from rated wind plus the wind band to
         cut-out (why: see the module).
-    speed_band : half width in rotor speed [rad/s].
-    pitch_band : half width in pitch [rad], default 2 deg; angles below the smallest pitch are not
-        part of the band.
-    wind_band : half width of v around its estimate [m/s].
-    wind_step : distance of the trim table's nodes [m/s].
-    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated one.
     tolerance : excess of a bound, as a share of the premise's range.
+    bands : see ``Bands``.
 
     Raises
     ------
@@ -224,18 +196,11 @@ def full_load_model(
 
     Source: Schulte (2024), section II-C (scheme); the bounds are proved here.
     """
+    around: Bands = {**BANDS, **bands}
     if wind_range is None:
-        rated = rated_wind(turbine, speed_setpoint=speed_setpoint)
-        wind_range = (rated + float(exact(wind_band)), turbine.cut_out)
-    band = operating_band(
-        turbine,
-        wind_range,
-        speed_band=speed_band,
-        pitch_band=pitch_band,
-        wind_band=wind_band,
-        wind_step=wind_step,
-        speed_setpoint=speed_setpoint,
-    )
+        rated = rated_wind(turbine, speed_setpoint=bands.get("speed_setpoint"))
+        wind_range = (rated + float(exact(around["wind_band"])), turbine.cut_out)
+    band = operating_band(turbine, wind_range, **around)
     premises = tuple(
         secant_premise(band, slope, with_pitch=True, tolerance=exact(tolerance)) for slope in KINDS
     )

@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,7 +35,13 @@ from takagi.models.splines.spline import scalar_surface
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import round_outward
 from takagi.models.turbine.data import Turbine, rotor_torque_gradient
-from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
+from takagi.models.turbine.operating_band import (
+    BANDS,
+    Bands,
+    OperatingBand,
+    operating_band,
+    slope_range,
+)
 from takagi.models.turbine.region_models import lowest_wind
 from takagi.models.turbine.regional_model import (
     KINDS,
@@ -52,12 +59,8 @@ def wind_observer_model(
     turbine: Turbine,
     *,
     wind_range: tuple[float, float] | None = None,
-    speed_band: Number = "0.1",
-    pitch_band: Number = "0.034907",
-    wind_band: Number = "0.5",
-    wind_step: float = 0.25,
-    speed_setpoint: float | None = None,
     tolerance: Number = "0.05",
+    **bands: Unpack[Bands],
 ) -> TSModel:
     """Return omega~' = d v~, v~' = w with output omega~: two vertices in the premise d.
 
@@ -69,35 +72,23 @@ def wind_observer_model(
     Parameters
     ----------
     wind_range : [m/s]; None takes from ``lowest_wind`` of these bands to cut-out.
-    speed_band, pitch_band, wind_band : half widths [rad/s, rad, m/s].
-    wind_step : distance of the trim table's nodes [m/s].
     tolerance : excess of a bound, as a share of the premise's range.
+    bands : see ``Bands``.
 
     Raises
     ------
     ModelError : bands that leave the coefficient table, or over which more wind does not always
         give more torque (d <= 0): there wind cannot be observed from speed.
     """
-    if wind_range is None:
-        first = lowest_wind(
-            turbine, speed_band=speed_band, wind_band=wind_band, speed_setpoint=speed_setpoint
-        )
-        wind_range = (first, turbine.cut_out)
-    band = operating_band(
-        turbine,
-        wind_range,
-        speed_band=speed_band,
-        pitch_band=pitch_band,
-        wind_band=wind_band,
-        wind_step=wind_step,
-        speed_setpoint=speed_setpoint,
-    )
+    around: Bands = {**BANDS, **bands}
+    span = wind_range or (lowest_wind(turbine, **around), turbine.cut_out)
+    band = operating_band(turbine, span, **around)
     proved_range = slope_range(
         band, "wind", off_trim=("speed", "pitch", "wind"), tolerance=exact(tolerance)
     )
     premise = proved_premise(KINDS["wind"], proved_range, _secant_between_winds(turbine))
     if premise.lower <= 0:
-        weakest = _weakest_wind(band, speed_setpoint)
+        weakest = _weakest_wind(band, bands.get("speed_setpoint"))
         bounds = round_outward(proved_range.outer, digits=6)
         raise ModelError(
             f"{turbine.name}: dT_r/dv / J is only known to lie in {bounds} over winds "

@@ -180,7 +180,6 @@ def coupling_filter(
     torque_overlap: float = 2000.0,
     variant: Variant = "saturated",
     placement: float = 0.5,
-    minimum_torque: float | None = None,
     shape: Shape = "smooth",
     torque_shape: Shape = "linear",
     speed_setpoint: float | None = None,
@@ -190,10 +189,9 @@ def coupling_filter(
     Parameters
     ----------
     speed_overlap : epsilon_omega [rad/s], width of the ramp of f_1.
-    torque_overlap : epsilon_T [N m].
+    torque_overlap : epsilon_T [N m]; T_min of ``sector`` is rated torque less it.
     variant : "saturated" or "sector".
     placement : share of the speed overlap that lies above the set-point (``rated_speed_ramp``).
-    minimum_torque : T_min of ``sector`` [N m]; None takes rated torque - torque overlap.
     shape : of the ramp in speed.
     torque_shape : of the ramps in torque of ``sector``.  Linear ones keep T_g f_2 >= T_max on the
         window; smooth ones let it dip below by about a tenth of the window just before T_max.
@@ -204,13 +202,12 @@ def coupling_filter(
     ModelError : overlaps that do not fit the turbine's torques.
     """
     setpoint = turbine.rated_rotor_speed if speed_setpoint is None else speed_setpoint
-    lowest = turbine.rated_torque - torque_overlap if minimum_torque is None else minimum_torque
     return CouplingFilter(
         rated_speed_ramp(setpoint, overlap=speed_overlap, placement=placement, shape=shape),
         variant,
         turbine.rated_torque,
         torque_overlap,
-        lowest,
+        turbine.rated_torque - torque_overlap,
         turbine.maximum_torque,
         torque_shape,
     )
