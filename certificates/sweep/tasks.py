@@ -23,7 +23,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -138,12 +138,12 @@ def _computed(
     from joblib import Parallel, delayed, parallel_config
 
     models = {id(task.model): pickle.dumps(task.model) for task in missing.values()}
-    waiting = dict(missing)
+    waiting, sources = dict(missing), None if scheduler is None else _sources()
     kept = f"what is finished is kept in {folder}: run the same command again"
 
     def parallel() -> Iterator[tuple[Task, str]]:
         calls = [
-            delayed(_named_text)(file, task.hashed, models[id(task.model)])
+            delayed(_named_text)(file, task.hashed, models[id(task.model)], sources)
             for file, task in waiting.items()
         ]
         results = Parallel(batch_size=1, return_as="generator_unordered")(calls)
@@ -207,15 +207,32 @@ def _cluster(scheduler: str) -> Iterator[Any]:
         client.close(timeout=2)
 
 
-def _named_text(file: str, hashed: str, model: bytes) -> tuple[str, str]:
+@cache
+def _sources() -> str:
+    """Return a hash of takagi's own files, which may differ where the version does not."""
+    digest = hashlib.sha256()
+    for floor in ("models", "lmi", "certificates", "reports"):
+        for path in sorted(Path(import_module(f"takagi.{floor}").__path__[0]).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _named_text(file: str, hashed: str, model: bytes, sources: str | None) -> tuple[str, str]:
     """Return, where it is computed, the file's name and the text of a task's result.
+
+    ``sources`` : those of the one who asks a cluster; None in a process of this machine.
 
     Raises
     ------
     ModelError : a worker of a cluster with other versions than the one who asks.
     """
     asked = json.loads(hashed)
-    if differing := _differences(provenance({}, {})["versions"], asked["versions"]):
+    here, there = asked["versions"], provenance({}, {})["versions"]
+    if sources is not None:
+        here, there = (
+            {**v, "takagi's files": s} for v, s in ((here, sources), (there, _sources()))
+        )
+    if differing := _differences(there, here):
         raise ModelError(
             f"a worker has other versions: {differing}; install the same ones there, or results "
             "would depend on where they were computed"
