@@ -152,17 +152,12 @@ class FileFigure(NamedTuple):
 
 
 def figures_of(table: str) -> tuple[FileFigure, ...]:
-    """Return the figures of a table, a line each, with its members in their order.
-
-    The attribute ``=`` is the key of the path, ``_`` the path with its point replaced.
-    """
-    figures = []
-    for line in table.strip().split("\n"):
-        path, attribute, unit, low, high, *meaning = line.split(maxsplit=5)
-        short = {"=": path.partition(".")[2], "_": path.replace(".", "_")}
-        attribute, unit = short.get(attribute, attribute), unit.replace("*", " ")
-        figures.append(FileFigure(path, attribute, unit, float(low), float(high), *meaning))
-    return tuple(figures)
+    """Return the figures of a table, a line each, with its members in their order."""
+    rows = (line.split(maxsplit=5) for line in table.strip().split("\n"))
+    return tuple(
+        FileFigure(path, attribute, unit.replace("*", " "), float(low), float(high), *meaning)
+        for path, attribute, unit, low, high, *meaning in rows
+    )
 
 
 def require_entries(document: Document, needed: Iterable[tuple[str, str, str]]) -> None:

@@ -32,52 +32,54 @@ from takagi.models.turbine.file_figures import (
     text_at,
 )
 
-# Path, attribute (= for the key, _ for section_key), unit, range, and what it is, for a file that
-# lacks it.
+# Path, attribute, unit, range, and what it is, for a file that lacks it.
 FIELDS = figures_of("""
-rotor.radius _ m 0.1 500 rotor apex to blade tip
-rotor.hub_height = m 0.1 1000 hub over ground
-rotor.inertia _ kg*m^2 0.001 1e12 blades and hub, about the shaft
+rotor.radius rotor_radius m 0.1 500 rotor apex to blade tip
+rotor.hub_height hub_height m 0.1 1000 hub over ground
+rotor.inertia rotor_inertia kg*m^2 0.001 1e12 blades and hub, about the shaft
 rotor.rated_speed rated_rotor_speed rad/s 0.01 1000 of the rotor
-rotor.air_density = kg/m^3 0.1 10 that of the coefficient tables
-drivetrain.gear_ratio = - 1 1000 generator speed over rotor speed, 1 without a gearbox
-drivetrain.shaft_stiffness = N*m/rad 1 1e15 torsion, low-speed side
-drivetrain.shaft_damping = N*m*s/rad 0 1e15 torsion, low-speed side
-generator.inertia _ kg*m^2 0 1e12 about the high-speed shaft
-generator.efficiency _ - 0.1 1 electrical over mechanical power, all losses
-generator.minimum_speed _ rad/s 0.001 10000 least speed in operation, high-speed shaft
-generator.rated_torque = N*m 0.01 1e9 rated power / (efficiency * rated speed), high-speed shaft
-generator.maximum_torque = N*m 0.01 1e9 above rated_torque, often 110 % of it
-generator.torque_rate_limit = N*m/s 0.01 1e12 of the converter, high-speed shaft
-generator.speed_filter = rad/s 0.001 10000 corner of the low-pass on the measured speed
+rotor.air_density air_density kg/m^3 0.1 10 that of the coefficient tables
+drivetrain.gear_ratio gear_ratio - 1 1000 generator speed over rotor speed, 1 without a gearbox
+drivetrain.shaft_stiffness shaft_stiffness N*m/rad 1 1e15 torsion, low-speed side
+drivetrain.shaft_damping shaft_damping N*m*s/rad 0 1e15 torsion, low-speed side
+generator.inertia generator_inertia kg*m^2 0 1e12 about the high-speed shaft
+generator.efficiency generator_efficiency - 0.1 1 electrical over mechanical power, all losses
+generator.minimum_speed minimum_generator_speed rad/s 0.001 10000 least speed in operation, \
+high-speed shaft
+generator.rated_torque rated_torque N*m 0.01 1e9 rated power / (efficiency * rated speed), \
+high-speed shaft
+generator.maximum_torque maximum_torque N*m 0.01 1e9 above rated_torque, often 110 % of it
+generator.torque_rate_limit torque_rate_limit N*m/s 0.01 1e12 of the converter, high-speed shaft
+generator.speed_filter speed_filter rad/s 0.001 10000 corner of the low-pass on the measured speed
 pitch.minimum pitch_min rad -1 1 fine pitch; no smaller angle is commanded
 pitch.maximum pitch_max rad 0 2 of the drive, often 90 deg
-pitch.rate_limit _ rad/s 0.001 10 of the drive
-pitch.time_constant _ s 0.001 10 of the drive as a first-order lag
-pitch.drive_frequency _ rad/s 0.1 1000 of the drive as a second-order lag, in simulations
-pitch.drive_damping _ - 0.01 10 of the drive as a second-order lag, in simulations
-tower.mass _ kg 0.001 1e9 first fore-aft mode, equivalent mass at the top
-tower.damping _ N*s/m 0 1e12 of this mode: 2 zeta sqrt(stiffness * mass)
-tower.stiffness _ N/m 0.001 1e12 of this mode: mass * (2 pi frequency)^2
-operation.cut_in = m/s 0.1 20 least wind in operation
-operation.cut_out = m/s 1 60 largest wind in operation
+pitch.rate_limit pitch_rate_limit rad/s 0.001 10 of the drive
+pitch.time_constant pitch_time_constant s 0.001 10 of the drive as a first-order lag
+pitch.drive_frequency pitch_drive_frequency rad/s 0.1 1000 of the drive as a second-order lag, \
+in simulations
+pitch.drive_damping pitch_drive_damping - 0.01 10 of the drive as a second-order lag, in simulations
+tower.mass tower_mass kg 0.001 1e9 first fore-aft mode, equivalent mass at the top
+tower.damping tower_damping N*s/m 0 1e12 of this mode: 2 zeta sqrt(stiffness * mass)
+tower.stiffness tower_stiffness N/m 0.001 1e12 of this mode: mass * (2 pi frequency)^2
+operation.cut_in cut_in m/s 0.1 20 least wind in operation
+operation.cut_out cut_out m/s 1 60 largest wind in operation
 """)
 _BASELINE = figures_of("""
-baseline.proportional_gain = s 0 1000
-baseline.integral_gain = - 0 1000
-baseline.schedule_pitch = rad 0.001 2
-baseline.optimal_torque_constant = N*m*s^2/rad^2 0 1e9
-baseline.region_15_speed = rad/s 0.001 10000
-baseline.region_2_speed = rad/s 0.001 10000
-baseline.region_25_speed = rad/s 0.001 10000
-baseline.region_3_speed = rad/s 0.001 10000
+baseline.proportional_gain proportional_gain s 0 1000
+baseline.integral_gain integral_gain - 0 1000
+baseline.schedule_pitch schedule_pitch rad 0.001 2
+baseline.optimal_torque_constant optimal_torque_constant N*m*s^2/rad^2 0 1e9
+baseline.region_15_speed region_15_speed rad/s 0.001 10000
+baseline.region_2_speed region_2_speed rad/s 0.001 10000
+baseline.region_25_speed region_25_speed rad/s 0.001 10000
+baseline.region_3_speed region_3_speed rad/s 0.001 10000
 """)
 # Of the validation plant, each group whole or not at all; what holds without it: ``Turbine``.
 _GROUPS = [
     figures_of(group)
     for group in """
-wake.induction = - 0 3
-wake.time_share = - 0.05 5
+wake.induction induction - 0 3
+wake.time_share time_share - 0.05 5
 
 blade.flap_frequency frequency rad/s 0.1 1000
 blade.flap_damping damping - 0 1
@@ -89,7 +91,7 @@ drivetrain.torsion_damping damping - 0 1
 
 tower.velocity_share tower_share - 0.5 2
 
-generator.torque_lag = s 0.0001 10
+generator.torque_lag torque_lag s 0.0001 10
 """.split("\n\n")
 ]
 _TOP = ("format", "kind", "name", "description")
@@ -133,7 +135,7 @@ def _turbine(document: Document) -> Turbine:
     _require_all(document)
     figures: dict[str, Figure] = {}
     values = {f.attribute: figure_at(document, f, figures) for f in FIELDS}
-    values["minimum_rotor_speed"] = values.pop("generator_minimum_speed") / values["gear_ratio"]
+    values["minimum_rotor_speed"] = values.pop("minimum_generator_speed") / values["gear_ratio"]
     _check_order(document, values)
     baseline = None
     if "baseline" in document.data:
