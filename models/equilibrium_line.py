@@ -91,11 +91,7 @@ def placed_gain(plant: Plant, gain: Floats, observer: ConstantObserver | None) -
 
 
 def equilibrium_line(
-    plant: Plant,
-    gain: Floats,
-    observer: ConstantObserver | None = None,
-    *,
-    curved: bool = False,
+    plant: Plant, gain: Floats, observer: ConstantObserver | None = None, *, curved: bool = False
 ) -> EquilibriumLine:
     """Return the function for a plant with references under u = u* - K (X - X*).
 

@@ -17,13 +17,7 @@ from scipy.linalg import block_diag
 
 from takagi.certificates.checker.kinds.disturbance_channel import disturbance_channels
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
-from takagi.certificates.document.model_data import (
-    as_read,
-    floats,
-    rounded_down,
-    rounded_up,
-    short,
-)
+from takagi.certificates.document.model_data import as_read, floats, rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import best_multiplier, input_bounds, largest_level
 from takagi.certificates.requests.request import Attempt, first_proved, require_positive

@@ -288,8 +288,7 @@ class ReferenceEntry(_Entry):
         Field(description="[low, high] of the reference, with what follows at rest inside"),
     ]
     rate: Annotated[
-        Figure | None,
-        Field(description="the fastest that the reference moves, in its unit per s"),
+        Figure | None, Field(description="the fastest that the reference moves, in its unit per s")
     ] = None
     unit: Annotated[
         UnitText | None, Field(description="of range and rate; that of what follows if left out")
@@ -398,7 +397,7 @@ class DesignEntry(_Entry):
         BeforeValidator(controller_given),
         Field(
             description="static: gains on the measured states alone, in place of an observer; "
-            "{ order = 2 }: a controller of them with so many states of its own",
+            "{ order = 2 }: a controller of them with so many states of its own"
         ),
     ] = None
     performance: Annotated[

@@ -21,12 +21,7 @@ from pydantic import ValidationError
 from takagi.models.equations.solved_rest import solve_rest
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.expressions.lost_parts import LostPart, check_lost
-from takagi.models.expressions.parser import (
-    RESERVED,
-    Scope,
-    expression_error,
-    parsed_with_losses,
-)
+from takagi.models.expressions.parser import RESERVED, Scope, expression_error, parsed_with_losses
 from takagi.models.files.library import Document, decimal_of, read_document, resolve_model
 from takagi.models.files.units import behind
 from takagi.models.intervals.interval import Interval
@@ -133,12 +128,7 @@ def check_coverage(plant: Plant) -> None:
                 _check(plant, f"{owner}: argument {number} of {call}", argument, covered)
 
 
-def _check(
-    plant: Plant,
-    owner: str,
-    argument: sp.Expr,
-    covered: Interval,
-) -> None:
+def _check(plant: Plant, owner: str, argument: sp.Expr, covered: Interval) -> None:
     attained = _range(plant, owner, argument.subs(plant.rationals))
     if covered.contains(attained):
         return

@@ -115,12 +115,7 @@ def _rest(document: Document, field: str, plant: Plant, followed: sp.Expr) -> Fr
 
 
 def _signal(
-    document: Document,
-    field: str,
-    name: str,
-    reference: ReferenceEntry,
-    unit: Unit,
-    rest: Fraction,
+    document: Document, field: str, name: str, reference: ReferenceEntry, unit: Unit, rest: Fraction
 ) -> Variable:
     low, high = reference.range
     unit_text = behind(unit.text)

@@ -24,12 +24,7 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.blending.blending import Actuator
-    from takagi.models.plant.entries import (
-        ActuatorEntry,
-        MeasuredEntry,
-        PlantEntry,
-        VariableEntry,
-    )
+    from takagi.models.plant.entries import ActuatorEntry, MeasuredEntry, PlantEntry, VariableEntry
     from takagi.models.plant.plant import Plant, Variable
 
 
@@ -215,10 +210,7 @@ FIELD = "measured"
 
 
 def with_measured(
-    document: Document,
-    entry: PlantEntry,
-    plant: Plant,
-    read: Callable[[str, str], sp.Expr],
+    document: Document, entry: PlantEntry, plant: Plant, read: Callable[[str, str], sp.Expr]
 ) -> Plant:
     """Return the plant with an output for each measured quantity, and the names of these outputs.
 

@@ -53,9 +53,7 @@ class Domain:
 
     @classmethod
     def band(
-        cls,
-        box: Mapping[sp.Symbol, Interval],
-        between: Mapping[sp.Symbol, tuple[sp.Expr, sp.Expr]],
+        cls, box: Mapping[sp.Symbol, Interval], between: Mapping[sp.Symbol, tuple[sp.Expr, sp.Expr]]
     ) -> Domain:
         """Return {x : lower_i(v) <= x_i <= upper_i(v), v in box}, e.g. a band around a trim curve.
 

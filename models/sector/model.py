@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from takagi.models.equations.equations import Factored
-from takagi.models.equations.problem import (
-    Problem,
-    box_in_fractions,
-    problem_of_plant,
-)
+from takagi.models.equations.problem import Problem, box_in_fractions, problem_of_plant
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
 from takagi.models.sector.assembly import assemble, domain_steps

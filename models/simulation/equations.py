@@ -397,12 +397,7 @@ def _runge_kutta(
 
 @compiled
 def advance(
-    p: Constants,
-    state: Floats,
-    sent: Floats,
-    late: int,
-    winds: Floats,
-    step: float,
+    p: Constants, state: Floats, sent: Floats, late: int, winds: Floats, step: float
 ) -> Floats:
     """Return the state after the classical Runge-Kutta steps of one sample.
 

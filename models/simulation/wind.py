@@ -120,12 +120,7 @@ def step_wind(before: float, after: float, duration: float, *, begin: float = 30
 
 
 def ramp_wind(
-    before: float,
-    after: float,
-    duration: float,
-    *,
-    rate: float,
-    begin: float = 30.0,
+    before: float, after: float, duration: float, *, rate: float, begin: float = 30.0
 ) -> WindSeries:
     """Return a wind that leaves ``before`` at ``begin`` [s] and reaches ``after`` at ``rate``.
 
@@ -150,11 +145,7 @@ def ramp_wind(
 
 
 def gust_wind(
-    mean: float,
-    duration: float,
-    *,
-    rotor_radius: float,
-    begin: float = 30.0,
+    mean: float, duration: float, *, rotor_radius: float, begin: float = 30.0
 ) -> WindSeries:
     """Return the extreme operating gust: dip, peak, dip within 10.5 s.
 

@@ -212,10 +212,7 @@ def _in_si(unit: Unit | None, value: Number) -> Fraction:
 
 
 def _variable(
-    symbol: sp.Symbol,
-    unit: Unit | None,
-    ends: tuple[Number, Number] | None,
-    rest: Number | None,
+    symbol: sp.Symbol, unit: Unit | None, ends: tuple[Number, Number] | None, rest: Number | None
 ) -> Variable:
     """Return a variable in SI; a rest that is to be found begins in the middle of the range."""
     side = None

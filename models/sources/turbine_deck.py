@@ -113,11 +113,7 @@ class Deck:
 
 
 def turbine_files(
-    places: Mapping[str, Path],
-    *,
-    stem: str,
-    table: Path | None = None,
-    stated: Sequence[str] = (),
+    places: Mapping[str, Path], *, stem: str, table: Path | None = None, stated: Sequence[str] = ()
 ) -> tuple[dict[str, str], list[str]]:
     """Return name -> text of the turbine's file and its tables, and the figures that are ours.
 

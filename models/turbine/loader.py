@@ -260,8 +260,7 @@ def _check_kind(document: Document) -> None:
     if version != 1:
         found = "is missing" if version is None else f"{version!r} was given"
         raise document.error(
-            "format",
-            f"{found}; this takagi knows format = 1: write it so, or use a newer takagi",
+            "format", f"{found}; this takagi knows format = 1: write it so, or use a newer takagi"
         )
 
 

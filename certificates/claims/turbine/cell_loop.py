@@ -12,9 +12,7 @@ from fractions import Fraction
 from math import ceil, floor
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
-from takagi.certificates.checker.arithmetic.interval import (
-    ONE,
-)
+from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.arithmetic.interval import Interval as CheckedInterval
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Box, Law, Subject, Uncertainty

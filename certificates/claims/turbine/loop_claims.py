@@ -38,11 +38,7 @@ from takagi.certificates.checker.kernel.obligation import Obligations, first_fai
 from takagi.certificates.checker.kernel.reader import number, read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.turbine.effort_sharing.bumpless import (
-    NAME,
-    CellRates,
-    cell_rates,
-)
+from takagi.certificates.checker.turbine.effort_sharing.bumpless import NAME, CellRates, cell_rates
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
 from takagi.certificates.checker.turbine.published.bumpless import NAME as PUBLISHED_NAME

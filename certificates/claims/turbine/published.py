@@ -222,10 +222,7 @@ class PublishedSearch:
         return best
 
     def _laddered(
-        self,
-        wind: tuple[float, float],
-        sized: Callable[[float], FoundCell | None],
-        slowest: float,
+        self, wind: tuple[float, float], sized: Callable[[float], FoundCell | None], slowest: float
     ) -> FoundCell | Unproved:
         best: FoundCell | None = None
         for size in self.ladder:

@@ -20,12 +20,7 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, SetpointRange
-from takagi.certificates.checker.turbine.effort_sharing.set_points import (
-    NAME,
-    Box,
-    Cell,
-    CellLoop,
-)
+from takagi.certificates.checker.turbine.effort_sharing.set_points import NAME, Box, Cell, CellLoop
 from takagi.certificates.checker.turbine.rotor import Plant, Span
 from takagi.certificates.document.model_data import floats
 from takagi.lmi.analysis.common_quadratic import common_lyapunov

@@ -9,13 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.reader import (
-    member,
-    number,
-    numbers,
-    read_json,
-    text,
-)
+from takagi.certificates.checker.kernel.reader import member, number, numbers, read_json, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.checker.replay.certificate import check_document
@@ -195,13 +189,7 @@ def certify_law(
         tell("exact proof")
     settings = {"law": law.name, "box": box, "uncertainty": uncertainty}
     document = loop_document(
-        turbine,
-        law,
-        candidate,
-        settings,
-        files=files,
-        controller=controller,
-        tell=tell,
+        turbine, law, candidate, settings, files=files, controller=controller, tell=tell
     )
     return document, check_document(document)
 

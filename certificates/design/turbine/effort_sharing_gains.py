@@ -34,11 +34,7 @@ from takagi.models.laws.effort_sharing.law import (
     LoopUncertainty,
     SetpointInputs,
 )
-from takagi.models.laws.effort_sharing.schedule import (
-    EffortSchedule,
-    effort_schedule,
-    speed_effort,
-)
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule, speed_effort
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
 

@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.claims.turbine.loop_claims import published_bumpless_claim
-from takagi.certificates.claims.turbine.published import (
-    published_candidate,
-    published_claim,
-)
+from takagi.certificates.claims.turbine.published import published_candidate, published_claim
 from takagi.certificates.design.design import StepClock
 from takagi.certificates.design.turbine.scale import region_requirements
 from takagi.certificates.document.certificate_file import (

@@ -219,10 +219,7 @@ class EffortSharingLaw:
         overlap = self.schedule.overlap
         torque = most - self.effort_torque * _ramp(-effort, overlap)
         pitch = self.pitch_min + _ramp(effort, overlap) / _between(table.effectiveness, k, share)
-        return Command(
-            min(max(torque, 0.0), most),
-            min(max(pitch, self.pitch_min), self.pitch_max),
-        )
+        return Command(min(max(torque, 0.0), most), min(max(pitch, self.pitch_min), self.pitch_max))
 
     def _references(self, table: _Columns, k: int, share: float) -> tuple[float, float, float]:
         """Return reference speed [rad/s], effort at rest [rad/s^2] and largest torque [N m]."""

@@ -364,12 +364,7 @@ def premise_band(turbine: Turbine, model: TSModel, speed_setpoint: float | None)
     """Return the trim table, without bands around it, over the wind range of a regional model."""
     low, high = (float(end) for end in model.box[WIND_ESTIMATE])
     return operating_band(
-        turbine,
-        (low, high),
-        speed_band=0,
-        pitch_band=0,
-        wind_band=0,
-        speed_setpoint=speed_setpoint,
+        turbine, (low, high), speed_band=0, pitch_band=0, wind_band=0, speed_setpoint=speed_setpoint
     )
 
 
