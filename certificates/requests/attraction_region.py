@@ -12,11 +12,9 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim
 from takagi.certificates.checker.plant.attraction_region import polynomial_loop
 from takagi.certificates.checker.plant.polynomial import Polynomial
 from takagi.certificates.checker.plant.reading import Variable, read_plant
-from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.document.model_data import rounded_down, short
 from takagi.certificates.requests.invariant_ellipsoid import set_in_floats
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -75,14 +73,14 @@ class AttractionRegion:
         if not larger:
             claim = search.claim(search.first, [], 0)
             words = "no set of a polynomial was found, however small"
-            return Attempt(claim, search.replay(claim), (words,))
+            return Attempt(claim, loop.replay(claim, of_plant=True), (words,))
         times = volume(larger[-1]) / volume(search.first)
         words = (
             f"a polynomial of degree {degree}: about {times:.3g} times the volume of the quadratic "
             "set that the search began with"
         )
         for claim in search.claims(larger[-1]):
-            attempt = Attempt(claim, search.replay(claim), (words,))
+            attempt = Attempt(claim, loop.replay(claim, of_plant=True), (words,))
             if attempt.proved:
                 break
         return attempt
@@ -123,7 +121,7 @@ class _Search:
 
     @classmethod
     def of(cls, loop: ClaimedLoop) -> _Search:
-        data, name = _data(loop), loop.model.name
+        data, name = loop.written, loop.model.name
         if data["model"]["kind"] != "plant":
             raise ModelError(f"safe_start polynomial: model {name!r} is not that of a plant")
         plant = read_plant(data["model"], "model")
@@ -214,15 +212,6 @@ class _Search:
             factors = [f"{v.symbol}^{k}" for v, k in zip(self.states, a, strict=True) if k]
             words.append("*".join([f"{float(c):.{DIGITS_OF_V}g}", *factors]).replace("^1*", "*"))
         return " + ".join(word.removesuffix("^1") for word in words).replace("+ -", "- ")
-
-    def replay(self, claim: dict[str, Any]) -> Claim:
-        """Return the checker's verdict."""
-        read = read_text(json.dumps(claim), "claim")
-        return replay(read, _data(self.loop), self.loop.exact, [], "claim").in_words()
-
-
-def _data(loop: ClaimedLoop) -> Any:
-    return read_text(json.dumps({"model": loop.model_data, "gains": loop.gains_data}), "claim")
 
 
 def _sides(v: Variable, free: float) -> tuple[float, float]:

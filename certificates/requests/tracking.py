@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
@@ -10,9 +9,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.result import Claim
-from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.document.model_data import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt
@@ -79,7 +75,7 @@ class Tracking:
         else:
             tried = f"the best of {len(SHARES)} decay rates: {evidence['decay_rate']:g} 1/s"
         claim = {"name": search.name(), "kind": "tracking", **evidence}
-        return Attempt(claim, search.replay(claim), (tried,))
+        return Attempt(claim, loop.replay(claim, of_plant=True), (tried,))
 
     def candidate(self, loop: ClaimedLoop) -> dict[str, Any] | None:
         """Return evidence that holds in floating point alone; None for none.
@@ -353,14 +349,6 @@ class _Search:
         function = tracking_function(self.A, alpha, self.rows, none, jumps=jumps)
         P = _of_the_middle(self.A.mean(axis=0)) if function is None else function[0]
         return self._filled(short(P, DIGITS[0]), alpha, self.rates)
-
-    def replay(self, claim: dict[str, Any]) -> Claim:
-        """Return the checker's verdict."""
-        data = read_text(
-            json.dumps({"model": self.loop.model_data, "gains": self.loop.gains_data}), "claim"
-        )
-        read = read_text(json.dumps(claim), "claim")
-        return replay(read, data, self.loop.exact, [], "claim").in_words()
 
 
 def _of_the_middle(A: Floats) -> Floats:

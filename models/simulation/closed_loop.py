@@ -53,7 +53,6 @@ class History:
     plant_states : (n, m), in the order of the plant's ``state_names``.
     law_states : (n, k), in the order of the law's ``state_names``.
     flags : (n,) integers, sums of ``takagi.models.simulation.turbine_plant.Flag``.
-    wind_name : for tables.
     """
 
     time: Floats
@@ -77,7 +76,6 @@ class History:
     plant_states: Floats
     law_states: Floats
     flags: NDArray[np.int64]
-    wind_name: str
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -388,7 +386,6 @@ def history_of(
         plant_states=states,
         law_states=record.law_states,
         flags=flags | _torque_flags(plant, record, period, first_torque),
-        wind_name=wind.name,
     )
 
 

@@ -180,15 +180,24 @@ class ClaimedLoop:
         if why := why_averages_fail(self.exact, subject):
             raise ModelError(f"model {self.model.name!r}: {why}")
 
-    def replay(self, claim: Mapping[str, Any]) -> Claim:
+    def replay(self, claim: Mapping[str, Any], *, of_plant: bool = False) -> Claim:
         """Return the checker's verdict on a claim about this loop.
+
+        ``of_plant`` : whether the claim's kind reads model and law themselves.
 
         Raises
         ------
         CertificateError : the claim is malformed.
         """
         read = read_text(json.dumps(claim), "claim")
-        return replay(read, None, self.exact, [], "claim").in_words()
+        data = self.written if of_plant else None
+        return replay(read, data, self.exact, [], "claim").in_words()
+
+    @property
+    def written(self) -> dict[str, Any]:
+        """Model and law as the checker reads them from the file."""
+        members = {"model": self.model_data, "gains": self.gains_data}
+        return read_text(json.dumps(members), "claim")
 
     def with_pieces(self, claim: Mapping[str, Any]) -> tuple[Mapping[str, Any], Claim]:
         """Return a claim with the pieces of the weights that it needs, and the verdict on it."""
