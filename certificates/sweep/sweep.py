@@ -97,6 +97,7 @@ LADDER = (0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001, 5e-5, 2e-5)
 WINDOW = 0.004
 # Distance from rated wind within which further winds are added, because the regions meet [m/s].
 NEAR_RATED = 1.5
+# Of a wind, and of a value between the ends of an axis, which identifies the point.
 DIGITS = 9
 UNCONFIRMED = "the checker did not confirm what was found"
 
@@ -306,8 +307,6 @@ LAWS: Mapping[str, tuple[AxisKind, ...]] = MappingProxyType(
     {"paper": PUBLISHED, "coherent": EFFORT_SHARING}
 )
 Row = dict[str, Any]
-# Values between the ends are short decimals, because they identify the point.
-_DIGITS = 9
 _COUNT = 100_000
 
 
@@ -387,7 +386,7 @@ def _spaced(low: float, high: float, count: str) -> list[float]:
         )
     n = int(count) - 1
     steps = [low + (high - low) * i / n for i in range(1, n)]
-    return [low, *(float(f"{value:.{_DIGITS}g}") for value in steps), high]
+    return [low, *(float(f"{value:.{DIGITS}g}") for value in steps), high]
 
 
 def _number(kind: AxisKind, text: str) -> float:

@@ -135,11 +135,7 @@ class PublishedSearch:
                 f"the filter holds torque at {torque:.6g} N m, the turbine's limit is {limit:.6g} "
                 "N m; a claim needs them equal"
             )
-        try:
-            stated = CheckedLaw.read(read_text(json.dumps(published_law_data(law)), "gains"))
-        except CertificateError as error:
-            raise ModelError(f"no claim can be made of this law: {error}") from error
-        return cls(law, _plant(law.turbine), stated, narrowest, ladder)
+        return cls(law, _plant(law.turbine), _stated(law), narrowest, ladder)
 
     def enclosed(self, wind: Span, centre: Floats, box: Floats, field: Floats) -> PublishedCell:
         """Return the loop's ranges over one cell, in short decimals; ``field`` is at the centre.
@@ -297,6 +293,14 @@ def wind_breaks(law: CheckedLaw, radius: Fraction, low: float, high: float) -> l
 @lru_cache(maxsize=4)
 def _plant(turbine: Turbine) -> Plant:
     return Plant.read(read_text(json.dumps(turbine_data(turbine, ())), "model"))
+
+
+@lru_cache(maxsize=1)
+def _stated(law: PublishedLaw) -> CheckedLaw:
+    try:
+        return CheckedLaw.read(read_text(json.dumps(published_law_data(law)), "gains"))
+    except CertificateError as error:
+        raise ModelError(f"no claim can be made of this law: {error}") from error
 
 
 def _ends(wind: Span, centre: Floats, box: Floats) -> Ends:
