@@ -95,11 +95,8 @@ def equilibrium_line(
 ) -> EquilibriumLine:
     """Return the function for a plant with references under u = u* - K (X - X*).
 
-    Parameters
-    ----------
-    observer : whose estimate stands in the place of the plant's own states; None for a law that has
-        all states.
-    curved : whether it has products of two signals.
+    An observer's estimate stands in the place of the plant's own states; a ``curved`` function has
+    products of two signals.
     """
     signals = signals_of(plant)
     sides = tuple(

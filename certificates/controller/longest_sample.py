@@ -70,13 +70,7 @@ class LongestSample:
 def longest_of_turbine(
     document: Mapping[str, Any], programs: Collection[str]
 ) -> LongestSample | None:
-    """Return the longest sample time of a turbine's programs; None without such a part.
-
-    Parameters
-    ----------
-    document : with the members ``measurement``, ``observer`` and ``law`` of a gain file.
-    programs : names of the programs that are run.
-    """
+    """Return the longest sample time of the programs of a gain file; None without such a part."""
     limits: list[tuple[float, str]] = []
     stop = document.get("measurement", {}).get("torsion_filter")
     if "speed filter" in programs and stop:
@@ -99,10 +93,7 @@ def longest_of_plant(
 ) -> LongestSample | None:
     """Return the longest sample time of a plant's law; None where no vertex's loop decays.
 
-    Parameters
-    ----------
-    law : as the certificate states it.
-    proved : a sample time [s] at which the sampled loop is proved; the answer is not below it.
+    It is not below ``proved`` [s], at which the sampled loop is proved.
     """
     import numpy as np
 

@@ -301,13 +301,9 @@ def _texts(expressions: Iterable[sp.Expr]) -> list[str]:
 
 
 def observer_member(L: Floats, measured: Sequence[str], *, at_estimate: bool) -> dict[str, Any]:
-    """Return the member ``observer`` of a law.
+    """Return the member ``observer`` of a law, L (r, n, p), or (1, n, p) for one gain in all rules.
 
-    Parameters
-    ----------
-    L : (r, n, p), or (1, n, p) for one gain in all rules.
-    measured : names of the p outputs that the observer has.
-    at_estimate : whether the weights are those at the estimate; else they are the plant's own.
+    The weights are those at the estimate, or else the plant's own.
     """
     same = bool((L == L[0]).all())
     return {

@@ -430,10 +430,7 @@ def _peak(
 def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
     """Return (gamma, t) least with gamma^2 diag((1 - t) X, t I) >= [C D]'[C D] at every blend.
 
-    Parameters
-    ----------
-    C, D : (N, p, n), (N, p, q).
-    ellipsoid : X, where x'Xx <= 1 for |w| <= 1.
+    C (N, p, n), D (N, p, q); the ellipsoid's X has x'Xx <= 1 for |w| <= 1.
     """
     spread = largest_eigenvalue(C @ np.linalg.solve(ellipsoid, C.transpose(0, 2, 1)))
     if not D.any():

@@ -266,12 +266,8 @@ def scheduled_function(
 ) -> dict[str, Any]:
     """Return degrees, raised degree and coefficients of P(h), and in continuous time the rates.
 
-    Parameters
-    ----------
-    function : P(h); None states P = I, which the checker answers with UNDECIDED.
-    rate_bounds : of the premises or the memberships, as for ``FuzzyDecay``.
-    digits : to which the coefficients are rounded.
-    polya : how far the checker is to raise the degrees.
+    Without a function, P = I is stated, which the checker answers with UNDECIDED.  The other
+    arguments are as for ``FuzzyDecay``; coefficients are rounded to ``digits``.
     """
     from takagi.lmi.varying.parameter_space import membership_rates, space_of
 

@@ -401,11 +401,8 @@ def advance(
 ) -> Floats:
     """Return the state after the classical Runge-Kutta steps of one sample.
 
-    Parameters
-    ----------
-    sent : torque and pitch reference before, then those of this sample, which act from step
-        ``late`` on.
-    winds : at half steps, (2 steps + 1,) [m/s].
+    ``sent``: torque and pitch reference before, then those of this sample, which act from step
+    ``late`` on; ``winds`` at half steps, (2 steps + 1,) [m/s].
     """
     x, rates = state.copy(), np.empty((5, len(state)))
     for number in range(len(winds) // 2):

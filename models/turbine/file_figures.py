@@ -70,10 +70,7 @@ LAST_MOMENTUM = 8 / 9
 def frozen_wake_by_tables(turbine: Turbine, thrust: CoefficientTable) -> FrozenWake:
     """Return the column of dP/dbeta with the induction held, by the rule of this module.
 
-    Parameters
-    ----------
-    turbine : its own frozen wake is not read.
-    thrust : the table of c_T, as its file has it.
+    The turbine's own frozen wake is not read; ``thrust`` is the table of c_T as its file has it.
 
     Raises
     ------

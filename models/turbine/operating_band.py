@@ -282,10 +282,8 @@ def slope_range(
 ) -> Range:
     """Return the rigorous range of a slope of T_r / J over (part of) the tube.
 
-    Parameters
-    ----------
-    off_trim : which of "speed", "pitch", "wind" leave the trim curve; the others stay on it.
-    tolerance : excess at each end as a share of the range's width.
+    ``off_trim``: which of "speed", "pitch", "wind" leave the trim curve; ``tolerance``: excess at
+    each end as a share of the range's width.
     """
     offsets = tuple(
         Interval(-width, width) if band_name in off_trim else Interval(Fraction(0), Fraction(0))

@@ -174,10 +174,8 @@ def torque_secant(
 ) -> Floats:
     """Return [T_r(far) - T_r(near)] / (far_i - near_i) [N m per unit], derivative where they meet.
 
-    Parameters
-    ----------
-    index : 0 rotor speed, 1 pitch, 2 wind: the variable in which near differs from far.
-    end : rotor speed, pitch and wind, equal shapes; near_value : that variable at near.
+    ``end`` is far: rotor speed, pitch and wind, equal shapes; near differs from it in variable
+    ``index``, which has ``near_value`` there.
     """
     start = [*end[:index], near_value, *end[index + 1 :]]
     middle = [(first + last) / 2 for first, last in zip(end, start, strict=True)]

@@ -120,13 +120,9 @@ def wind_rate_claim(loop: Mapping[str, Any], wind_filter: float) -> dict[str, An
 def rate_range(
     cells: Sequence[Mapping[str, Any]], wind_filter: float, *, estimate_error: float = 0.0
 ) -> RateRange:
-    """Return the largest rates over the winds of some adjacent cells.
+    """Return the largest rates over the winds of some adjacent cells of the loop's claim.
 
-    Parameters
-    ----------
-    cells : as the claim of the loop states them.
-    estimate_error : eta [m/s]; where it exceeds a cell's wind error, the rate is 0 and the claim
-        cannot be proved.
+    Where ``estimate_error``, eta [m/s], exceeds a cell's wind error, the rate is 0: not provable.
     """
     edges = np.array([cells[0]["wind"][0], *(cell["wind"][1] for cell in cells)], dtype=np.float64)
     caps = _caps(cells, wind_filter, estimate_error)
@@ -294,13 +290,7 @@ def loop_document(
 def loop_claims(
     model: Mapping[str, Any], gains: Mapping[str, Any], loop: Mapping[str, Any]
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return the claims in the file's order, and by kind why one was left out.
-
-    Parameters
-    ----------
-    model, gains : as the certificate states them.
-    loop : the claim ``effort_sharing_claim`` states.
-    """
+    """Return the claims beside the stated one, in file order; by kind why one was left out."""
     claims, left_out = [dict(loop)], dict[str, str]()
     for kind, make in (
         ("wind-rate", lambda: wind_rate_claim(loop, float(gains["wind_filter"]))),
@@ -370,13 +360,7 @@ DIGITS = 7
 def bumpless_claim(
     model: Mapping[str, Any], gains: Mapping[str, Any], loop: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the claim as plain data; a cell's rates are the least bounds that hold.
-
-    Parameters
-    ----------
-    model, gains : as the certificate states them.
-    loop : its claim of kind ``coherent-loop``, the first of the file.
-    """
+    """Return the claim as plain data; a cell's rates are the least bounds that hold."""
     members = {"model": dict(model), "gains": dict(gains), "loop": dict(loop)}
     data = read_text(json.dumps(members), "candidate")
     subject = Subject.read(data["loop"], data["model"], data["gains"], "loop")

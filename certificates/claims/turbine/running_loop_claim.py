@@ -228,10 +228,8 @@ def _largest_set(
 ) -> tuple[Floats, list[Floats]] | None:
     """Return P and the multipliers of each piece, or None where the solver finds none.
 
-    Parameters
-    ----------
-    loops : of each piece the rates (n, n + k) and the outer signals (k, n + k), over (xi, w).
-    boxes : rows h over their bounds; |h xi| <= 1 is needed.
+    A piece's loop: the rates (n, n + k) and the outer signals (k, n + k), over (xi, w).  The boxes
+    are rows h over their bounds; |h xi| <= 1 is needed.
     """
     n = boxes.shape[1]
     pairs = [(i, j) for j in range(n) for i in range(j + 1)]

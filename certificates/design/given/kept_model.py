@@ -255,12 +255,7 @@ def misfits(law: Mapping[str, Any], law_of_model: Mapping[str, Any]) -> list[str
 def changes_of_signals(plant: Plant, file: Mapping[str, Any], trim: Mapping[str, Any]) -> list[str]:
     """Return ranges, rests and units in which a plant differs from the one of its gain file.
 
-    Parameters
-    ----------
-    file : the whole gain file, as the strict reader returns it.
-    trim : where the plant rests: lists ``state`` and ``input``, SI.
-
-    Figures are in the units of the plant's file.
+    ``trim`` is where the plant rests, SI; figures are in the units of the plant's file.
     """
     rests = [*(trim.get("state") or []), *(trim.get("input") or [])]
     variables = [*plant.states, *plant.inputs]

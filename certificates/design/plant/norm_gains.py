@@ -100,10 +100,8 @@ def question_of(
 ) -> NormQuestion:
     """Return the question with all wishes that have LMIs beside the norm.
 
-    Parameters
-    ----------
-    initial : (n,) half-widths of the initial box; without any, limits are not posed.
-    rates : of the plant, slowest first; the last gives the time scale.
+    Without half-widths of the initial box, (n,) or empty, limits are not posed.  The last, fastest
+    of the plant's rates gives the time scale.
     """
     rate = settings.decay_rate if isinstance(settings.decay_rate, float | int) else None
     options: dict[str, Any] = {"gain_bound": settings.gain_bound}

@@ -116,10 +116,7 @@ def pole_rates(model: TSModel) -> list[float]:
 def crossing_rates(model: TSModel, box: Floats, input_limit: Floats) -> list[float]:
     """Return rates to try, slowest first, from ranges alone; those of poles where a state has none.
 
-    Parameters
-    ----------
-    box : (n,) half-widths of the states, inf for none.
-    input_limit : (m,).
+    ``box``: (n,) half-widths of the states, inf for none; ``input_limit``: (m,).
     """
     if model.sample_time is not None or not np.isfinite(box).all():
         return pole_rates(model)
@@ -133,11 +130,7 @@ def reach_rates(model: TSModel, box: Floats, input_limit: Floats) -> tuple[list[
     t is the largest, over the states with a range, of the time after which
     sum_k |u_k|max int_0^t |(e^{A s} B)_ik| ds reaches the half-width of state i, for the mean A and
     B of the vertices.  No rates and inf where the inputs do not move a state with a range.
-
-    Parameters
-    ----------
-    box : (n,) half-widths of the states, inf for none.
-    input_limit : (m,).
+    ``box`` and ``input_limit`` as in ``crossing_rates``.
     """
     from scipy.linalg import expm
 

@@ -133,10 +133,7 @@ def widened(
 ) -> EffortSharingCandidate:
     """Return a candidate with the same gains that allows larger wind errors, if one is found.
 
-    Parameters
-    ----------
-    first : candidate with a P, whose box, uncertainty and wind rates are kept.
-    tell : called with a word on progress.
+    ``first`` has a P; its box, uncertainty and wind rates are kept.
     """
     say, loop = StepClock(tell).told, _loop_of(turbine, law, first)
     try:

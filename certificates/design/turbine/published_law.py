@@ -131,10 +131,7 @@ def regional_design(
 ) -> tuple[TSModel, TSModel, RegionalGains]:
     """Return the models of partial and full load, and the gains of both regions.
 
-    Parameters
-    ----------
-    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
-    clock : reports each step and measures its time; None for neither.
+    ``speed_setpoint`` is the de-rated rotor speed [rad/s]; None takes the rated speed.
 
     Raises
     ------
