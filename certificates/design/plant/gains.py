@@ -75,9 +75,8 @@ class FoundGains:
 
     ``options`` are those of ``pdc``, so that it can be asked again; ``explainable`` says whether
     it was ``pdc`` that was asked.  ``sizes`` of states (n,) and inputs (m,) make the weights of the
-    regulator that the law was chosen beside; None where it was not.
-    it was ``pdc`` that was asked.  ``input_share`` is the share of the inputs' limits that is to be
-    proved, on the set of the design.
+    regulator that the law was chosen beside; None where it was not.  ``input_share`` is the share
+    of the inputs' limits that is to be proved, on the set of the design.
     """
 
     design: Design
