@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.design.plant.candidates import regulator_gain
+from takagi.certificates.design.plant.candidates import regulator_gain, used_gains
 from takagi.certificates.design.plant.gains import (
     FoundGains,
     input_limits,
@@ -129,7 +129,7 @@ def _gains_of_cost(
     """
     from scipy.linalg import solve_continuous_lyapunov
 
-    from takagi.lmi import Answer, Design, lqr_pdc
+    from takagi.lmi import lqr_pdc
 
     Q, R = np.diag(states**-2), np.diag(inputs**-2)
     everywhere = lqr_pdc(model, Q, R, relaxation="common-gain")
@@ -138,10 +138,10 @@ def _gains_of_cost(
     if len(model.A) == 1 or gain is None:
         return (everywhere,)
     K = np.broadcast_to(gain, (len(model.A), *gain.shape)).copy()
-    P = solve_continuous_lyapunov((A - B @ gain).T, -(Q + gain.T @ R @ gain))
-    answer = Answer(status="candidate", P=P, margin=np.nan)
-    design = Design(gains=K, P=P, decay_rate=0.0, margin=np.nan, relaxation="", answer=answer)
-    return everywhere, design
+    P = np.asarray(
+        solve_continuous_lyapunov((A - B @ gain).T, -(Q + gain.T @ R @ gain)), dtype=np.float64
+    )
+    return everywhere, used_gains(K, P, "LQR's gains were used").design
 
 
 def _note(time: float, jump: float) -> str:
