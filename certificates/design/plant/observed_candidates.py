@@ -14,8 +14,10 @@ at the inputs
     alpha = min over w of 2 / sigma_max((I - H)(I + H)^-1),
     H(j w) = K (j w - A + B K + L C)^-1 L C (j w - A)^-1 B.
 
-The pair with the largest margin is taken whose set is at least as large as that of LQR with its
-Kalman filter, and which settles at most 1.2 times as late from the same starts.
+Those pairs are good enough whose set is at least as large as that of LQR with its Kalman filter,
+and which settle at most 1.2 times as late from the same starts.  Of these the one with the largest
+margin is taken; of several with 0.75 (a phase margin of 41 degrees) the fastest with about the
+largest set.
 
 Sources: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weights; Seiler,
 Packard and Gahinet (2020), An Introduction to Disk Margins, IEEE Control Systems 40(5), for alpha.
@@ -25,6 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,6 +53,7 @@ OUTPUT_SHARES = (1.0, 0.3, 0.1)
 NEARLY_BEST = 0.8  # share of the largest set, at which the slowest of LQR's fast filters is taken
 # With more states or matrices the sets of all pairs take longer than a few seconds.
 MOST_STATES, MOST_LOOPS = 6, 64
+ENOUGH = 0.75  # disk margin, beyond which more is not sought
 FREQUENCIES = np.logspace(-3, 3, 301)  # over the rate of the gains
 
 
@@ -130,12 +134,17 @@ def best_pair(
         or time == min(times)
     )
     large = [pair for pair in pairs if pair.size >= (1 - EQUAL) * beside.size]
-    by_margin = sorted(large, key=judge.margin, reverse=True)
-    return next(
-        pair
-        for pair in by_margin
-        if judge.time(pair, pair) <= SLOWER * (1 + EQUAL) * judge.time(beside, pair)
-    )
+    large.sort(key=judge.margin, reverse=True)
+    for _, equal in groupby(large, key=judge.margin):
+        fast = {
+            pair: time
+            for pair in equal
+            if (time := judge.time(pair, pair)) <= SLOWER * (1 + EQUAL) * judge.time(beside, pair)
+        }
+        if fast:
+            least_size = NEARLY_BEST * max(pair.size for pair in fast)
+            return min((pair for pair in fast if pair.size >= least_size), key=lambda p: fast[p])
+    return beside
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,7 +176,7 @@ class _Judge:
         return np.block([[A, -B @ K], [L @ C, A - B @ K - L @ C]])
 
     def margin(self, law: ObserverPair) -> float:
-        """Return the disk margin at the inputs, at rest."""
+        """Return the disk margin at the inputs, at rest, or what is enough of it."""
         A, B, C, K, L = self._matrices(law)
         step, eye = self.contest.model.sample_time, np.eye(len(A))
         rate = np.abs(np.linalg.eigvals(A - B @ K)).max()
@@ -176,4 +185,5 @@ class _Judge:
         loop = K @ np.linalg.solve(s * eye - (A - B @ K - L @ C), L) @ C
         loop = loop @ np.linalg.solve(s * eye - A, B + 0 * s)
         one = np.eye(len(K))
-        return float(2 / np.linalg.norm((one - loop) @ np.linalg.inv(one + loop), 2, (1, 2)).max())
+        gain = np.linalg.norm((one - loop) @ np.linalg.inv(one + loop), 2, (1, 2)).max()
+        return min(float(2 / gain), ENOUGH)
