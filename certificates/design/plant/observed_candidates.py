@@ -106,7 +106,7 @@ def kalman_gains(contest: Contest, C: Floats) -> Iterator[tuple[str, Floats]]:
         sizes = time**0.5 / contest.sizes, 1 / (share * outputs * time**0.5)
         L = regulator_gain(A.T, C.T, *sizes, step)
         if L is not None:
-            words = f"observer: a Kalman filter at rest, for outputs off by {share:.0%} of theirs"
+            words = f"observer: a Kalman filter for outputs off by {share:.0%} of their sizes"
             yield words, rounded_gains(L.T[None], DIGITS)
 
 
