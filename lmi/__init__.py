@@ -33,10 +33,6 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.disturbance.peak_to_peak import (
         peak_gain_condition as peak_gain_condition,
     )
-    from takagi.lmi.analysis.norm_bounded import robust_lyapunov as robust_lyapunov
-    from takagi.lmi.analysis.norm_bounded import (
-        robust_lyapunov_condition as robust_lyapunov_condition,
-    )
     from takagi.lmi.analysis.pole_region import d_stability as d_stability
     from takagi.lmi.analysis.pole_region import d_stability_condition as d_stability_condition
     from takagi.lmi.analysis.start_set import StartSet as StartSet
@@ -52,7 +48,6 @@ if TYPE_CHECKING:
     from takagi.lmi.condition.express import expressed as expressed
     from takagi.lmi.condition.log_det import log_det as log_det
     from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
-    from takagi.lmi.condition.region import NormBounded as NormBounded
     from takagi.lmi.condition.statements import lmi_of as lmi_of
     from takagi.lmi.condition.statements import pose as pose
     from takagi.lmi.condition.term import LMI as LMI
@@ -148,11 +143,6 @@ if TYPE_CHECKING:
     from takagi.lmi.sums.relaxations import RelaxationSize as RelaxationSize
     from takagi.lmi.sums.relaxations import relaxation_named as relaxation_named
     from takagi.lmi.sums.relaxations import relaxation_size as relaxation_size
-    from takagi.lmi.sums_of_squares.attraction_level import AttractionLevel as AttractionLevel
-    from takagi.lmi.sums_of_squares.attraction_level import attraction_level as attraction_level
-    from takagi.lmi.sums_of_squares.attraction_level import (
-        attraction_level_condition as attraction_level_condition,
-    )
     from takagi.lmi.sums_of_squares.polynomial import StatePolynomial as StatePolynomial
     from takagi.lmi.varying.lyapunov_functions import fuzzy_lyapunov as fuzzy_lyapunov
     from takagi.lmi.varying.lyapunov_functions import (

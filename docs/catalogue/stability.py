@@ -6,17 +6,14 @@ from functools import partial
 
 import numpy as np
 
-from catalogue.entry import FEW, SQUARES, Case, Entry, Sizes, plant
+from catalogue.entry import FEW, Case, Entry, Sizes, plant
 from takagi.lmi import (
     Condition,
     EigenvalueRegion,
-    NormBounded,
-    attraction_level_condition,
     common_lyapunov_condition,
     d_stability_condition,
     fuzzy_lyapunov_condition,
     polynomial_lyapunov_condition,
-    robust_lyapunov_condition,
 )
 
 P = "n*(n+1)/2"
@@ -35,12 +32,6 @@ def _region(sizes: Sizes) -> Condition:
     return d_stability_condition(plant(sizes), region)
 
 
-def _bounded(sizes: Sizes, step: float | None) -> Condition:
-    block = NormBounded(np.eye(sizes.n)[:, :2] / 16, np.eye(sizes.n)[:2] / 16)
-    # Slow vertices: the condition then measures the blocks in units of one.
-    return robust_lyapunov_condition(plant(sizes).A / 4, block, sample_time=step)
-
-
 def _polynomial(sizes: Sizes, step: float | None, form: str) -> Condition:
     return polynomial_lyapunov_condition(plant(sizes, step), form=form)  # type: ignore[arg-type]
 
@@ -48,35 +39,6 @@ def _polynomial(sizes: Sizes, step: float | None, form: str) -> Condition:
 def _fuzzy(sizes: Sizes, step: float | None) -> Condition:
     return fuzzy_lyapunov_condition(plant(sizes, step), rate_bounds=np.inf if step else 1.0)
 
-
-def _level(sizes: Sizes) -> Condition:
-    return attraction_level_condition(
-        ["-x2", "x1 + (x1**2 - 1)*x2"], "1.5*x1**2 - x1*x2 + x2**2", states=["x1", "x2"]
-    )
-
-
-LEVEL = Entry(
-    title="Level of a polynomial function inside the region of attraction",
-    question="Which level set of a polynomial $V$ lies in the region of attraction of $x' = f(x)$?",
-    call="attraction_level",
-    builder="attraction_level_condition",
-    use=(
-        "For polynomial equations, without a box or a model: $V$ is positive, and $r\\,(V - "
-        "c) - \\lambda \\dot V$ and $\\lambda$ are sums of squares for a known weight $r \\ge 0$. "
-        "Where $r$ is 0 away from 0, LaSalle's theorem has to decide; else only "
-        "`invariant_level` is given. `proved` rests on exact arithmetic. Continuous time only."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, van der Pol's oscillator, $\\lambda$ of degree 2",
-            pose=_level,
-            lmis="4",
-            variables="55",
-            where="$p_{kij}$, $q_k$ are the coefficients of the monomial $x^k$",
-            sizes=SQUARES,
-        ),
-    ),
-)
 
 COMMON = Entry(
     title="Common quadratic Lyapunov function",
@@ -115,40 +77,6 @@ REGION = Entry(
             pose=_region,
             lmis="3*r + 2",
             variables=P,
-        ),
-    ),
-)
-
-NORM_BOUNDED = Entry(
-    title="Norm-bounded uncertainty",
-    question=(
-        "Does one quadratic function decay for every blend and every "
-        "$\\lVert\\Delta_k\\rVert \\le 1$ in $A_i + \\sum_k D_{ki} \\Delta_k E_{ki}$?"
-    ),
-    call="robust_lyapunov",
-    builder="robust_lyapunov_condition",
-    use=(
-        "The $\\Delta_k$ may be any functions of time and state. `pdc(..., uncertainty=...)` "
-        "designs gains for it. For one block with the same $D$ or the same $E$ at all vertices "
-        "a no excludes every $P$; otherwise it excludes $P$ with these multipliers."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, one block",
-            pose=partial(_bounded, step=None),
-            lmis="2*r + 2",
-            variables=f"{P} + r",
-            where=(
-                "$D$ or $E$ is the same in all rules there is one multiplier a rule, as here; else "
-                "one for all, and $r + 3$ LMIs"
-            ),
-        ),
-        Case(
-            title="Discrete time, one block",
-            pose=partial(_bounded, step=0.1),
-            lmis="2*r + 2",
-            variables=f"{P} + r",
-            shown=False,
         ),
     ),
 )
@@ -226,4 +154,4 @@ FUZZY = Entry(
     ),
 )
 
-ENTRIES = (COMMON, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, LEVEL)
+ENTRIES = (COMMON, REGION, POLYNOMIAL, FUZZY)

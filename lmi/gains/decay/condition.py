@@ -90,13 +90,13 @@ class DecayRequest:
             decay_rate=decay_rate,
             relaxation=relaxation,
             limits=self.limits.scaled(self.s, self.tau),
-            requirements=self.requirements.scaled(len(self.A), self.s, self.tau),
+            requirements=self.requirements,
         )
 
     def double_sums(self, relaxation: str) -> tuple[DoubleSum, ...]:
         """Return what a relaxation is posed of, to know its size before it is."""
-        requirements = self.requirements.scaled(len(self.A), self.s, self.tau)
-        return double_sums(self, self.decay_rate, relaxation, requirements, self.sample_time).sums
+        step = self.sample_time
+        return double_sums(self, self.decay_rate, relaxation, self.requirements, step).sums
 
     def in_units_of(self, Q: Floats) -> DecayRequest:
         """Return the task in states where Q, found in the present ones, has a diagonal near 1.
@@ -230,7 +230,7 @@ def pdc_condition(
     decay_rate : alpha in 1/s.
     relaxation : how the double sum is made LMIs; see ``relaxations``.  Or what poses it.
     limits : on inputs, states and gains, in the model's coordinates.
-    requirements : eigenvalues, uncertain plants, known memberships; in those coordinates.
+    requirements : eigenvalues and known memberships.
     sample_time : T in s; None takes the model's own, continuous where it has none.
 
     Returns
@@ -319,7 +319,7 @@ def double_sums(
     )
     if requirements is None:
         return DoubleSums(Q, M, (loop,), (), ())
-    sums = required_sums(loop, A, B, Q, M, requirements, discrete=step is not None)
+    sums = required_sums(loop, A, B, Q, M, requirements)
     return DoubleSums(Q, M, *sums)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design, RelaxationResult
-from takagi.lmi.condition.region import EigenvalueRegion, Uncertainty
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.gains.decay.condition import Controlled, DecayRequest, decay_request
 from takagi.lmi.gains.decay.design import design_at
 from takagi.lmi.gains.decay.relaxation_search import (
@@ -42,7 +42,6 @@ def pdc(
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
     region: EigenvalueRegion | None = None,
-    uncertainty: Uncertainty | None = None,
     overlap: ArrayLike | None = None,
     active_rules: int | None = None,
     time_limit: float | None = None,
@@ -76,7 +75,6 @@ def pdc(
     region : where all eigenvalues lie while the memberships stand still, an
         ``EigenvalueRegion``; in 1/s, of
         x+ = A x without unit.  Of moving memberships it says what its quadratic function does.
-    uncertainty : ``NormBounded``, or several: the decay holds for every plant that they allow.
     overlap : (r, r) bounds on h_i h_j, 0 for rules that never act together, inf for not known.
     active_rules : at most this many rules act at a time.  Of other memberships nothing is said.
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
@@ -111,7 +109,6 @@ def pdc(
         scales=scales,
         sample_time=sample_time,
         region=region,
-        uncertainty=uncertainty,
         overlap=overlap,
         active_rules=active_rules,
     )
@@ -214,7 +211,6 @@ def relaxation_ladder(
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
     region: EigenvalueRegion | None = None,
-    uncertainty: Uncertainty | None = None,
     overlap: ArrayLike | None = None,
     active_rules: int | None = None,
 ) -> Ladder:
@@ -251,7 +247,6 @@ def relaxation_ladder(
         scales=scales,
         sample_time=sample_time,
         region=region,
-        uncertainty=uncertainty,
         overlap=overlap,
         active_rules=active_rules,
     )

@@ -5,8 +5,7 @@ Limits hold on the ellipsoid x' P x <= 1: inputs and states on it, initial state
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from numbers import Integral
 
@@ -14,17 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import number, positive_vector
-from takagi.lmi.condition.region import (
-    EigenvalueRegion,
-    NormBounded,
-    Uncertainty,
-    blocks_of,
-)
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.term import LMI, Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import block, matrix
-from takagi.lmi.gains.requirements.closed_loop import region_sums, with_uncertainty
+from takagi.lmi.gains.requirements.closed_loop import region_sums
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_shape import with_overlap
 from takagi.models.errors import ModelError
@@ -303,7 +297,6 @@ class GivenLimits:
     scales: ArrayLike | None = None
     sample_time: float | None = None
     region: EigenvalueRegion | None = None
-    uncertainty: Uncertainty | None = None
     overlap: ArrayLike | None = None
     active_rules: int | None = None
 
@@ -329,26 +322,21 @@ class GivenLimits:
 
         Raises
         ------
-        ModelError : no region, uncertainty that does not fit, active rules that are none of 1 to r.
+        ModelError : no region, active rules that are none of 1 to r.
         """
-        region, active_rules, blocks = self.region, self.active_rules, None
+        region, active_rules = self.region, self.active_rules
         if region is not None and not isinstance(region, EigenvalueRegion):
             raise ModelError(
                 f"region is {region!r}; an EigenvalueRegion is needed, e.g. "
                 "EigenvalueRegion.disc(5.0)"
             )
-        if self.uncertainty is not None:
-            checked_blocks = blocks_of(self.uncertainty, r, n, m)
-            blocks = tuple(NormBounded(block.D, block.E, block.F) for block in checked_blocks)
         if active_rules is not None and (
             isinstance(active_rules, bool)
             or not isinstance(active_rules, Integral)
             or not 1 <= active_rules <= r
         ):
             raise ModelError(f"active_rules is {active_rules!r}; a number from 1 to {r} is needed")
-        return Requirements(
-            region=region, uncertainty=blocks, overlap=self.overlap, active_rules=active_rules
-        )
+        return Requirements(region=region, overlap=self.overlap, active_rules=active_rules)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -358,76 +346,39 @@ class Requirements:
     Attributes
     ----------
     region : of the closed loop's eigenvalues, in 1/s; of x+ = A x without unit.
-    uncertainty : blocks D Delta [E, F] of the model, in the coordinates of the condition.
     overlap : (r, r), bounds on h_i h_j.
     active_rules : at most this many rules act at a time.
     """
 
     region: EigenvalueRegion | None = None
-    uncertainty: tuple[NormBounded, ...] | None = None
     overlap: ArrayLike | None = None
     active_rules: int | None = None
 
-    def scaled(self, r: int, s: Array, tau: Array) -> Requirements:
-        """Return them in x = s xhat, u = tau uhat; regions are the same in all units."""
-        if self.uncertainty is None:
-            return self
-        blocks = blocks_of(self.uncertainty, r, len(s), len(tau))
-        scaled_blocks = tuple(
-            NormBounded(c.D, c.E, c.F) for c in (block.scaled(s, tau) for block in blocks)
-        )
-        return replace(self, uncertainty=scaled_blocks)
-
 
 def required_sums(
-    loop: DoubleSum,
-    A: Array,
-    B: Array,
-    Q: Unknown,
-    M: Unknown,
-    requirements: Requirements,
-    *,
-    discrete: bool,
+    loop: DoubleSum, A: Array, B: Array, Q: Unknown, M: Unknown, requirements: Requirements
 ) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
-    """Return all double sums, for every uncertainty and the memberships that are possible.
+    """Return all double sums, for the memberships that are possible.
 
     Parameters
     ----------
     loop : that of the decay rate.
     A, B : (r, n, n), (r, n, m).
     Q, M : unknowns as in ``closed_loop``.
-    discrete : x+ = A x + B u.
 
     Returns
     -------
     The double sums, the first that of the decay rate; unknowns and LMIs that they need besides
     what a relaxation adds.
     """
-    sums: list[DoubleSum] = []
-    unknowns: tuple[Unknown, ...] = ()
-    lmis: tuple[LMI, ...] = ()
-    for plain, carrier in _with_carriers(loop, A, B, Q, M, requirements.region):
-        double_sum = plain
-        # A part of a region without the loop in it, L < 0, is the same for every plant.
-        if requirements.uncertainty is not None and (carrier is None or carrier.any()):
-            double_sum, new_unknowns = with_uncertainty(
-                double_sum, Q, M, requirements.uncertainty, carrier=carrier, discrete=discrete
-            )
-            unknowns += new_unknowns
-        if requirements.overlap is not None or requirements.active_rules is not None:
-            double_sum, new_unknowns, bounds = with_overlap(
-                double_sum, requirements.overlap, active_rules=requirements.active_rules
-            )
-            unknowns, lmis = unknowns + new_unknowns, lmis + bounds
-        sums.append(double_sum)
-    return tuple(sums), unknowns, lmis
-
-
-def _with_carriers(
-    loop: DoubleSum, A: Array, B: Array, Q: Unknown, M: Unknown, region: EigenvalueRegion | None
-) -> Iterator[tuple[DoubleSum, Array | None]]:
-    yield loop, None
-    if region is not None:
-        parts = region_sums(A, B, Q, M, region, corners=loop.corners)  # type: ignore[arg-type]
-        for double_sum, part in zip(parts, region.parts, strict=True):
-            yield double_sum, np.asarray(part.matrices[1], dtype=np.float64)
+    sums = [loop]
+    if requirements.region is not None:
+        sums += region_sums(A, B, Q, M, requirements.region, corners=loop.corners)
+    if requirements.overlap is None and requirements.active_rules is None:
+        return tuple(sums), (), ()
+    shaped = [
+        with_overlap(double_sum, requirements.overlap, active_rules=requirements.active_rules)
+        for double_sum in sums
+    ]
+    unknowns = tuple(unknown for _, new_unknowns, _ in shaped for unknown in new_unknowns)
+    return tuple(s for s, _, _ in shaped), unknowns, tuple(b for _, _, lmis in shaped for b in lmis)
