@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.analysis.actuator_rates import input_rate_bound as input_rate_bound
-    from takagi.lmi.analysis.actuator_rates import with_input_states as with_input_states
     from takagi.lmi.analysis.common_quadratic import common_lyapunov as common_lyapunov
     from takagi.lmi.analysis.decay_rate import (
         common_lyapunov_condition as common_lyapunov_condition,
@@ -83,9 +81,7 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.cost.condition import lqr_pdc_condition as lqr_pdc_condition
     from takagi.lmi.gains.cost.regulator import lqr_pdc as lqr_pdc
     from takagi.lmi.gains.decay.condition import pdc_condition as pdc_condition
-    from takagi.lmi.gains.decay.pdc import Ladder as Ladder
     from takagi.lmi.gains.decay.pdc import pdc as pdc
-    from takagi.lmi.gains.decay.pdc import relaxation_ladder as relaxation_ladder
     from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc as hinf_pdc
     from takagi.lmi.gains.disturbance.energy_gain import (
         hinf_pdc_condition as hinf_pdc_condition,
@@ -125,7 +121,6 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.zero_gains import ZeroGainsWarning as ZeroGainsWarning
     from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
-    from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep
     from takagi.lmi.polynomials import PolynomialLyapunov as PolynomialLyapunov
     from takagi.lmi.problem_files.arrays import save_cvxpy as save_cvxpy
     from takagi.lmi.refutation.refutation import Alternative as Alternative
@@ -136,10 +131,6 @@ if TYPE_CHECKING:
     from takagi.lmi.sums.corner_rules import product_rules as product_rules
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
     from takagi.lmi.sums.double_sum import double_sum_of as double_sum_of
-    from takagi.lmi.sums.membership_shape import neighbouring_rules as neighbouring_rules
-    from takagi.lmi.sums.membership_shape import product_bounds as product_bounds
-    from takagi.lmi.sums.membership_shape import with_overlap as with_overlap
-    from takagi.lmi.sums.membership_shape import with_shape as with_shape
     from takagi.lmi.sums.relaxations import RelaxationSize as RelaxationSize
     from takagi.lmi.sums.relaxations import relaxation_named as relaxation_named
     from takagi.lmi.sums.relaxations import relaxation_size as relaxation_size
@@ -151,10 +142,6 @@ if TYPE_CHECKING:
     from takagi.lmi.varying.lyapunov_functions import polynomial_lyapunov as polynomial_lyapunov
     from takagi.lmi.varying.lyapunov_functions import (
         polynomial_lyapunov_condition as polynomial_lyapunov_condition,
-    )
-    from takagi.lmi.varying.robust_gain import robust_hinf_norm as robust_hinf_norm
-    from takagi.lmi.varying.robust_gain import (
-        robust_hinf_norm_condition as robust_hinf_norm_condition,
     )
 
 __getattr__, __dir__ = lazy_names(__name__)

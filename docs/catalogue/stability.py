@@ -32,8 +32,8 @@ def _region(sizes: Sizes) -> Condition:
     return d_stability_condition(plant(sizes), region)
 
 
-def _polynomial(sizes: Sizes, step: float | None, form: str) -> Condition:
-    return polynomial_lyapunov_condition(plant(sizes, step), form=form)  # type: ignore[arg-type]
+def _polynomial(sizes: Sizes, step: float | None) -> Condition:
+    return polynomial_lyapunov_condition(plant(sizes, step))
 
 
 def _fuzzy(sizes: Sizes, step: float | None) -> Condition:
@@ -93,30 +93,16 @@ POLYNOMIAL = Entry(
     cases=(
         Case(
             title="Continuous time, degree 1",
-            pose=partial(_polynomial, step=None, form="direct"),
+            pose=partial(_polynomial, step=None),
             lmis="2*r + r*(r+1)/2",
             variables=f"r*{P}",
             where="each coefficient of the polynomial in $h$ is an LMI",
         ),
         Case(
-            title="Continuous time, dilated form",
-            pose=partial(_polynomial, step=None, form="dilated"),
-            lmis="3*r",
-            variables=f"r*{P} + 2*n*n",
-            shown=False,
-        ),
-        Case(
             title="Discrete time, degree 1",
-            pose=partial(_polynomial, step=0.1, form="direct"),
+            pose=partial(_polynomial, step=0.1),
             lmis="2*r + r*(r+1)/2",
             variables=f"r*{P}",
-            shown=False,
-        ),
-        Case(
-            title="Discrete time, dilated form",
-            pose=partial(_polynomial, step=0.1, form="dilated"),
-            lmis="3*r",
-            variables=f"r*{P} + n*n",
             shown=False,
         ),
     ),
@@ -131,7 +117,7 @@ FUZZY = Entry(
         "Where there is no common $P$, and bounds on $\\lvert\\dot z_k\\rvert$ (with premises) "
         "or $\\lvert\\dot h_i\\rvert$ (without) are known; `inf` for none. In discrete time "
         "steps may be free. The bounds are assumptions about the loop: check that it keeps "
-        "them. `relaxation`, `form` and `rates` choose among published forms."
+        "them. `relaxation` chooses among published forms."
     ),
     cases=(
         Case(

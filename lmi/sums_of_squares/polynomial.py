@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations_with_replacement
 from math import comb
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.lmi.condition.evaluate import fractions
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.expressions.parser import Scope, parse_expression
 
@@ -55,11 +57,11 @@ class StatePolynomial:
     terms: Mapping[Exponent, Fraction]
 
     @classmethod
-    def of(cls, expression: object, states: Sequence[str]) -> StatePolynomial:
-        """Return the polynomial of a text or of a sympy expression, e.g. ``"-x1 + x1**2*x2"``.
+    def of(cls, expression: str, states: Sequence[str]) -> StatePolynomial:
+        """Return the polynomial of a text, e.g. ``"-x1 + x1**2*x2"``.
 
-        A text is read by the grammar of plant files: nothing in it is executed, and a decimal is
-        that decimal, exactly.
+        It is read by the grammar of plant files: nothing in it is executed, and a decimal is that
+        decimal, exactly.
 
         Raises
         ------
@@ -69,19 +71,9 @@ class StatePolynomial:
 
         symbols = {name: sp.Symbol(name) for name in states}
         try:
-            if isinstance(expression, str):
-                read = parse_expression(expression, Scope(symbols))
-            else:
-                read = sp.nsimplify(sp.sympify(expression, strict=True), rational=True)
-            renamed = read.subs(
-                {s: symbols[s.name] for s in read.free_symbols if s.name in symbols}
-            )
-            poly = sp.Poly(renamed, *symbols.values(), domain="QQ")
-        except (sp.SympifyError, sp.PolynomialError, sp.CoercionFailed, TypeError) as error:
-            raise ModelError(
-                f"{expression!r} is no polynomial in {', '.join(states)} with rational coefficients"
-            ) from error
-        except ModelError as error:
+            read = parse_expression(expression, Scope(symbols))
+            poly = sp.Poly(read, *symbols.values(), domain="QQ")
+        except (sp.PolynomialError, sp.CoercionFailed, ModelError) as error:
             raise ModelError(
                 f"{expression!r} is no polynomial in {', '.join(states)}: {error}"
             ) from error
@@ -105,11 +97,6 @@ class StatePolynomial:
     def degree(self) -> int:
         """Return the largest degree of a term; 0 for the zero polynomial."""
         return max((sum(a) for a in self.terms), default=0)
-
-    @property
-    def least_degree(self) -> int:
-        """Return the smallest degree of a term."""
-        return min((sum(a) for a in self.terms), default=0)
 
     def __add__(self, other: StatePolynomial) -> StatePolynomial:
         terms = dict(self.terms)
@@ -146,8 +133,13 @@ class StatePolynomial:
             total = total + StatePolynomial(self.n, slope) * motion
         return total
 
-def _unit(n: int, k: int, power: int) -> tuple[int, ...]:
-    return tuple(power * int(j == k) for j in range(n))
+    def __call__(self, x: ArrayLike) -> Floats:
+        """Return its values at x, (..., n), in floating point."""
+        at = np.asarray(x, dtype=np.float64)
+        total: Any = np.zeros(at.shape[:-1])
+        for a, c in self.terms.items():
+            total = total + float(c) * np.prod(at ** np.array(a), axis=-1)
+        return np.asarray(total)
 
 
 def function_of_linearisation(f: Sequence[StatePolynomial]) -> StatePolynomial:
@@ -158,7 +150,9 @@ def function_of_linearisation(f: Sequence[StatePolynomial]) -> StatePolynomial:
     ModelError : A has an eigenvalue that is not stable.
     """
     n = len(f)
-    A = np.array([[float(p.terms.get(_unit(n, k, 1), 0)) for k in range(n)] for p in f])
+    A = np.array(
+        [[float(p.terms.get(tuple(row), 0)) for row in np.eye(n, dtype=int).tolist()] for p in f]
+    )
     if np.linalg.eigvals(A).real.max() >= 0:
         raise ModelError(
             "the linearisation at 0 is not stable, so it has no quadratic function; give V"
@@ -166,5 +160,3 @@ def function_of_linearisation(f: Sequence[StatePolynomial]) -> StatePolynomial:
     P = solve_continuous_lyapunov(A.T, -np.eye(n))
     short = [[f"{value:.6g}" for value in row] for row in (P + P.T) / 2]
     return StatePolynomial.quadratic(np.array(short))
-
-

@@ -26,11 +26,8 @@ from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_condition import (
-    SOURCES,
-    Form,
     SoughtPolynomial,
-    check_form,
-    form_lmis,
+    decrease_lmi,
     polynomial_lmis,
 )
 from takagi.lmi.varying.parameter_motion import kept_degrees
@@ -54,7 +51,6 @@ def polynomial_lyapunov_condition(
     degree: int | Sequence[int] = 1,
     polya: int = 0,
     decay_rate: float = 0.0,
-    form: Form = "direct",
     gains: ArrayLike | None = None,
     sample_time: float | None = None,
 ) -> Condition:
@@ -66,7 +62,7 @@ def polynomial_lyapunov_condition(
     Parameters
     ----------
     model : a model (its A), or vertices (r, n, n); entries may be Fractions.
-    degree, polya, decay_rate, form, gains, sample_time : as for ``polynomial_lyapunov``.
+    degree, polya, decay_rate, gains, sample_time : as for ``polynomial_lyapunov``.
 
     Returns
     -------
@@ -81,7 +77,7 @@ def polynomial_lyapunov_condition(
     """
     loop = varying_loop(model, gains, sample_time)
     degrees = degrees_of(loop.space, degree)
-    return _condition(loop, degrees, polya_of(polya), number("decay_rate", decay_rate), form)
+    return _condition(loop, degrees, polya_of(polya), number("decay_rate", decay_rate))
 
 
 @limited
@@ -91,7 +87,6 @@ def polynomial_lyapunov(
     degree: int | Sequence[int] = 1,
     polya: int = 0,
     decay_rate: float = 0.0,
-    form: Form = "direct",
     gains: ArrayLike | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
@@ -110,8 +105,6 @@ def polynomial_lyapunov(
     polya : how far the LMIs' degrees are raised before their coefficients are taken.  As degree
         and polya grow every stable family is found, in ever more LMIs.
     decay_rate : alpha in 1/s.
-    form : "direct"; or "dilated", with slack matrices the same for all h in the place of
-        products of P and A: never worse than a common P, and one LMI a vertex for degree 1.
     gains : (r, m, n) of u = -sum_j h_j K_j x; the loop is then of degree 2.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
@@ -128,7 +121,7 @@ def polynomial_lyapunov(
 
     Raises
     ------
-    ModelError : shapes, numbers, a degree that is not whole, an unknown form.
+    ModelError : shapes, numbers, a degree that is not whole.
 
     Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
     """
@@ -137,7 +130,7 @@ def polynomial_lyapunov(
     alpha, polya = float(number("decay_rate", decay_rate)), polya_of(polya)
     s = loop.units(scales)
     scaled = loop.scaled(s)
-    condition = _condition(scaled, degrees, polya, alpha, form)
+    condition = _condition(scaled, degrees, polya, alpha)
     why = scaled.hopeless(alpha)
     if why:
         return no_lyapunov(condition, s, why)
@@ -146,18 +139,19 @@ def polynomial_lyapunov(
 
 
 def _condition(
-    loop: VaryingLoop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
+    loop: VaryingLoop, degrees: Degrees, polya: int, alpha: float | Fraction
 ) -> Condition:
-    check_form(form)
     no_rates = [np.zeros(size) for size in loop.space.sizes]
     sought = SoughtPolynomial.of(loop, degrees, no_rates, polya=polya)
     return pose(
-        *form_lmis(sought, form, decay_parameter(alpha, loop.sample_time)),
-        name=f"polynomial Lyapunov function, degree {degrees}, {form}",
-        source=SOURCES[form],
+        *polynomial_lmis(sought),
+        decrease_lmi(sought, decay_parameter(alpha, loop.sample_time)),
+        name=f"polynomial Lyapunov function, degree {degrees}",
+        source=SOURCE,
     )
 
 
+SOURCE = "Oliveira and Peres (2007); Daafouz and Bernussou (2001)"
 RATE_SOURCES = "Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006)"
 
 
@@ -166,7 +160,6 @@ def _fuzzy_condition(
     degrees: Degrees,
     rates: Sequence[Floats],
     relaxation: str,
-    form: Form,
     alpha: float | Fraction,
 ) -> Condition:
     """Return the condition in the loop's states, for rates of |dw/dt| in 1/s, one array a simplex.
@@ -175,19 +168,18 @@ def _fuzzy_condition(
     ------
     ModelError : a relaxation by name of anything but a double sum.
     """
-    check_form(form)
     relaxation_named(relaxation)
     match = re.fullmatch(r"polya-(\d+)", relaxation)
-    double_sum = loop.sample_time is None and form == "direct" and loop.K is None
+    double_sum = loop.sample_time is None and loop.K is None
     if not match and not (double_sum and max(degrees) <= 1):
         raise ModelError(
-            f"relaxation {relaxation} is for a double sum: continuous time, no gains, "
-            'form="direct", degree 1; take "polya-<d>"'
+            f"relaxation {relaxation} is for a double sum: continuous time, no gains, degree 1; "
+            'take "polya-<d>"'
         )
     sought = SoughtPolynomial.of(loop, degrees, rates, polya=int(match[1]) if match else 0)
     rate = decay_parameter(alpha, loop.sample_time)
     statements: Sequence[Inequality | LMI] = (
-        form_lmis(sought, form, rate)
+        (*polynomial_lmis(sought), decrease_lmi(sought, rate))
         if match or not any(degrees)
         else _named(sought, loop, relaxation, rate)
     )
@@ -196,7 +188,7 @@ def _fuzzy_condition(
         *statements,
         parameters=(rate,),
         name=f"fuzzy Lyapunov function, degree {degrees}, {relaxation}",
-        source=f"{SOURCES[form]}; {RATE_SOURCES}" if moving else SOURCES[form],
+        source=f"{SOURCE}; {RATE_SOURCES}" if moving else SOURCE,
     )
 
 
@@ -242,7 +234,6 @@ def fuzzy_lyapunov_condition(
     decay_rate: float = 0.0,
     relaxation: str = "polya-0",
     gains: ArrayLike | None = None,
-    form: Form = "direct",
     sample_time: float | None = None,
 ) -> Condition:
     """Pose P(h) > 0 and He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0 for bounded rates of h.
@@ -251,7 +242,7 @@ def fuzzy_lyapunov_condition(
 
     Parameters
     ----------
-    model, rate_bounds, degree, decay_rate, relaxation, gains, form, sample_time : as for
+    model, rate_bounds, degree, decay_rate, relaxation, gains, sample_time : as for
         ``fuzzy_lyapunov``; entries of the model may be Fractions.
 
     Returns
@@ -268,7 +259,7 @@ def fuzzy_lyapunov_condition(
     loop = varying_loop(model, gains, sample_time)
     degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
     alpha = number("decay_rate", decay_rate)
-    return _fuzzy_condition(loop, degrees, rates, relaxation, form, alpha)
+    return _fuzzy_condition(loop, degrees, rates, relaxation, alpha)
 
 
 @limited
@@ -280,7 +271,6 @@ def fuzzy_lyapunov(
     decay_rate: float = 0.0,
     relaxation: str = "polya-0",
     gains: ArrayLike | None = None,
-    form: Form = "direct",
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
     time_limit: float | None = None,
@@ -303,7 +293,6 @@ def fuzzy_lyapunov(
         (with premises in each of them); or, in continuous time without gains and for degree 1, one
         of the names that ``pdc`` has.
     gains : (r, m, n) of u = -sum_j h_j K_j x.
-    form : "direct", or "dilated": with slack matrices in the place of products of P and A.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
@@ -331,7 +320,7 @@ def fuzzy_lyapunov(
     alpha = float(number("decay_rate", decay_rate))
     s = loop.units(scales)
     scaled = loop.scaled(s)
-    condition = _fuzzy_condition(scaled, degrees, rates, relaxation, form, alpha)
+    condition = _fuzzy_condition(scaled, degrees, rates, relaxation, alpha)
     why = scaled.hopeless(alpha)
     if why:
         return no_lyapunov(condition, s, why)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.actuator_rates import gain_stack
+from takagi.lmi.analysis.gain_pairs import gain_stack
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,

@@ -1,4 +1,4 @@
-"""Requirements on a design in addition to decay, as double sums.
+"""Limits of a design as LMIs.
 
 Limits hold on the ellipsoid x' P x <= 1: inputs and states on it, initial states inside it.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,9 +17,6 @@ from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.term import LMI, Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import block, matrix
-from takagi.lmi.gains.requirements.closed_loop import region_sums
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.membership_shape import with_overlap
 from takagi.models.errors import ModelError
 
 MOST_CORNERS = 4096
@@ -287,6 +283,10 @@ class GivenLimits:
     """Limits in the model's units, not checked yet; None where nothing is asked.
 
     The members are those arguments of ``pdc`` that have the same names.
+
+    Raises
+    ------
+    ModelError : a region that is none.
     """
 
     input_limit: ArrayLike | None = None
@@ -297,16 +297,9 @@ class GivenLimits:
     scales: ArrayLike | None = None
     sample_time: float | None = None
     region: EigenvalueRegion | None = None
-    overlap: ArrayLike | None = None
-    active_rules: int | None = None
 
     def limits(self, n: int, m: int) -> Limits:
-        """Return the checked limits on n states, m inputs and the gains.
-
-        Raises
-        ------
-        ModelError : as ``limits_of``.
-        """
+        """Return the checked limits on n states, m inputs and the gains, as ``limits_of``."""
         return limits_of(
             n,
             m,
@@ -317,68 +310,9 @@ class GivenLimits:
             gain_bound=self.gain_bound,
         )
 
-    def requirements(self, r: int, n: int, m: int) -> Requirements:
-        """Return the checked requirements on the blends of r rules, in the model's units.
-
-        Raises
-        ------
-        ModelError : no region, active rules that are none of 1 to r.
-        """
-        region, active_rules = self.region, self.active_rules
-        if region is not None and not isinstance(region, EigenvalueRegion):
+    def __post_init__(self) -> None:
+        if self.region is not None and not isinstance(self.region, EigenvalueRegion):
             raise ModelError(
-                f"region is {region!r}; an EigenvalueRegion is needed, e.g. "
+                f"region is {self.region!r}; an EigenvalueRegion is needed, e.g. "
                 "EigenvalueRegion.disc(5.0)"
             )
-        if active_rules is not None and (
-            isinstance(active_rules, bool)
-            or not isinstance(active_rules, Integral)
-            or not 1 <= active_rules <= r
-        ):
-            raise ModelError(f"active_rules is {active_rules!r}; a number from 1 to {r} is needed")
-        return Requirements(region=region, overlap=self.overlap, active_rules=active_rules)
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Requirements:
-    """Each None where nothing is required or known.
-
-    Attributes
-    ----------
-    region : of the closed loop's eigenvalues, in 1/s; of x+ = A x without unit.
-    overlap : (r, r), bounds on h_i h_j.
-    active_rules : at most this many rules act at a time.
-    """
-
-    region: EigenvalueRegion | None = None
-    overlap: ArrayLike | None = None
-    active_rules: int | None = None
-
-
-def required_sums(
-    loop: DoubleSum, A: Array, B: Array, Q: Unknown, M: Unknown, requirements: Requirements
-) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
-    """Return all double sums, for the memberships that are possible.
-
-    Parameters
-    ----------
-    loop : that of the decay rate.
-    A, B : (r, n, n), (r, n, m).
-    Q, M : unknowns as in ``closed_loop``.
-
-    Returns
-    -------
-    The double sums, the first that of the decay rate; unknowns and LMIs that they need besides
-    what a relaxation adds.
-    """
-    sums = [loop]
-    if requirements.region is not None:
-        sums += region_sums(A, B, Q, M, requirements.region, corners=loop.corners)
-    if requirements.overlap is None and requirements.active_rules is None:
-        return tuple(sums), (), ()
-    shaped = [
-        with_overlap(double_sum, requirements.overlap, active_rules=requirements.active_rules)
-        for double_sum in sums
-    ]
-    unknowns = tuple(unknown for _, new_unknowns, _ in shaped for unknown in new_unknowns)
-    return tuple(s for s, _, _ in shaped), unknowns, tuple(b for _, _, lmis in shaped for b in lmis)

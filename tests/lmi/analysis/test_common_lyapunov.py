@@ -16,7 +16,7 @@ from takagi.lmi import (
     exact_solution,
     robust_lyapunov,
 )
-from takagi.lmi.analysis.actuator_rates import pair_means, pairs_of
+from takagi.lmi.analysis.gain_pairs import pair_means, pairs_of
 from takagi.lmi.analysis.decay_rate import rates_of
 from takagi.models import TSModel
 from tests.lmi.known_models import feasp_triple, oscillators, planar_pair
