@@ -28,7 +28,8 @@ WORDS = MappingProxyType(
             "$2/(r-1) = 1$."
         ),
         "tanaka-wang": (
-            "With a slack matrix a pair may be worse if each rule alone is better; here $r - 1 = 2$."
+            "With a slack matrix a pair may be worse if each rule alone is better; here "
+            "$r - 1 = 2$."
         ),
         "kim-lee": "A symmetric slack matrix for each pair; $E_i$ are the block columns of $I$.",
         "liu-zhang": (

@@ -56,7 +56,6 @@ class Framed:
 A, B, C = np.tile(-np.eye(2), (2, 1, 1)), np.ones((2, 2, 1)), np.ones((2, 1, 2))
 Q, R = np.eye(2), np.eye(1)
 LEFT = lmi.EigenvalueRegion.half_plane(0.5)
-SMALL = lmi.NormBounded(D=[[0.1], [0.0]], E=[[1.0, 0.0]])
 
 # Each function with what it reads of A, B and C, called with these and options.  A new function
 # that reads a model is a line here.
@@ -66,11 +65,6 @@ FUNCTIONS: dict[str, tuple[str, Callable[..., object]]] = {
     "max_decay_rate": ("A", lambda A, B, C, **o: lmi.max_decay_rate(A, **o)),
     "d_stability": ("A", lambda A, B, C, **o: lmi.d_stability(A, LEFT, **o)),
     "d_stability_condition": ("A", lambda A, B, C, **o: lmi.d_stability_condition(A, LEFT, **o)),
-    "robust_lyapunov": ("A", lambda A, B, C, **o: lmi.robust_lyapunov(A, SMALL, **o)),
-    "robust_lyapunov_condition": (
-        "A",
-        lambda A, B, C, **o: lmi.robust_lyapunov_condition(A, SMALL, **o),
-    ),
     "polynomial_lyapunov": ("A", lambda A, B, C, **o: lmi.polynomial_lyapunov(A, **o)),
     "polynomial_lyapunov_condition": (
         "A",
@@ -78,7 +72,6 @@ FUNCTIONS: dict[str, tuple[str, Callable[..., object]]] = {
     ),
     "pdc": ("AB", lambda A, B, C, **o: lmi.pdc(Plain(A, B), **o)),
     "pdc_condition": ("AB", lambda A, B, C, **o: lmi.pdc_condition(Plain(A, B), **o)),
-    "relaxation_ladder": ("AB", lambda A, B, C, **o: lmi.relaxation_ladder(Plain(A, B), **o)),
     "lqr_pdc": ("AB", lambda A, B, C, **o: lmi.lqr_pdc(Plain(A, B), Q, R, **o)),
     "lqr_pdc_condition": (
         "AB",

@@ -31,7 +31,6 @@ from takagi.lmi import (
     peak_gain,
     peak_pdc,
     polynomial_lyapunov,
-    robust_hinf_norm,
 )
 from takagi.lmi.solver.time_limit import limited, out_of_time, remaining
 from takagi.models import ModelError, Premise, TSModel
@@ -54,7 +53,6 @@ ASKED: dict[str, Callable[..., Any]] = {
     "hinf_norm": lambda **k: hinf_norm(PLANT, **k),
     "h2_norm": lambda **k: h2_norm(PLANT, **k),
     "peak_gain": lambda **k: peak_gain(PLANT, **k),
-    "robust_hinf_norm": lambda **k: robust_hinf_norm(PLANT, **k),
     "polynomial_lyapunov": lambda **k: polynomial_lyapunov(PLANT, **k),
     "fuzzy_lyapunov": lambda **k: fuzzy_lyapunov(PLANT, rate_bounds=[1.0], **k),
     "pdc": lambda **k: pdc(PLANT, **k),

@@ -88,7 +88,6 @@ def test_discrete_time_without_a_common_P() -> None:
         ({"degree": 2}, 1.16873),
         ({"degree": 3}, 1.19218),
         ({"degree": 12}, 1.22334),
-        ({"degree": 1, "form": "dilated"}, 1.22732),
     ],
 )
 def test_how_far_the_discrete_vertices_may_be_scaled(
@@ -96,7 +95,7 @@ def test_how_far_the_discrete_vertices_may_be_scaled(
 ) -> None:
     """ROLMIP's vertices times k are stable for k < 1.22732, the largest spectral radius's inverse.
 
-    The limits of the direct form are recomputed ones, by bisection; the dilated form has the exact.
+    The limits are recomputed by bisection.
     """
     h = np.linspace(0, 1, 2001)
     A = rolmip_pair()
