@@ -103,10 +103,8 @@ def answer_in_states(
 ) -> Answer:
     """Return the outcome with P in the model's own states, its smallest eigenvalue made 1.
 
-    Parameters
-    ----------
-    A : vertices in these states; the condition is posed in x / s.
-    diagnose : why there is no P; None for the words of one quadratic function.
+    ``A`` : vertices in these states; the condition is posed in x / s.
+    ``diagnose`` : why there is no P; None for the words of one quadratic function.
     """
     P, rate = None, None
     if outcome.status == "candidate":

@@ -16,9 +16,7 @@ from takagi.models.ts.vertex_arrays import finite_array
 def gain_stack(gains: ArrayLike, r: int, m: int, n: int) -> Array:
     """Return K, (r, m, n), of u = -sum_j h_j K_j x; one (m, n) gain stands for all rules.
 
-    Raises
-    ------
-    ModelError : another shape, or an entry that is not finite.
+    Raises ModelError: another shape, or an entry that is not finite.
     """
     K = finite_array("K", gains)
     if K.shape not in ((r, m, n), (1, m, n), (m, n)):
@@ -34,9 +32,7 @@ def pairs_of(X: Array, Y: Array, K: Array) -> Array:
 
     sum_ij h_i h_j (X_i - Y_i K_j) is a blend of these, with weights h_i^2 and 2 h_i h_j.
 
-    Parameters
-    ----------
-    X, Y, K : (r, p, n), (r, p, m), (r, m, n).
+    ``X``, ``Y``, ``K`` : (r, p, n), (r, p, m), (r, m, n).
     """
     i, j = np.triu_indices(len(X))
     return np.asarray((X[i] - Y[i] @ K[j] + X[j] - Y[j] @ K[i]) / 2)

@@ -151,9 +151,7 @@ def _touching(some: _Some) -> list[Try]:
 def improve_by_rounds(condition: Condition, start: Outcome) -> Outcome:
     """Return the same as ``improve``, from the items that ``start`` was decided with.
 
-    Parameters
-    ----------
-    start : of ``decide_by_rounds``, whose multipliers are zero for the items that it left out.
+    ``start`` : of ``decide_by_rounds``, whose multipliers are zero for the items that it left out.
     """
     some = _Some.of(condition)
     for k in some.chosen:

@@ -62,9 +62,7 @@ def unknowns_near_least(
 ) -> Mapping[str, Floats]:
     """Return unknowns near the least objective, without a check; empty if the solver returns none.
 
-    Parameters
-    ----------
-    required_margin : the margin that the LMIs must keep.
+    ``required_margin`` : the margin that the LMIs must keep.
     """
     data = assemble(condition)
     raw = Session().solve(cone_program(data, data.objective, (), margin=required_margin))

@@ -30,10 +30,8 @@ from takagi.models.arrays import Floats, Indices
 def rule_table(rules: int, by: str, members: Indices | None = None) -> Indices:
     """Return the table (r, r) of members for a part that has the member of rule i, or of rule j.
 
-    Parameters
-    ----------
-    by : "vertex" for i, "gain" for j.
-    members : (r,) the member of each rule; None for the rules' own order.
+    ``by`` : "vertex" for i, "gain" for j.
+    ``members`` : (r,) the member of each rule; None for the rules' own order.
     """
     rule_members = np.arange(rules) if members is None else members
     table = np.broadcast_to(rule_members[:, None], (rules, rules))

@@ -118,9 +118,7 @@ class SimplexCoefficients:
 def simplexes_of(rules: ProductRules) -> tuple[Simplex, ...]:
     """Return every premise of the rules, in the order of the columns.
 
-    Raises
-    ------
-    ModelError : a premise with different numbers of corners in its columns.
+    Raises ModelError: a premise with different numbers of corners in its columns.
     """
     simplexes = []
     for name in dict.fromkeys(rules.premises):
@@ -239,9 +237,7 @@ def product(loop: DoubleSum, degree: int = 0) -> RelaxedSum:
     degree; necessary and sufficient as d grows, with prod_k (D_k + d + s_k - 1 choose s_k - 1)
     LMIs for s_k corners.
 
-    Raises
-    ------
-    ModelError : the memberships are not known to be products.
+    Raises ModelError: the memberships are not known to be products.
 
     Source: as the module.
     """
@@ -254,9 +250,7 @@ def product_liu_zhang(loop: DoubleSum) -> RelaxedSum:
     As Liu and Zhang's, with pairs of equal products added up: never more conservative than that,
     nor than "product".
 
-    Raises
-    ------
-    ModelError : the memberships are not known to be products.
+    Raises ModelError: the memberships are not known to be products.
 
     Source: derived here: sum_ij h_i h_j Theta_ij < sum_ij h_i h_j X_ij = (h x I)' X (h x I) < 0.
     """
@@ -267,9 +261,7 @@ def product_liu_zhang(loop: DoubleSum) -> RelaxedSum:
 def known_rules(loop: DoubleSum) -> ProductRules:
     """Return the rules as products.
 
-    Raises
-    ------
-    ModelError : they are not known to be products.
+    Raises ModelError: they are not known to be products.
     """
     if loop.corners is None:
         raise ModelError(

@@ -37,9 +37,7 @@ def pair_lmis(
 ) -> tuple[LMI, ...]:
     """Return Theta_ii + own < 0, and Theta_ij + Theta_ji + cross < 0 for the pairs i < j.
 
-    Parameters
-    ----------
-    cross : the same for all pairs, or one for each of ``loop.pairs()``.
+    ``cross`` : the same for all pairs, or one for each of ``loop.pairs()``.
     """
     i, j = loop.pairs()
     if not len(i):

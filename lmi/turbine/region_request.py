@@ -90,13 +90,9 @@ def regional_gain_condition(
     bounds : what must hold on the ellipsoid; one of them is made least.
     box : (n,) half widths of the model's box; inf where a state is free.
 
-    Returns
-    -------
     The condition in Q (n, n), M (r, 1, n) and mu.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes that do not fit, or a bound that is not positive.
+    Raises ModelError: shapes that do not fit, or a bound that is not positive.
     """
     rules, n = A.shape[:2]
     if A.shape != (rules, n, n) or B.shape != (n, 1) or corners.shape[1:] != (n,):

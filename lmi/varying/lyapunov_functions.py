@@ -164,9 +164,7 @@ def _fuzzy_condition(
 ) -> Condition:
     """Return the condition in the loop's states, for rates of |dw/dt| in 1/s, one array a simplex.
 
-    Raises
-    ------
-    ModelError : a relaxation by name of anything but a double sum.
+    Raises ModelError: a relaxation by name of anything but a double sum.
     """
     relaxation_named(relaxation)
     match = re.fullmatch(r"polya-(\d+)", relaxation)

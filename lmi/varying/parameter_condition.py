@@ -346,15 +346,11 @@ def function_at_points(
 ) -> Answer:
     """Return a candidate P(h) for the module's inequalities.
 
-    Parameters
-    ----------
-    model, rate_bounds, degree, decay_rate, gains : as for ``fuzzy_lyapunov``; in discrete time
-        the next memberships are arbitrary, and rate_bounds is not read.
-    blends : (N, sum of sizes), the weights of each premise's corners, or of the rules.
+    ``model``, ``rate_bounds``, ``degree``, ``decay_rate``, ``gains`` : as for ``fuzzy_lyapunov``;
+    in discrete time the next memberships are arbitrary, and rate_bounds is not read.
+    ``blends`` : (N, sum of sizes), the weights of each premise's corners, or of the rules.
 
-    Raises
-    ------
-    ModelError : as ``fuzzy_lyapunov``.
+    Raises ModelError: as ``fuzzy_lyapunov``.
     """
     loop = varying_loop(model, gains)
     step = loop.sample_time

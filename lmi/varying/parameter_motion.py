@@ -46,13 +46,9 @@ def velocity_corners(bound: Floats) -> Floats:
 
     All but one of the v_c are at their bounds, and the last balances them.
 
-    Parameters
-    ----------
-    bound : phi, (corners of the simplex,), in 1/s; at most one is infinite.
+    ``bound`` : phi, (corners of the simplex,), in 1/s; at most one is infinite.
 
-    Raises
-    ------
-    ModelError : too many memberships for a list of corners.
+    Raises ModelError: too many memberships for a list of corners.
     """
     phi = balanced_bounds(bound)
     moving = np.flatnonzero(phi > 0)
@@ -94,13 +90,9 @@ def distinct_rows(corners: Floats, size: float) -> Floats:
 def step_corners(bound: Floats) -> tuple[Floats, Floats]:
     """Return the corners (h, h+) of the steps, each (corners of the simplex, count).
 
-    Parameters
-    ----------
-    bound : phi, (corners of the simplex,), of one step.
+    ``bound`` : phi, (corners of the simplex,), of one step.
 
-    Raises
-    ------
-    ModelError : too many memberships for a list of corners.
+    Raises ModelError: too many memberships for a list of corners.
     """
     size = len(bound)
     phi = balanced_bounds(bound)
@@ -217,9 +209,7 @@ def kept_degrees(degrees: Degrees, rates: Sequence[Floats], *, discrete: bool) -
 
     In discrete time it may: only the next step matters.
 
-    Raises
-    ------
-    ModelError : some memberships of one simplex without a bound, others with one.
+    Raises ModelError: some memberships of one simplex without a bound, others with one.
     """
     kept = []
     for degree, rate in zip(degrees, rates, strict=True):
@@ -239,14 +229,10 @@ def motion_of(
 ) -> ParameterMotion:
     """Return the motion with |dw/dt| <= rates, or |w(t + T) - w(t)| <= T rates.
 
-    Parameters
-    ----------
-    degrees : of P; where P has none, rates do not matter.
-    rates : bounds in 1/s, as from ``membership_rates``.
+    ``degrees`` : of P; where P has none, rates do not matter.
+    ``rates`` : bounds in 1/s, as from ``membership_rates``.
 
-    Raises
-    ------
-    ModelError : too many corners to pose.
+    Raises ModelError: too many corners to pose.
     """
     if sample_time is None:
         return continuous_motion(space, degrees, rates)

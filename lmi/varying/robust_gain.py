@@ -96,14 +96,10 @@ def robust_hinf_norm(
     polya : how far the LMIs' degrees are raised before their coefficients are taken.
     rate_bounds : how fast h may move, as for ``fuzzy_lyapunov``; 0 is not at all.
 
-    Returns
-    -------
     An ``Answer``: ``lyapunov_function`` is P(h), ``gain`` the least gamma that it shows at every
     coefficient, recomputed from it, in units of y over units of w.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance or no output, numbers.
+    Raises ModelError: shapes, entries that are not finite, no disturbance or no output, numbers.
     """
     E, C, D, F = channel
     A = vertex_stack(model).astype(np.float64)

@@ -332,9 +332,7 @@ def infinite_variance(D: Floats, sample_time: float | None) -> str:
 
     In discrete time it adds to the variance, and no more.
 
-    Parameters
-    ----------
-    D : (r, p, q), from disturbance to output.
+    ``D`` : (r, p, q), from disturbance to output.
     """
     through = np.abs(D).max(axis=(1, 2), initial=0.0)
     if sample_time is not None or not through.any():

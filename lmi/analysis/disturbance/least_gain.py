@@ -63,9 +63,7 @@ def least_gain(
     guess : of P; asked first, without scales.
     tolerance : how far above the least the objective may be, relative, so that P keeps a margin.
 
-    Raises
-    ------
-    ModelError : scales that are not positive.
+    Raises ModelError: scales that are not positive.
     """
     s = state_units(path.A, scales, step=path.sample_time)
     why = _hopeless_vertex(path, s, decay_rate) or infinite

@@ -292,9 +292,7 @@ SLACK = 1e-4
 def guaranteed_cost_condition(A: Floats, B: Floats) -> Condition:
     """Return ``lqr_pdc_condition`` with one gain and unit weights.
 
-    Parameters
-    ----------
-    A, B : (r, n, n), (r, n, m), in states and inputs of order one.
+    ``A``, ``B`` : (r, n, n), (r, n, m), in states and inputs of order one.
     """
     eye, inputs = np.eye(A.shape[2]), np.eye(B.shape[2])
     return lqr_pdc_condition(TSModel(A, B), eye, inputs, relaxation="common-gain")
@@ -310,14 +308,10 @@ def guaranteed_cost_gain(
     It is ``lqr_pdc`` of the relaxation "common-gain", solved in the ranges themselves, and
     centred a little farther from the least cost: for gains that are made by the dozen.
 
-    Parameters
-    ----------
-    A : (r, n, n);  B : (r, n, m), one gain for all.
-    state_ranges, input_ranges : (n,), (m,) engineering ranges.
+    ``A`` : (r, n, n);  B : (r, n, m), one gain for all.
+    ``state_ranges``, ``input_ranges`` : (n,), (m,) engineering ranges.
 
-    Raises
-    ------
-    ModelError : shapes, or a range that is not positive.
+    Raises ModelError: shapes, or a range that is not positive.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.4.1; the ranges are Bryson's
     rule.

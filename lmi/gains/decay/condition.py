@@ -134,10 +134,8 @@ def decay_request(
 ) -> DecayRequest:
     """Return the task in coordinates of order one; ``model`` and ``decay_rate`` as for ``pdc``.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, inputs that are dependent or do nothing, a vertex with an
-        unstable mode that no input moves.
+    Raises ModelError: shapes, numbers, inputs that are dependent or do nothing, a vertex with an
+    unstable mode that no input moves.
     """
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
@@ -274,10 +272,8 @@ def double_sums(
 ) -> tuple[Unknown, Unknown, tuple[DoubleSum, ...]]:
     """Return Q, M and the double sums of ``pdc_condition``, the first that of the decay rate.
 
-    Parameters
-    ----------
-    relaxation : for "common-gain" M has one member, for all others one a rule.
-    step : T in s; None for continuous time.
+    ``relaxation`` : for "common-gain" M has one member, for all others one a rule.
+    ``step`` : T in s; None for continuous time.
     """
     A = vertex_stack(model)
     B = input_stack(model, A)

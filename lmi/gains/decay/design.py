@@ -82,12 +82,8 @@ def in_fitting_size(
     Without limits every multiple of Q is as good: in the coordinates d x, d u the condition is the
     same for all d > 0 but for the limits, |d x| and |d u| against theirs.
 
-    Parameters
-    ----------
-    plain : a candidate of ``limited`` without its limits.
+    ``plain`` : a candidate of ``limited`` without its limits.
 
-    Returns
-    -------
     A candidate where some power of two d serves all limits; "unknown" otherwise.
     """
     task, outcome = plain.task, plain.outcome

@@ -205,9 +205,7 @@ class RelaxationSearch:
 def goal_of(decay_rate: object) -> Goal:
     """Return a decay rate in 1/s, or "max".
 
-    Raises
-    ------
-    ModelError : neither.
+    Raises ModelError: neither.
     """
     if isinstance(decay_rate, str) and decay_rate == "max":
         return "max"
@@ -230,9 +228,7 @@ def search_relaxations(task: DecayRequest, goal: Goal) -> RelaxationSearch:
     so where it has no unknowns, no further relaxation has gains, and the rate that it has, none
     exceeds.
 
-    Parameters
-    ----------
-    goal : decay rate in 1/s, or "max".
+    ``goal`` : decay rate in 1/s, or "max".
     """
     search = RelaxationSearch()
     for position, name in enumerate(default_relaxations(task)):

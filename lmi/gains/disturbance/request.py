@@ -346,11 +346,9 @@ def disturbance_request(
 ) -> DisturbanceRequest:
     """Return the checked task.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
-        dependent or do nothing, a vertex with an unstable mode that no input moves, a tolerance
-        below 1e-7, which no solver keeps.
+    Raises ModelError: shapes, numbers, an unknown relaxation, no disturbance, no output, inputs
+    that are dependent or do nothing, a vertex with an unstable mode that no input moves, a
+    tolerance below 1e-7, which no solver keeps.
     """
     relaxation_named(relaxation)
     plant = plant_of(model, performance, limits_given.sample_time)
@@ -370,9 +368,7 @@ def disturbance_request(
 def positive_number(name: str, value: float) -> float:
     """Return a positive number.
 
-    Raises
-    ------
-    ModelError : it is not one.
+    Raises ModelError: it is not one.
     """
     number_read = float(number(name, value))
     if number_read <= 0:

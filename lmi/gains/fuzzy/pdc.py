@@ -81,9 +81,8 @@ def units_of(
 ) -> FuzzyUnits:
     """Return units in which states and inputs are of order one.
 
-    Raises
-    ------
-    ModelError : scales that are not positive, a vertex with an unstable mode that no input moves.
+    Raises ModelError: scales that are not positive, a vertex with an unstable mode that no input
+    moves.
     """
     s = state_units(A, scales, step=step)
     size = size_of_motion(A * s / s[:, None], 0.0, step) / 2
@@ -97,9 +96,7 @@ def searched(
 ) -> FuzzyDesign:
     """Return the first design that has gains, with the least effort at half its margin.
 
-    Parameters
-    ----------
-    task : in these units.
+    ``task`` : in these units.
     """
     fixed = fixed_mode(task.A, task.B, alpha, step=task.sample_time)
     if fixed is not None:

@@ -205,9 +205,7 @@ def _without_absurd(
 ) -> OutputFeedback:
     """Return a controller with entries of at most ``largest_entry``, or the same with a note.
 
-    Parameters
-    ----------
-    zero : a norm that is zero but for the tolerance.
+    ``zero`` : a norm that is zero but for the tolerance.
     """
     controller, gain = best.controller, best.gain
     assert controller is not None and gain is not None  # asked by the caller

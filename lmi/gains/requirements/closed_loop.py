@@ -52,9 +52,7 @@ ROUNDING = 1e-9
 def without_rounding(K: Floats, Q: Floats) -> Floats:
     """Return K_i (r, m, n) with zeros for entries that are rounding beside others of their row.
 
-    Parameters
-    ----------
-    Q : P^-1; an entry moves the input by |K_ij| sqrt(Q_jj) on x' P x <= 1.
+    ``Q`` : P^-1; an entry moves the input by |K_ij| sqrt(Q_jj) on x' P x <= 1.
     """
     effects = np.abs(K) * np.sqrt(np.abs(np.diag(Q)))
     return np.where(effects < ROUNDING * effects.max(axis=-1, keepdims=True), 0.0, K)

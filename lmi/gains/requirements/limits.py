@@ -100,10 +100,8 @@ def limits_of(
 ) -> Limits:
     """Return checked limits in the model's own units.
 
-    Raises
-    ------
-    ModelError : lengths, entries that are not positive, an initial box or ball outside the state
-        box.
+    Raises ModelError: lengths, entries that are not positive, an initial box or ball outside the
+    state box.
     """
     inputs = None if input_limit is None else positive_vector("input_limit", input_limit, m)
     initial = None if initial_box is None else _initial(initial_box, n)
@@ -147,11 +145,9 @@ def input_lmis(
 
     By convexity every blend of the gains then keeps the limit too.
 
-    Parameters
-    ----------
-    limit : (m,).
-    name, symbol : of the LMI and of its limit, in LaTeX; two LMIs of one name in a condition would
-        share their multipliers.
+    ``limit`` : (m,).
+    ``name``, ``symbol`` : of the LMI and of its limit, in LaTeX; two LMIs of one name in a
+    condition would share their multipliers.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
     """
@@ -201,10 +197,8 @@ def state_lmis(Q: Unknown, box: Array) -> tuple[LMI, ...]:
 def row_lmis(Q: Unknown, rows: Array, limit: Array, *, name: str) -> tuple[LMI, ...]:
     """Pose c_t Q c_t' < b_t^2: |c_t x| <= b_t where x' P x <= 1, for known rows c_t.
 
-    Parameters
-    ----------
-    rows : (T, n), e.g. the rows of known gains.
-    limit : (T,) b.
+    ``rows`` : (T, n), e.g. the rows of known gains.
+    ``limit`` : (T,) b.
     """
     c_t = matrix(rows[:, None, :], "c_t")
     lmi = c_t @ Q @ c_t.T << matrix((limit**2)[:, None, None], "b_t^2")
@@ -237,9 +231,7 @@ def gain_lmis(
 def corners_of_box(box: Array) -> Array:
     """Return (k, n), of every pair of opposite corners one; half-widths may be 0, but not all.
 
-    Raises
-    ------
-    ModelError : more corners than LMIs that can be solved.
+    Raises ModelError: more corners than LMIs that can be solved.
     """
     some = np.flatnonzero(box)
     if 2 ** (len(some) - 1) > MOST_CORNERS:
@@ -284,9 +276,7 @@ class GivenLimits:
 
     The members are those arguments of ``pdc`` that have the same names.
 
-    Raises
-    ------
-    ModelError : a region that is none.
+    Raises ModelError: a region that is none.
     """
 
     input_limit: ArrayLike | None = None

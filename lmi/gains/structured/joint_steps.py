@@ -195,10 +195,8 @@ class StepSearch:
         The problem is posed in states in which the given P is I, so that the solver's numbers are
         near 1.
 
-        Parameters
-        ----------
-        value : an expected gamma, which only sets units.
-        settle : True for the final answer: no margin is kept, and more solvers are tried.
+        ``value`` : an expected gamma, which only sets units.
+        ``settle`` : True for the final answer: no margin is kept, and more solvers are tried.
         """
         K = self.structure.gains(F)
         units = LocalUnits.of(self.plant, self.objective, P, K, value=value)

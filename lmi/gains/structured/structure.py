@@ -173,10 +173,8 @@ def structure_of(
     output : (p, n); None for the states.
     shared : (r,) labels; rules of one label share a gain. None gives each rule its own gain.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not true or false, a pattern without a free entry,
-        linearly dependent outputs.
+    Raises ModelError: shapes, entries that are not true or false, a pattern without a free entry,
+    linearly dependent outputs.
     """
     r, n, m = sizes
     C = np.eye(n) if output is None else _outputs(output, n)
@@ -191,9 +189,7 @@ def structure_of(
 def pattern_of(pattern: ArrayLike, m: int, p: int) -> NDArray[np.bool_]:
     """Return the checked pattern, (m, p).
 
-    Raises
-    ------
-    ModelError : its shape, entries that are not true or false, no free entry.
+    Raises ModelError: its shape, entries that are not true or false, no free entry.
     """
     try:
         entries = np.asarray(pattern)
@@ -265,9 +261,7 @@ def check_movable(
     A fixed mode is an eigenvalue of A_i - B_i F C for every F of the pattern.  With probability 1
     an eigenvalue that a few random F share is a fixed mode (Wang and Davison, 1973).
 
-    Parameters
-    ----------
-    A, B : in states x = units xhat, inputs of order one.
+    ``A``, ``B`` : in states x = units xhat, inputs of order one.
     """
     rng = np.random.default_rng(0)
     C = structure.C * units
@@ -345,10 +339,9 @@ def loop_sum(
 ) -> DoubleSum:
     """Return the module's double sum.
 
-    Parameters
-    ----------
-    gamma : the unknown of the energy gain; unused for the other objectives.
-    gains : known gains give a sum in P alone; unknown ones that of the inner convex step at P = I.
+    ``gamma`` : the unknown of the energy gain; unused for the other objectives.
+    ``gains`` : known gains give a sum in P alone; unknown ones that of the inner convex step at P =
+    I.
     """
     step = plant.sample_time is not None
     rate = decay_parameter(0.0, 1.0 if step else None)

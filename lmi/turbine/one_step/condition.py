@@ -125,10 +125,9 @@ def motion_lmi(
 
     The division gives all cells margins of the same order, although their alphas differ.
 
-    Parameters
-    ----------
-    u : scalars, one per gain; None if the gains are fixed.
-    pace, wider : scalars, the relative changes a of ``around.speed`` and c of ``around.scale``.
+    ``u`` : scalars, one per gain; None if the gains are fixed.
+    ``pace``, ``wider`` : scalars, the relative changes a of ``around.speed`` and c of
+    ``around.scale``.
     """
     moving, index = around.moving, around.pace[chosen]
     speed = around.speed[chosen][:, None, None]
