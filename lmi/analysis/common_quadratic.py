@@ -117,8 +117,7 @@ def common_lyapunov(
     decay_rate : alpha in 1/s; V' <= -2 alpha V, or V(x+) <= e^(-2 alpha T) V(x).
     scales : (n,) engineering range of each state; None balances the vertices.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -81,8 +81,7 @@ def d_stability(
         one for each pair of rules.  None takes the model as it is, with u = 0.
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
     scales : (n,) engineering range of each state; None balances the vertices.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -98,8 +98,7 @@ def decide(
     session : keeps the solver for the next condition of the same shape.
     assembled : the condition's cone data, if known already, at whatever parameters.
     most : stop after this number of attempts.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
     """
     condition = condition_of(condition, "decide")
     if condition.equalities:
@@ -243,8 +242,7 @@ def optimise(
     inside : a margin that is asked for at once.  Where it costs the objective no more than
         ``slack`` by the bound of the multipliers, one solve is all; else it is dropped.
     cap, parameters, session, assembled, most : as for ``decide``.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -59,8 +59,7 @@ def decide_by_rounds(
     Parameters
     ----------
     cap, rows, parameters : as for ``decide``.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
     """
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)
@@ -99,8 +98,7 @@ def optimise_by_rounds(
     Parameters
     ----------
     slack, cap, parameters : as for ``optimise``.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
     """
     full = condition_of(condition, "optimise_by_rounds")
     posed = full.with_parameters(**parameters) if parameters else full

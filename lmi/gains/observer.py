@@ -194,8 +194,7 @@ def observer(
         ``secant_vertices`` gives them from bounds on the derivatives of f.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x; None takes the model's own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Not promised: anything when the memberships depend on what is not measured and ``unmeasured``
     does not say so; nor where x or xhat leaves the set on which the secants were bounded.

@@ -108,8 +108,7 @@ def polynomial_lyapunov(
     gains : (r, m, n) of u = -sum_j h_j K_j x; the loop is then of degree 2.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------
@@ -251,8 +250,6 @@ def fuzzy_lyapunov_condition(
     Raises
     ------
     ModelError : as ``fuzzy_lyapunov``.
-
-    Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006).
     """
     loop = varying_loop(model, gains, sample_time)
     degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
@@ -293,8 +290,7 @@ def fuzzy_lyapunov(
     gains : (r, m, n) of u = -sum_j h_j K_j x.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -92,8 +92,6 @@ def hinf_norm_condition(
     Raises
     ------
     ModelError : as ``hinf_norm``.
-
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     r, n, q = path.B.shape
@@ -141,8 +139,7 @@ def hinf_norm(
         energies are then sums over samples.  gamma does not depend on T.
     scales : (n,) engineering range of each state; None looks for units itself.
     tolerance : how far above the least gamma the answer may be, relative: P has a margin then.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------
@@ -224,8 +221,6 @@ def h2_norm_condition(
     ------
     ModelError : as ``h2_norm``; or, in continuous time, a D that is not zero: then there is no
         bound to pose.
-
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1.
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     why = infinite_variance(path.D, path.sample_time)
@@ -275,8 +270,7 @@ def h2_norm(
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
     tolerance : how far above the least sqrt(nu) the answer may be, relative: P has a margin then.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -91,8 +91,6 @@ def peak_gain_condition(
     Raises
     ------
     ModelError : as ``peak_gain``.
-
-    Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     rate = decay_parameter(positive_rate(decay_rate), path.sample_time)
@@ -174,8 +172,7 @@ def peak_gain(
         several between 2 and 98 per cent of the largest common decay rate.
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

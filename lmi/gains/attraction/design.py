@@ -114,8 +114,7 @@ def attraction_ellipsoid(
         the states where none exists; or points (k, n), whose largest multiple in the ellipsoid,
         1 / max_k (x_k' P x_k)^(1/2), counts.  (n,) half-widths stand for the corners of a box.
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------
@@ -196,8 +195,7 @@ def attraction_pdc(
     overdrive : bound on |v_k| / input_limit_k for the command v = sum_i h_i K_i x in the
         ellipsoid; larger ones make harder gains.
     others : as for ``attraction_ellipsoid``.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

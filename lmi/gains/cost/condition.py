@@ -124,8 +124,6 @@ def lqr_pdc_condition(
     ------
     ModelError : shapes, entries that are not finite, weights that are not symmetric or not
         definite, an unknown relaxation.
-
-    Source: Tanaka and Wang (2001), chapter 6.
     """
     relaxed = relaxation_named(relaxation)
     A = vertex_stack(model).astype(np.float64)

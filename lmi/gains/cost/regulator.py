@@ -69,8 +69,7 @@ def lqr_pdc(
         (n, n), where they are correlated with covariance L L'.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -70,8 +70,7 @@ def pdc(
     region : where all eigenvalues lie while the memberships stand still, an
         ``EigenvalueRegion``; in 1/s, of
         x+ = A x without unit.  Of moving memberships it says what its quadratic function does.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

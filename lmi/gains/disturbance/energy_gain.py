@@ -90,8 +90,6 @@ def hinf_pdc_condition(
     ------
     ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
         relaxation.
-
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001).
     """
     plant = plant_of(model, performance, sample_time)
     alpha = number("decay_rate", decay_rate)
@@ -182,8 +180,7 @@ def hinf_pdc(
         approached only as the gains grow without bound; 1e-2 usually makes them a thousand times
         smaller.  Of many rules or states it may be a thousandth where less was asked for.
     sample_time : T in s where the model cannot say.  Energies are then sums over samples.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -95,8 +95,6 @@ def h2_pdc_condition(
     ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
         relaxation, a feed-through of white noise in continuous time, limits on the
         ellipsoid.
-
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 6.2.1 and 7.4.
     """
     plant = plant_of(model, performance, sample_time)
     why = infinite_variance(plant.D11, plant.sample_time)
@@ -188,8 +186,7 @@ def h2_pdc(
         and "infeasible" means that by this relaxation none reach it; None asks for the least.
     tolerance : how far above the least sqrt(nu) the gains may be, relative; see ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

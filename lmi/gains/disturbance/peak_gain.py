@@ -98,9 +98,6 @@ def peak_pdc_condition(
     ------
     ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
         relaxation, a decay rate that is not positive.
-
-    Source: Abedor, Nagpal, Poolla (1996); Boyd, El Ghaoui, Feron, Balakrishnan (1994), section
-    6.1.3; Tanaka and Wang (2001).
     """
     plant = plant_of(model, performance, sample_time)
     rate = positive_rate(decay_rate)
@@ -205,8 +202,7 @@ def peak_pdc(
     tolerance : how far above the least gamma of its alpha the gains may be, relative; see
         ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

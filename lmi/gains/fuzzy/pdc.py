@@ -258,8 +258,7 @@ def fuzzy_pdc(
         of the vertices.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -283,8 +283,6 @@ def hinf_output_feedback_condition(plant: GeneralisedPlant) -> Condition:
     Raises
     ------
     ModelError : none; the plant has been checked.
-
-    Source: Scherer, Gahinet, Chilali (1997), IEEE Trans. Automatic Control 42.
     """
     n, q, m = len(plant.A), plant.B1.shape[1], plant.B2.shape[1]
     p, outputs = len(plant.C1), len(plant.C2)

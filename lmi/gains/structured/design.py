@@ -236,8 +236,7 @@ def structured_pdc(
         with several they are starts of these steps.  0 for the convex steps alone.
     seed : of the random numbers of ``starts``.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    time_limit : seconds for all solver calls together, in their order; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------
