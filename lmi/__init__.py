@@ -115,9 +115,6 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.gains.structured.design import StructuredDesign as StructuredDesign
     from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc
-    from takagi.lmi.gains.structured.slack_matrix import (
-        structured_pdc_condition as structured_pdc_condition,
-    )
     from takagi.lmi.gains.zero_gains import ZeroGainsWarning as ZeroGainsWarning
     from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter

@@ -33,7 +33,6 @@ from takagi.lmi.gains.structured.local_search import (
     LocalStep,
     descended,
     shown,
-    slack_start,
 )
 from takagi.lmi.gains.structured.structure import Objective, check_movable, structure_of
 from takagi.lmi.solver.time_limit import limited
@@ -210,7 +209,7 @@ def structured_pdc(
     """Return gains F_i for u = -sum_i h_i F_i C x, F_i zero off the pattern, of the best value.
 
     The result is the best point that a local search reaches from several starts: the projected
-    unstructured design, a slack-matrix form, and u = 0.  Each step changes gains and V = x' P x
+    unstructured design, and u = 0.  Each step changes gains and V = x' P x
     together inside a convex inner approximation, then finds the best P for the new gains; so the
     value never gets worse.  Use it for static output feedback, decentralised laws, and gains that
     some rules share.
@@ -254,7 +253,7 @@ def structured_pdc(
         objective, a missing argument of an objective, or a vertex with an undamped mode that no
         input moves, or that no gain of the pattern moves.
 
-    Source: derived in ``structured.sums`` and ``structured.slack_matrix``, with the literature.
+    Source: derived in ``structure``, with the literature.
     """
     relaxation_named(relaxation)
     if objective not in get_args(Objective):
@@ -388,7 +387,6 @@ def _starts(search: StepSearch, plain: list[Design]) -> Iterator[LocalStart]:
         for metric, name in ((np.linalg.inv(design.P), "by P"), (np.diag(s**2), "by size")):
             F = search.structure.projected(design.gains, (metric + metric.T) / 2)
             yield LocalStart(f"unstructured {number + 1}, projected {name}", F, design.P)
-    yield from slack_start(search)
     zero = np.zeros((search.structure.groups, *search.structure.pattern.shape))
     yield LocalStart("no control", zero, np.diag(s ** (-2.0)) + np.zeros((n, n)))
 

@@ -145,18 +145,6 @@ class Structure:
                 )[0]
         return F
 
-    def slack_pattern(self) -> NDArray[np.bool_]:
-        """Return (n, n), True where G may differ from zero; the first p of the states are C x.
-
-        G_ab = 0 where some input depends on a but not on b.  Then F [I 0] G has the pattern of F,
-        and zeros in all columns beyond the p-th; and M G^-1 has this pattern if M has it.
-        """
-        p, n = self.C.shape
-        measured = np.zeros((len(self.pattern), n), dtype=bool)
-        measured[:, :p] = self.pattern
-        measured = measured[list(self.rows)]
-        return np.asarray(~np.einsum("ka,kb->ab", measured, ~measured), dtype=bool)
-
 
 def structure_of(
     sizes: tuple[int, int, int],
