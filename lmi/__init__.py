@@ -83,13 +83,9 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.decay.condition import pdc_condition as pdc_condition
     from takagi.lmi.gains.decay.pdc import pdc as pdc
     from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc as hinf_pdc
-    from takagi.lmi.gains.disturbance.energy_gain import (
-        hinf_pdc_condition as hinf_pdc_condition,
-    )
+    from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc_condition as hinf_pdc_condition
     from takagi.lmi.gains.disturbance.output_variance import h2_pdc as h2_pdc
-    from takagi.lmi.gains.disturbance.output_variance import (
-        h2_pdc_condition as h2_pdc_condition,
-    )
+    from takagi.lmi.gains.disturbance.output_variance import h2_pdc_condition as h2_pdc_condition
     from takagi.lmi.gains.disturbance.peak_gain import peak_pdc as peak_pdc
     from takagi.lmi.gains.disturbance.peak_gain import peak_pdc_condition as peak_pdc_condition
     from takagi.lmi.gains.fuzzy.pdc import FuzzyDesign as FuzzyDesign
@@ -102,9 +98,7 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.output_feedback.controller import (
         hinf_output_feedback as hinf_output_feedback,
     )
-    from takagi.lmi.gains.output_feedback.controller import (
-        mixed_sensitivity as mixed_sensitivity,
-    )
+    from takagi.lmi.gains.output_feedback.controller import mixed_sensitivity as mixed_sensitivity
     from takagi.lmi.gains.output_feedback.fixed_order import FixedOrderDesign as FixedOrderDesign
     from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
     from takagi.lmi.gains.output_feedback.generalised_plant import (

@@ -301,12 +301,7 @@ def _assembled(
             require(fits, source, f"{section}: an index of constraint {number} does not exist")
             places[number].add(index + 1, triangle_position(row, column), value)
     return ConicProblem(
-        source,
-        objective,
-        offset,
-        sense == "MAX",
-        tuple(blocks + places),
-        reader.decimals.rounded,
+        source, objective, offset, sense == "MAX", tuple(blocks + places), reader.decimals.rounded
     )
 
 

@@ -344,10 +344,7 @@ class DoubleSum(ShortRepr):
 
 
 def double_sum_of(
-    statement: Inequality,
-    *,
-    rules: int,
-    corners: Corners | None = None,
+    statement: Inequality, *, rules: int, corners: Corners | None = None
 ) -> DoubleSum:
     """Return sum_ij h_i h_j Theta_ij < 0 of ``Theta << 0``, which is written with operators.
 

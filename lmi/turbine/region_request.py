@@ -29,14 +29,7 @@ from takagi.lmi.condition.statements import pose, scale_bound
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
-from takagi.lmi.expressions.expression import (
-    Expression,
-    He,
-    Inequality,
-    Parameter,
-    block,
-    matrix,
-)
+from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
 from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state_lmis
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

@@ -233,8 +233,7 @@ def region_gains(
     if outcome.status != "candidate":
         reason = f"{task.region}: gains keep the limits, but {outcome.reason}"
         return replace(
-            without,
-            diagnosis=reason if outcome.feasible else why_none(task, condition, outcome),
+            without, diagnosis=reason if outcome.feasible else why_none(task, condition, outcome)
         )
     Q, M = outcome.values["Q"][0], outcome.values["M"][:, 0, :]
     K = np.linalg.solve(Q, M.T).T * task.unit / task.scales

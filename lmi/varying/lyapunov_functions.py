@@ -25,11 +25,7 @@ from takagi.lmi.polynomials import Basis, Degrees
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.varying.parameter_condition import (
-    SoughtPolynomial,
-    decrease_lmi,
-    polynomial_lmis,
-)
+from takagi.lmi.varying.parameter_condition import SoughtPolynomial, decrease_lmi, polynomial_lmis
 from takagi.lmi.varying.parameter_motion import kept_degrees
 from takagi.lmi.varying.parameter_space import (
     RateBounds,

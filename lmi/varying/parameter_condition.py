@@ -28,14 +28,7 @@ from takagi.lmi.argument_checks import Vertices, decay_parameter
 from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.term import Array, Labels, identity_like
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.expression import (
-    Expression,
-    He,
-    Inequality,
-    Parameter,
-    block,
-    matrix,
-)
+from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
 from takagi.lmi.expressions.piece import Letter, Piece
 from takagi.lmi.polynomials import (
     Basis,

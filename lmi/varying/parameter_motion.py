@@ -22,13 +22,7 @@ from itertools import product
 
 import numpy as np
 
-from takagi.lmi.polynomials import (
-    Basis,
-    Degrees,
-    Known,
-    UnknownPolynomial,
-    substituted,
-)
+from takagi.lmi.polynomials import Basis, Degrees, Known, UnknownPolynomial, substituted
 from takagi.lmi.varying.parameter_space import Space
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

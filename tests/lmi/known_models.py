@@ -62,8 +62,7 @@ def masses_and_spring() -> TSModel:
 def tanaka_wang_rules(a: float = 2.5, b: float = 25.0) -> TSModel:
     """Tanaka and Wang (2001), pages 58 to 60: two rules with parameters a and b."""
     return TSModel(
-        [[[2.0, -10.0], [1.0, 0.0]], [[a, -10.0], [1.0, 0.0]]],
-        [[[1.0], [0.0]], [[b], [0.0]]],
+        [[[2.0, -10.0], [1.0, 0.0]], [[a, -10.0], [1.0, 0.0]]], [[[1.0], [0.0]], [[b], [0.0]]]
     )
 
 

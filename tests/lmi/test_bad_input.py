@@ -73,10 +73,7 @@ FUNCTIONS: dict[str, tuple[str, Callable[..., object]]] = {
     "pdc": ("AB", lambda A, B, C, **o: lmi.pdc(Plain(A, B), **o)),
     "pdc_condition": ("AB", lambda A, B, C, **o: lmi.pdc_condition(Plain(A, B), **o)),
     "lqr_pdc": ("AB", lambda A, B, C, **o: lmi.lqr_pdc(Plain(A, B), Q, R, **o)),
-    "lqr_pdc_condition": (
-        "AB",
-        lambda A, B, C, **o: lmi.lqr_pdc_condition(Plain(A, B), Q, R, **o),
-    ),
+    "lqr_pdc_condition": ("AB", lambda A, B, C, **o: lmi.lqr_pdc_condition(Plain(A, B), Q, R, **o)),
     "observer": ("AC", lambda A, B, C, **o: lmi.observer(Seen(A, C), **o)),
     "observer_condition": ("AC", lambda A, B, C, **o: lmi.observer_condition(Seen(A, C), **o)),
     "hinf_norm": ("AD", lambda A, B, C, **o: lmi.hinf_norm(A, np.ones((2, 1)), [[1, 1]], **o)),
@@ -384,9 +381,6 @@ def test_a_weight_that_is_not_symmetric_is_not_halved() -> None:
 
 def test_small_units_are_not_taken_for_no_authority() -> None:
     """A torque in N m moves a rotor by 1e-12 of its unit; that is authority all the same."""
-    model = TSModel(
-        [[[0.1, 0.0], [0.0, -5.0]]],
-        [[[-1e-12, 0.0], [0.0, 5.0]]],
-    )
+    model = TSModel([[[0.1, 0.0], [0.0, -5.0]]], [[[-1e-12, 0.0], [0.0, 5.0]]])
 
     assert pdc(model, decay_rate=0.05).found

@@ -10,11 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
-from takagi.lmi.analysis.disturbance.channel import (
-    ChannelUnits,
-    DisturbanceChannel,
-    hiding_states,
-)
+from takagi.lmi.analysis.disturbance.channel import ChannelUnits, DisturbanceChannel, hiding_states
 from takagi.lmi.answer import Answer, ObjectiveUnit, Try
 from takagi.lmi.argument_checks import slow_vertex
 from takagi.lmi.condition.term import Condition

@@ -114,10 +114,7 @@ def _size_of(task: DisturbanceRequest, natural: Regulator, design: Design) -> fl
     return float(np.abs(units.scaled_gains(design.gains)).max())
 
 
-def designed(
-    task: DisturbanceRequest,
-    known_solution: KnownSolution | None = None,
-) -> Design:
+def designed(task: DisturbanceRequest, known_solution: KnownSolution | None = None) -> Design:
     """Return the gains with the least objective, or why there are none.
 
     ``known_solution`` : what needs no program, coordinates with the condition and its outcome in
@@ -400,9 +397,7 @@ def _confirmed(task: DisturbanceRequest, solution: _Solved) -> _Solved:
 
 
 def _design(
-    task: DisturbanceRequest,
-    solution: _Solved,
-    earlier_gains: Floats | None = None,
+    task: DisturbanceRequest, solution: _Solved, earlier_gains: Floats | None = None
 ) -> Design:
     """Return the design; its gains are added to ``earlier_gains``, (r, m, n), in the plant."""
     outcome, units = solution.outcome, solution.units

@@ -47,12 +47,7 @@ from takagi.lmi.gains.disturbance.request import (
     disturbance_request,
 )
 from takagi.lmi.gains.disturbance.riccati_bound import regulated
-from takagi.lmi.gains.disturbance.sums import (
-    WEIGHT,
-    LoopBlocks,
-    disturbed_condition,
-    sum_of,
-)
+from takagi.lmi.gains.disturbance.sums import WEIGHT, LoopBlocks, disturbed_condition, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains

@@ -309,12 +309,7 @@ def _task(
     space = space_of(model, len(A))
     bounds = membership_rates(space, np.inf if rate_bounds is None else rate_bounds)
     return FuzzyRequest(
-        A=A,
-        B=B,
-        space=space,
-        rates=bounds,
-        sample_time=step,
-        relaxation=relaxation,
+        A=A, B=B, space=space, rates=bounds, sample_time=step, relaxation=relaxation
     )
 
 

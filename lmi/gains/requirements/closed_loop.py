@@ -30,17 +30,10 @@ import numpy as np
 
 from takagi.lmi.analysis.pole_region import region_block, region_weight
 from takagi.lmi.argument_checks import decay_parameter
-from takagi.lmi.condition.region import (
-    EigenvalueRegion,
-    RegionPart,
-)
+from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.expression import (
-    He,
-    block,
-    matrix,
-)
+from takagi.lmi.expressions.expression import He, block, matrix
 from takagi.lmi.sums.corner_rules import Corners
 from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
 from takagi.models.arrays import Floats, Indices

@@ -310,10 +310,7 @@ def structured_pdc(
 
 
 def _best(
-    local: LocalSearch,
-    named_starts: list[LocalStart],
-    tolerance: float,
-    descents: tuple[int, int],
+    local: LocalSearch, named_starts: list[LocalStart], tolerance: float, descents: tuple[int, int]
 ) -> StructuredPoint | None:
     """Return the best point from the known starts, and from descents on the norm if asked for."""
     starts, seed = descents

@@ -16,14 +16,7 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.expressions.expression import (
-    Inequality,
-    block,
-    identity,
-    matrix,
-    placement,
-    trace,
-)
+from takagi.lmi.expressions.expression import Inequality, block, identity, matrix, placement, trace
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Objective, Structure, StructuredGains, loop_sum
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter

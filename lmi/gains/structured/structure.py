@@ -40,14 +40,7 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.lmi.argument_checks import corners_of, decay_parameter
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.expression import (
-    Expression,
-    He,
-    block,
-    identity,
-    matrix,
-    placement,
-)
+from takagi.lmi.expressions.expression import Expression, He, block, identity, matrix, placement
 from takagi.lmi.expressions.piece import turned
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
@@ -319,11 +312,7 @@ class StructuredGains:
 
 
 def loop_sum(
-    plant: DisturbedPlant,
-    objective: Objective,
-    P: Unknown,
-    gamma: Unknown,
-    gains: StructuredGains,
+    plant: DisturbedPlant, objective: Objective, P: Unknown, gamma: Unknown, gains: StructuredGains
 ) -> DoubleSum:
     """Return the module's double sum.
 

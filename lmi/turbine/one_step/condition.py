@@ -33,14 +33,7 @@ import numpy as np
 from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.term import LMI
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.expression import (
-    He,
-    added,
-    block,
-    identity,
-    matrix,
-    symmetric_block,
-)
+from takagi.lmi.expressions.expression import He, added, block, identity, matrix, symmetric_block
 from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
 from takagi.models.arrays import Floats, Indices
 

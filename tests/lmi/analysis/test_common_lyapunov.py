@@ -8,12 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi import (
-    EigenvalueRegion,
-    common_lyapunov,
-    d_stability,
-    exact_solution,
-)
+from takagi.lmi import EigenvalueRegion, common_lyapunov, d_stability, exact_solution
 from takagi.lmi.analysis.decay_rate import rates_of
 from takagi.lmi.analysis.gain_pairs import pairs_of
 from takagi.models import TSModel

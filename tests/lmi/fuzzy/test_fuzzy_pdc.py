@@ -131,10 +131,7 @@ def test_any_rate_is_a_common_P(relaxation: str) -> None:
         assert design.found is found
 
 
-@pytest.mark.parametrize(
-    ("bound", "limit"),
-    [(1.0, 1.606), (0.1, 3.080), (0.0, 5.206)],
-)
+@pytest.mark.parametrize(("bound", "limit"), [(1.0, 1.606), (0.1, 3.080), (0.0, 5.206)])
 def test_the_slower_the_memberships_the_more_can_be_held(bound: float, limit: float) -> None:
     """Limits of b, a = 10, all pairs, over the epsilons that are tried; recomputed by bisection."""
     below = tanaka_ohtake(limit - 0.03)

@@ -116,9 +116,7 @@ def cart_pole_rate() -> float:
     """Wang, Tanaka and Griffin (1996): poles at -2, -2 in each rule; the common decay rate."""
     a, beta, half, gravity = 0.1, np.cos(np.deg2rad(88)), 0.5, 9.8
     first, second = 4 * half / 3 - a * 2 * half, 4 * half / 3 - a * 2 * half * beta**2
-    A = np.array(
-        [[[0, 1], [gravity / first, 0]], [[0, 1], [2 * gravity / (np.pi * second), 0]]],
-    )
+    A = np.array([[[0, 1], [gravity / first, 0]], [[0, 1], [2 * gravity / (np.pi * second), 0]]])
     B = np.array([[[0], [-a / first]], [[0], [-a * beta / second]]])
     K = [np.atleast_2d(control.acker(A[i], B[i], [-2, -2])) for i in range(2)]
     G = [[A[i] - B[i] @ K[j] for j in range(2)] for i in range(2)]

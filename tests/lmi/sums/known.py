@@ -42,10 +42,7 @@ def bound(theta: Floats, relaxation: str, **known: object) -> float:
     loop, s = known_sum(theta, **known)
     slack, posed = relaxation_named(relaxation)(loop)
     condition = Condition(
-        name="least bound",
-        unknowns=(s, *slack),
-        lmis=posed,
-        objective={"s": np.ones((1, 1, 1))},
+        name="least bound", unknowns=(s, *slack), lmis=posed, objective={"s": np.ones((1, 1, 1))}
     )
     outcome = optimise(condition)
     assert outcome.status == "candidate"

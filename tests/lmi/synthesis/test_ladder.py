@@ -7,13 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.lmi import (
-    EigenvalueRegion,
-    RelaxationResult,
-    lqr_pdc,
-    pdc,
-    pdc_condition,
-)
+from takagi.lmi import EigenvalueRegion, RelaxationResult, lqr_pdc, pdc, pdc_condition
 from takagi.lmi.sums.relaxations import contains
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.known_models import pendulum, three_rules

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import (
-    Design,
-    EigenvalueRegion,
-    ZeroGainsWarning,
-    pdc,
-)
+from takagi.lmi import Design, EigenvalueRegion, ZeroGainsWarning, pdc
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import pendulum
 
@@ -71,12 +66,7 @@ def test_a_disc_of_discrete_time_is_a_decay_rate() -> None:
         assert pdc(model, gain_bound=300.0, region=region).found is exists
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"region": 3.0}, "an EigenvalueRegion is needed"),
-    ],
-)
+@pytest.mark.parametrize(("options", "said"), [({"region": 3.0}, "an EigenvalueRegion is needed")])
 def test_misuse_is_refused(options: dict[str, object], said: str) -> None:
     """The message says what was given."""
     with pytest.raises(ModelError, match=said):

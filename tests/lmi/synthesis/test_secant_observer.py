@@ -133,10 +133,7 @@ def test_discrete_secants_along_a_trajectory() -> None:
         x, xhat = rng.uniform(-0.5, 0.5, (2, 2))
         for _ in range(60):
             e = x - xhat
-            x, xhat = (
-                A @ x + step * cubic(x),
-                A @ xhat + step * cubic(xhat) + L[0] @ OUTPUT @ e,
-            )
+            x, xhat = (A @ x + step * cubic(x), A @ xhat + step * cubic(xhat) + L[0] @ OUTPUT @ e)
             after = x - xhat
             assert after @ P @ after <= np.exp(-2 * alpha * step) * (e @ P @ e) + 1e-18
             if max(abs(x[1]), abs(xhat[1])) > REACH:

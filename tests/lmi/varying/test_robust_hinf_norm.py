@@ -34,10 +34,7 @@ def frozen_gain(model: TSModel) -> float:
 def sampled(step: float) -> TSModel:
     """Two discrete vertices without a common P (ROLMIP manual, section 7.1), driven and seen."""
     return TSModel(
-        rolmip_pair(),
-        E=[[[1.0], [0.0]], [[0.0], [1.0]]],
-        C=[[1.0, 0.5]],
-        sample_time=step,
+        rolmip_pair(), E=[[[1.0], [0.0]], [[0.0], [1.0]]], C=[[1.0, 0.5]], sample_time=step
     )
 
 
