@@ -93,7 +93,6 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
-    from takagi.lmi.gains.observer import secant_vertices as secant_vertices
     from takagi.lmi.gains.output_feedback.controller import OutputFeedback as OutputFeedback
     from takagi.lmi.gains.output_feedback.controller import (
         hinf_output_feedback as hinf_output_feedback,

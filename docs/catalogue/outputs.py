@@ -30,7 +30,7 @@ OBSERVER = Entry(
     use=(
         "Compensation of the transposed model: $A_i^\\top$ and $C_i^\\top$ stand for $A_i$ "
         "and $B_i$, $Q$ is the $P$ of the error, $M_i^\\top = P L_i$. The premises are "
-        "measured; with `unmeasured` the rest of the plant enters by secants."
+        "measured."
     ),
     cases=(
         Case(

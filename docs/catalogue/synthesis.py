@@ -35,7 +35,6 @@ def _limited(sizes: Sizes) -> Condition:
         initial_box=None,
         state_box=np.ones(sizes.n),
         gain_bound=1.0,
-        initial_ball=0.5,
     )
     return pdc_condition(plant(sizes), limits=limits)
 
@@ -86,7 +85,7 @@ PDC = Entry(
         Case(
             title="With limits on inputs, states and gains",
             pose=_limited,
-            lmis=f"r + 2 + {PAIRS} + r*m + n + 2 + r",
+            lmis=f"r + 2 + {PAIRS} + r*m + n + 1 + r",
             variables=f"{Q} + r*m*n + 2",
             shown=False,
         ),

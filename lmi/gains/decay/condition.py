@@ -111,7 +111,7 @@ class DecayRequest:
 
     def without_limits(self) -> DecayRequest:
         """Return the task without limits on states and inputs, in balanced states."""
-        limits = replace(self.limits, inputs=None, initial=None, states=None, ball=None)
+        limits = replace(self.limits, inputs=None, initial=None, states=None)
         A, B, d = _balanced(self.A, self.B / self.tau, self.sample_time)
         tau = _inputs(A, B, limits, self.decay_rate, self.sample_time)
         return replace(self, A=A, B=B * tau, s=self.s * d, tau=tau, limits=limits)
@@ -166,8 +166,8 @@ def _states(motions: Array, limits: Limits, scales: ArrayLike | None) -> Floats:
     """Return powers of two, so that the scaled vertices are exactly the given ones."""
     if scales is None and limits.states is not None and np.isfinite(limits.states).all():
         return nearest_power(limits.states)
-    initial = limits.initial_extent
-    if scales is None and initial is not None:
+    if scales is None and limits.initial is not None:
+        initial = np.abs(limits.initial).max(axis=0)
         shape = balanced_states(motions)
         # An ellipsoid that holds the box is never flat where the box is: states move each other.
         size = np.maximum(initial, FLATTEST * float((initial / shape).max()) * shape)

@@ -33,7 +33,6 @@ def pdc(
     relaxation: str = "wang-tanaka-griffin",
     input_limit: ArrayLike | None = None,
     initial_box: ArrayLike | None = None,
-    initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
     scales: ArrayLike | None = None,
@@ -51,7 +50,7 @@ def pdc(
     ----------
     model : A (r, n, n) and B (r, n, m).
     decay_rate : alpha in 1/s that must hold; or "max", for the largest.  That needs bounded gains
-        (gain_bound, or input_limit with initial_box or initial_ball), for without a bound there
+        (gain_bound, or input_limit with initial_box), for without a bound there
         may be no largest; the gains are designed 1e-4 below it.
     relaxation : "common-gain", "wang-tanaka-griffin" (all pairs), "tanaka-wang", "tuan",
         "kim-lee", "liu-zhang" or "polya-<d>", roughly from cheap to rich; "product-<d>" or
@@ -59,8 +58,6 @@ def pdc(
         the first that has gains (of decay rate "max": of the largest rate).
     input_limit : (m,) with |u_k| <= input_limit_k wherever x' P x <= 1.
     initial_box : (n,) half-widths, 0 for a state at rest; the box lies inside x' P x <= 1.
-    initial_ball : the radius of a ball in the model's units that lies inside x' P x <= 1; where
-        states have different units, (n,) semi-axes a_k of sum_k (x_k / a_k)^2 <= 1.
     state_box : (n,) half-widths, inf for none; x' P x <= 1 lies inside the box.  In discrete time
         nothing is said of a plant between its samples.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition: "max" is the
@@ -95,7 +92,6 @@ def pdc(
     limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
-        initial_ball=initial_ball,
         state_box=state_box,
         gain_bound=gain_bound,
         scales=scales,
@@ -115,10 +111,10 @@ def pdc(
 def require_bounded_gains(task: DecayRequest) -> None:
     """Raise ModelError where the largest decay rate may not exist."""
     limits = task.limits
-    if limits.gain is None and (limits.inputs is None or not limits.holds_starts):
+    if limits.gain is None and (limits.inputs is None or limits.initial is None):
         raise ModelError(
             'decay_rate is "max", but nothing bounds the gains, so there may be no largest decay '
-            "rate; give gain_bound, or input_limit with initial_box or initial_ball"
+            "rate; give gain_bound, or input_limit with initial_box"
         )
 
 

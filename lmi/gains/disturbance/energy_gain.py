@@ -148,7 +148,6 @@ def hinf_pdc(
     disturbance_energy: float | None = None,
     input_limit: ArrayLike | None = None,
     initial_box: ArrayLike | None = None,
-    initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
     norm_below: float | None = None,
@@ -170,7 +169,7 @@ def hinf_pdc(
     relaxation : as for ``pdc``.
     decay_rate : alpha in 1/s that the undisturbed loop must also show.
     disturbance_energy : integral (or sum) of |w|^2 for which the limits below must hold.
-    input_limit, initial_box, initial_ball, state_box : as for ``pdc``, on x' P x <= 1, which holds
+    input_limit, initial_box, state_box : as for ``pdc``, on x' P x <= 1, which holds
         all states that disturbances of that energy reach from rest, and those that the undisturbed
         loop reaches from the initial box and ball.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
@@ -203,7 +202,6 @@ def hinf_pdc(
     limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
-        initial_ball=initial_ball,
         state_box=state_box,
         gain_bound=gain_bound,
         sample_time=sample_time,
@@ -249,6 +247,6 @@ def _energy(energy: float | None, level: bool) -> float | None:
     if not level:
         raise ModelError(
             "disturbance_energy was given, but no limit that must hold for it; give input_limit, "
-            "state_box, initial_box or initial_ball, or leave it out"
+            "state_box or initial_box, or leave it out"
         )
     return positive_number("disturbance_energy", energy)

@@ -172,7 +172,6 @@ def peak_pdc(
     disturbance_peak: float = 1.0,
     input_limit: ArrayLike | None = None,
     initial_box: ArrayLike | None = None,
-    initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
     norm_below: float | None = None,
@@ -194,7 +193,7 @@ def peak_pdc(
         that no rate was found the status is "unknown".
     disturbance_peak : the |w| for which the limits below must hold; it does not change gamma
         where there are none.
-    input_limit, initial_box, initial_ball, state_box : as for ``pdc``, on x' P x <= 1, which no
+    input_limit, initial_box, state_box : as for ``pdc``, on x' P x <= 1, which no
         state leaves for |w| <= disturbance_peak.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
     norm_below : gamma of at most this is enough: the gains are those with the largest margin, and
@@ -225,7 +224,6 @@ def peak_pdc(
     limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
-        initial_ball=initial_ball,
         state_box=state_box,
         gain_bound=gain_bound,
         sample_time=sample_time,

@@ -322,7 +322,6 @@ class DisturbanceRequest:
             relaxation=self.relaxation,
             input_limit=limits.input_limit if same_inputs else None,
             initial_box=limits.initial_box,
-            initial_ball=limits.initial_ball,
             state_box=limits.state_box,
             gain_bound=limits.gain_bound if same_inputs else None,
         )

@@ -32,8 +32,6 @@ class Limits:
     ----------
     inputs : (m,), |K_i x|_k <= inputs_k on the ellipsoid.
     initial : (points, n), all inside the ellipsoid.
-    ball : (n,) semi-axes of an ellipsoid along the states that is inside; a ball in the model's
-        units where the radius is one number.
     states : (n,), |x_k| <= states_k on the ellipsoid; inf for no limit.
     gain : spectral norm of K_i in the model's units.
     state_units, input_units : (n,), (m,) of the coordinates, x = s xhat, u = tau uhat.
@@ -45,35 +43,11 @@ class Limits:
     gain: float | None
     state_units: Array
     input_units: Array
-    ball: Array | None = None
 
     @property
     def level(self) -> bool:
         """Return whether the size of the ellipsoid matters, not only its shape."""
-        return not (self.inputs is None and self.states is None) or self.holds_starts
-
-    @property
-    def holds_starts(self) -> bool:
-        """Return whether the ellipsoid holds a box or a ball of initial states."""
-        return self.initial is not None or self.ball is not None
-
-    @property
-    def initial_extent(self) -> Array | None:
-        """Return (n,), how far the initial states go along each state; None without any."""
-        extents = [] if self.initial is None else [np.abs(self.initial).max(axis=0)]
-        extents += [] if self.ball is None else [self.ball]
-        return np.max(extents, axis=0) if extents else None
-
-    def share_of_starts(self, Q: Array) -> float:
-        """Return the largest x' Q^-1 x over the initial states to be inside; 0 for none."""
-        shares = [0.0]
-        if self.initial is not None:
-            solved = np.linalg.solve(Q, self.initial.T).T
-            shares.append(float(np.einsum("ki,ki->k", self.initial, solved).max()))
-        if self.ball is not None:
-            inside = np.linalg.inv(Q) * self.ball * self.ball[:, None]
-            shares.append(float(np.linalg.eigvalsh((inside + inside.T) / 2)[-1]))
-        return max(shares)
+        return any(limit is not None for limit in (self.inputs, self.states, self.initial))
 
     def scaled(self, s: Array, tau: Array) -> Limits:
         """Return the limits in the coordinates x = s xhat, u = tau uhat."""
@@ -84,7 +58,6 @@ class Limits:
             self.gain,
             self.state_units * s,
             self.input_units * tau,
-            None if self.ball is None else self.ball / s,
         )
 
 
@@ -96,12 +69,10 @@ def limits_of(
     initial_box: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
-    initial_ball: ArrayLike | None = None,
 ) -> Limits:
     """Return checked limits in the model's own units.
 
-    Raises ModelError: lengths, entries that are not positive, an initial box or ball outside the
-    state box.
+    Raises ModelError: lengths, entries that are not positive, an initial box outside the state box.
     """
     inputs = None if input_limit is None else positive_vector("input_limit", input_limit, m)
     initial = None if initial_box is None else _initial(initial_box, n)
@@ -110,19 +81,17 @@ def limits_of(
         states = np.asarray(state_box, dtype=np.float64)
         finite = positive_vector("state_box", np.where(np.isposinf(states), 1.0, states), n)
         states = np.where(np.isposinf(np.broadcast_to(states, (n,))), np.inf, finite)
-    ball = None if initial_ball is None else positive_vector("initial_ball", initial_ball, n)
-    for region_name, starts in (("box", initial), ("ball", ball)):
-        if starts is not None and states is not None and np.any(starts >= states):
-            k = int(np.argmax(starts / states))
-            raise ModelError(
-                f"state {k + 1}: the initial {region_name} reaches to {starts[k]:g}, the state box "
-                f"only to {states[k]:g}; an ellipsoid between them needs the first to be smaller"
-            )
+    if initial is not None and states is not None and np.any(initial >= states):
+        k = int(np.argmax(initial / states))
+        raise ModelError(
+            f"state {k + 1}: the initial box reaches to {initial[k]:g}, the state box only to "
+            f"{states[k]:g}; an ellipsoid between them needs the first to be smaller"
+        )
     gain = None if gain_bound is None else float(number("gain_bound", gain_bound))
     if gain is not None and gain <= 0:
         raise ModelError(f"gain_bound is {gain:g}; it must be positive")
     points = None if initial is None else corners_of_box(initial)
-    return Limits(inputs, points, states, gain, np.ones(n), np.ones(m), ball)
+    return Limits(inputs, points, states, gain, np.ones(n), np.ones(m))
 
 
 def _initial(half_widths: ArrayLike, n: int) -> Array:
@@ -169,17 +138,6 @@ def initial_lmis(Q: Unknown, points: Array) -> tuple[LMI, ...]:
     lmi = block([[np.eye(1), matrix(points[:, None, :], r"x_0^\top")], [None, Q]]) >> 0
     index = r"x_0 \text{ a corner of the initial box}"
     return (lmi_of(lmi.named("initial state", index, weight=LIMIT_WEIGHT)),)
-
-
-def ball_lmis(Q: Unknown, ball: Array) -> tuple[LMI, ...]:
-    """Pose Q > diag(a)^2: all x with sum_k (x_k / a_k)^2 <= 1 lie in x' P x < 1.
-
-    x' P x <= x' diag(a)^-2 x is P <= diag(a)^-2, which is Q >= diag(a)^2.
-
-    Source: Tanaka and Wang (2001), section 3.4.1, for a ball (phi^2 I <= X there).
-    """
-    lmi = Q >> matrix(np.diag(ball**2), r"\operatorname{diag}(a_k^2)")
-    return (lmi_of(lmi.named("initial ball", weight=LIMIT_WEIGHT)),)
 
 
 def state_lmis(Q: Unknown, box: Array) -> tuple[LMI, ...]:
@@ -260,8 +218,6 @@ def limit_lmis(
         lmis += input_lmis(Q, M, limits.inputs)
     if limits.initial is not None:
         lmis += initial_lmis(Q, limits.initial)
-    if limits.ball is not None:
-        lmis += ball_lmis(Q, limits.ball)
     if limits.states is not None:
         lmis += state_lmis(Q, limits.states)
     if limits.gain is not None:
@@ -281,7 +237,6 @@ class GivenLimits:
 
     input_limit: ArrayLike | None = None
     initial_box: ArrayLike | None = None
-    initial_ball: ArrayLike | None = None
     state_box: ArrayLike | None = None
     gain_bound: float | None = None
     scales: ArrayLike | None = None
@@ -295,7 +250,6 @@ class GivenLimits:
             m,
             input_limit=self.input_limit,
             initial_box=self.initial_box,
-            initial_ball=self.initial_ball,
             state_box=self.state_box,
             gain_bound=self.gain_bound,
         )
