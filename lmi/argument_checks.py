@@ -144,6 +144,17 @@ def number(name: str, value: object, *, at_least: float | None = None) -> float 
     return value if isinstance(value, Fraction) else float(value)
 
 
+def positive_number(name: str, value: float) -> float:
+    """Return a positive number.
+
+    Raises ModelError: it is not one.
+    """
+    number_read = float(number(name, value))
+    if number_read <= 0:
+        raise ModelError(f"{name} is {number_read:g}; it must be positive")
+    return number_read
+
+
 def whole_number(name: str, value: object) -> int:
     """Return a whole number from 0 on.
 

@@ -33,7 +33,6 @@ from takagi.lmi.decision.outcome import (
 from takagi.lmi.decision.rounds import CHUNK, first_vertices
 from takagi.lmi.expressions.expression import Expression, He, Parameter, matrix
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 
 
@@ -180,14 +179,12 @@ ENOUGH = 4.0
 WORST = 1e-8
 
 
-@limited
 def max_decay_rate(
     model: Vertices,
     *,
     tolerance: float = 1e-6,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return the largest alpha, and its P, with A_i' P + P A_i + 2 alpha P <= 0 at every vertex.
 
@@ -202,7 +199,6 @@ def max_decay_rate(
         the rate is nearer to 0.
     scales : (n,) engineering range of each state; None balances the vertices.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -17,7 +17,6 @@ from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, binding_items
 from takagi.lmi.expressions.expression import Expression, He, Inequality, matrix, symmetric_block
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -54,7 +53,6 @@ def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Conditio
     )
 
 
-@limited
 def d_stability(
     model: Vertices,
     region: EigenvalueRegion,
@@ -62,7 +60,6 @@ def d_stability(
     gains: ArrayLike | None = None,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P with L (x) P + M (x) (P A_i) + M' (x) (A_i' P) < 0 for every part.
 
@@ -81,7 +78,6 @@ def d_stability(
         one for each pair of rules.  None takes the model as it is, with u = 0.
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
     scales : (n,) engineering range of each state; None balances the vertices.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -51,7 +51,6 @@ from takagi.lmi.decision.outcome import (
     weighed,
 )
 from takagi.lmi.solver.solve import Session, again, attempts, quick, rescaled
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -67,7 +66,6 @@ LEAST_INSIDE = 1e-7
 RESCALED = 2
 
 
-@limited
 def decide(
     condition: StatedCondition,
     *,
@@ -77,7 +75,6 @@ def decide(
     session: Session | None = None,
     assembled: Assembled | None = None,
     most: int = 99,
-    time_limit: float | None = None,
 ) -> Outcome:
     """Return the unknowns with the largest margin t <= cap.
 
@@ -98,7 +95,6 @@ def decide(
     session : keeps the solver for the next condition of the same shape.
     assembled : the condition's cone data, if known already, at whatever parameters.
     most : stop after this number of attempts.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
     """
     condition = condition_of(condition, "decide")
     if condition.equalities:
@@ -217,7 +213,6 @@ def _moved_inside(
     return values, checked_margin
 
 
-@limited
 def optimise(
     condition: StatedCondition,
     *,
@@ -228,7 +223,6 @@ def optimise(
     session: Session | None = None,
     assembled: Assembled | None = None,
     most: int | None = None,
-    time_limit: float | None = None,
 ) -> Outcome:
     """Return unknowns whose objective is within ``slack`` (relative) of the least, centred.
 
@@ -242,7 +236,6 @@ def optimise(
     inside : a margin that is asked for at once.  Where it costs the objective no more than
         ``slack`` by the bound of the multipliers, one solve is all; else it is dropped.
     cap, parameters, session, assembled, most : as for ``decide``.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

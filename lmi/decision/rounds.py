@@ -28,7 +28,6 @@ from takagi.lmi.cone.cone_program import assemble, cone_program
 from takagi.lmi.decision.decide import decide, improve, optimise
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.solver.solve import attempts
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats, Indices
 
 # Up to so many items of an LMI are given to the solver at once: quicker than rounds.
@@ -42,14 +41,12 @@ ITEM_TOLERANCE = 1e-7
 ENTRIES_AT_ONCE = 1_000_000
 
 
-@limited
 def decide_by_rounds(
     condition: Condition,
     *,
     cap: float = 1.0,
     rows: Mapping[str, float] | None = None,
     parameters: Mapping[str, float] | None = None,
-    time_limit: float | None = None,
 ) -> Outcome:
     """Return the unknowns with about the largest margin t <= cap over all items.
 
@@ -59,7 +56,6 @@ def decide_by_rounds(
     Parameters
     ----------
     cap, rows, parameters : as for ``decide``.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
     """
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)
@@ -82,14 +78,12 @@ def _decided(some: _Some, *, cap: float, rows: Mapping[str, float] | None) -> Ou
     return outcome_of_all if holds(some.whole, worst) else replace(outcome_of_all, status="unknown")
 
 
-@limited
 def optimise_by_rounds(
     condition: StatedCondition,
     *,
     slack: float = 1e-6,
     cap: float = 1.0,
     parameters: Mapping[str, float] | None = None,
-    time_limit: float | None = None,
 ) -> Outcome:
     """Return unknowns whose objective is near the least over all items, centred as ``optimise``.
 
@@ -98,7 +92,6 @@ def optimise_by_rounds(
     Parameters
     ----------
     slack, cap, parameters : as for ``optimise``.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
     """
     full = condition_of(condition, "optimise_by_rounds")
     posed = full.with_parameters(**parameters) if parameters else full

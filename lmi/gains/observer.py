@@ -26,7 +26,6 @@ from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.cone.balance import balanced_inputs, state_units
 from takagi.lmi.gains.decay.condition import pdc_condition
 from takagi.lmi.gains.decay.pdc import pdc
-from takagi.lmi.solver.time_limit import limited
 
 
 class Measured(Protocol):
@@ -72,7 +71,6 @@ def observer_condition(
     return pdc_condition(dual, decay_rate=decay_rate, relaxation=relaxation)
 
 
-@limited
 def observer(
     model: Measured,
     *,
@@ -81,7 +79,6 @@ def observer(
     gain_bound: float | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains L_i, (r, n, p), for xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)).
 
@@ -97,7 +94,6 @@ def observer(
         "common-gain".
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x; None takes the model's own.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Not promised: anything when the memberships depend on what is not measured.
 

@@ -22,7 +22,6 @@ from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.expressions.expression import He, Inequality, Parameter, matrix
 from takagi.lmi.polynomials import Basis, Degrees
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_condition import SoughtPolynomial, decrease_lmi, polynomial_lmis
@@ -76,7 +75,6 @@ def polynomial_lyapunov_condition(
     return _condition(loop, degrees, polya_of(polya), number("decay_rate", decay_rate))
 
 
-@limited
 def polynomial_lyapunov(
     model: Vertices,
     *,
@@ -86,7 +84,6 @@ def polynomial_lyapunov(
     gains: ArrayLike | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P(h) > 0 with He(P(h) A(h)) + 2 alpha P(h) < 0 for every constant h.
 
@@ -104,7 +101,6 @@ def polynomial_lyapunov(
     gains : (r, m, n) of u = -sum_j h_j K_j x; the loop is then of degree 2.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------
@@ -253,7 +249,6 @@ def fuzzy_lyapunov_condition(
     return _fuzzy_condition(loop, degrees, rates, relaxation, alpha)
 
 
-@limited
 def fuzzy_lyapunov(
     model: Vertices,
     *,
@@ -264,7 +259,6 @@ def fuzzy_lyapunov(
     gains: ArrayLike | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P(h) > 0 with He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0.
 
@@ -286,7 +280,6 @@ def fuzzy_lyapunov(
     gains : (r, m, n) of u = -sum_j h_j K_j x.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -63,7 +63,6 @@ from takagi.lmi.condition.statements import pose, positive_definite
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import added, block, matrix
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -113,7 +112,6 @@ def hinf_norm_condition(
     )
 
 
-@limited
 def hinf_norm(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -123,7 +121,6 @@ def hinf_norm(
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
     tolerance: float = 1e-6,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return the least gamma, and its P, with |y|_2 <= gamma |w|_2 for every blend of the vertices.
 
@@ -139,7 +136,6 @@ def hinf_norm(
         energies are then sums over samples.  gamma does not depend on T.
     scales : (n,) engineering range of each state; None looks for units itself.
     tolerance : how far above the least gamma the answer may be, relative: P has a margin then.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------
@@ -246,7 +242,6 @@ def h2_norm_condition(
     )
 
 
-@limited
 def h2_norm(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -256,7 +251,6 @@ def h2_norm(
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
     tolerance: float = 5e-7,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return the least sqrt(nu), and its P, with mean |y|^2 <= nu for unit white noise w.
 
@@ -270,7 +264,6 @@ def h2_norm(
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
     tolerance : how far above the least sqrt(nu) the answer may be, relative: P has a margin then.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

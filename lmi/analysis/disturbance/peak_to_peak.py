@@ -60,7 +60,6 @@ from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.rounds import first_vertices
 from takagi.lmi.expressions.expression import block
 from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -147,7 +146,6 @@ ROOM = 1e-5
 SMALLEST = 1e-6
 
 
-@limited
 def peak_gain(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -157,7 +155,6 @@ def peak_gain(
     decay_rate: float | None = None,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return gamma, and its P, with sup |y| <= gamma sup |w| from rest, for every blend.
 
@@ -172,7 +169,6 @@ def peak_gain(
         several between 2 and 98 per cent of the largest common decay rate.
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -18,7 +18,6 @@ from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_de
 from takagi.lmi.gains.attraction.condition import attraction_condition
 from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
 from takagi.lmi.gains.decay.condition import Controlled
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -78,7 +77,6 @@ def _closed(task: AttractionRequest) -> Floats:
     return pairs_of(task.A, task.B, K)
 
 
-@limited
 def attraction_ellipsoid(
     model: Vertices,
     *,
@@ -91,7 +89,6 @@ def attraction_ellipsoid(
     relaxation: str = "tanaka-wang",
     measure: str | ArrayLike = "volume",
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return P of the largest {x' P x <= 1} that no trajectory leaves, with V' <= -2 alpha V in it.
 
@@ -114,7 +111,6 @@ def attraction_ellipsoid(
         the states where none exists; or points (k, n), whose largest multiple in the ellipsoid,
         1 / max_k (x_k' P x_k)^(1/2), counts.  (n,) half-widths stand for the corners of a box.
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------
@@ -170,7 +166,6 @@ def attraction_ellipsoid(
     return _answer(condition, outcome, s, task)
 
 
-@limited
 def attraction_pdc(
     model: Controlled,
     *,
@@ -183,7 +178,6 @@ def attraction_pdc(
     relaxation: str = "wang-tanaka-griffin",
     measure: str | ArrayLike = "volume",
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sat(sum_i h_i K_i x) with the largest {x' P x <= 1} to start from.
 
@@ -195,7 +189,6 @@ def attraction_pdc(
     overdrive : bound on |v_k| / input_limit_k for the command v = sum_i h_i K_i x in the
         ellipsoid; larger ones make harder gains.
     others : as for ``attraction_ellipsoid``.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -23,7 +23,6 @@ from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -40,7 +39,6 @@ UNSETTLED = (
 
 
 @warns_of_zero_gains
-@limited
 def lqr_pdc(
     model: Controlled,
     Q: ArrayLike,
@@ -50,7 +48,6 @@ def lqr_pdc(
     deviations: ArrayLike = 1.0,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least bound on the quadratic cost.
 
@@ -69,7 +66,6 @@ def lqr_pdc(
         (n, n), where they are correlated with covariance L L'.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

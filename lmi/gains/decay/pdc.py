@@ -19,13 +19,11 @@ from takagi.lmi.gains.decay.relaxation_search import (
 )
 from takagi.lmi.gains.requirements.limits import GivenLimits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
 
 @warns_of_zero_gains
-@limited
 def pdc(
     model: Controlled,
     *,
@@ -38,7 +36,6 @@ def pdc(
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
     region: EigenvalueRegion | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with V' <= -2 alpha V, V = x' P x.
 
@@ -67,7 +64,6 @@ def pdc(
     region : where all eigenvalues lie while the memberships stand still, an
         ``EigenvalueRegion``; in 1/s, of
         x+ = A x without unit.  Of moving memberships it says what its quadratic function does.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

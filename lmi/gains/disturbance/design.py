@@ -11,6 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from takagi.lmi.answer import Answer, Design, ObjectiveUnit, Try
+from takagi.lmi.argument_checks import positive_number
 from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
 from takagi.lmi.condition.statements import condition_of, pose
 from takagi.lmi.condition.term import Condition
@@ -32,7 +33,6 @@ from takagi.lmi.gains.disturbance.request import (
     _guesses,
     guessed_regulator,
     is_definite,
-    positive_number,
 )
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.parameter_search.parameter_sweep import least_objective

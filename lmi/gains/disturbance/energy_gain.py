@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import number
+from takagi.lmi.argument_checks import number, positive_number
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import He, block, identity, matrix
@@ -47,13 +47,11 @@ from takagi.lmi.gains.disturbance.request import (
     DisturbanceRequest,
     Norm,
     disturbance_request,
-    positive_number,
 )
 from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models.errors import ModelError
 
@@ -138,7 +136,6 @@ def _loop(
 
 
 @warns_of_zero_gains
-@limited
 def hinf_pdc(
     model: Disturbed,
     *,
@@ -153,7 +150,6 @@ def hinf_pdc(
     norm_below: float | None = None,
     tolerance: float = 1e-4,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least gamma in |z|_2 <= gamma |w|_2.
 
@@ -179,7 +175,6 @@ def hinf_pdc(
         approached only as the gains grow without bound; 1e-2 usually makes them a thousand times
         smaller.  Of many rules or states it may be a thousandth where less was asked for.
     sample_time : T in s where the model cannot say.  Energies are then sums over samples.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -51,7 +51,6 @@ from takagi.lmi.gains.disturbance.sums import WEIGHT, LoopBlocks, disturbed_cond
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models.errors import ModelError
 
@@ -151,7 +150,6 @@ def _total(W: Unknown, nu: Unknown) -> LMI:
 
 
 @warns_of_zero_gains
-@limited
 def h2_pdc(
     model: Disturbed,
     *,
@@ -162,7 +160,6 @@ def h2_pdc(
     norm_below: float | None = None,
     tolerance: float = 1e-4,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least bound sqrt(nu), mean |z|^2 <= nu.
 
@@ -181,7 +178,6 @@ def h2_pdc(
         and "infeasible" means that by this relaxation none reach it; None asks for the least.
     tolerance : how far above the least sqrt(nu) the gains may be, relative; see ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

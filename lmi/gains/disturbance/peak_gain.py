@@ -33,6 +33,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.disturbance.peak_to_peak import positive_rate
 from takagi.lmi.answer import Design
+from takagi.lmi.argument_checks import positive_number
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
@@ -51,14 +52,13 @@ from takagi.lmi.gains.disturbance.request import (
     disturbance_request,
     guessed_regulator,
     is_definite,
-    positive_number,
 )
 from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, root_share, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
-from takagi.lmi.solver.time_limit import limited, out_of_time
+from takagi.lmi.solver.time_limit import out_of_time
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models.arrays import Floats
 
@@ -162,7 +162,6 @@ RATE_TOLERANCE = 1e-2
 
 
 @warns_of_zero_gains
-@limited
 def peak_pdc(
     model: Disturbed,
     *,
@@ -177,7 +176,6 @@ def peak_pdc(
     norm_below: float | None = None,
     tolerance: float = 1e-6,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least gamma in sup |z| <= gamma sup |w|.
 
@@ -201,7 +199,6 @@ def peak_pdc(
     tolerance : how far above the least gamma of its alpha the gains may be, relative; see
         ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------

@@ -15,6 +15,7 @@ from takagi.lmi.argument_checks import (
     fixed_mode,
     input_stack,
     number,
+    positive_number,
     sample_time_of,
     vertex_stack,
 )
@@ -26,7 +27,6 @@ from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.gains.decay.condition import Controlled, size_of_motion
 from takagi.lmi.gains.fuzzy.condition import FuzzyRequest
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_space import RateBounds, membership_rates, space_of
 from takagi.models.arrays import Floats, ShortRepr
@@ -228,10 +228,11 @@ def fuzzy_pdc_condition(
     B = input_stack(model, A).astype(np.float64)
     step = sample_time_of(model, sample_time)
     task = _task(model, A, B, step, rate_bounds, relaxation)
-    return task.condition(float(number("decay_rate", decay_rate)), _epsilon(epsilon))
+    return task.condition(
+        float(number("decay_rate", decay_rate)), positive_number("epsilon", epsilon)
+    )
 
 
-@limited
 def fuzzy_pdc(
     model: Controlled,
     *,
@@ -241,7 +242,6 @@ def fuzzy_pdc(
     epsilons: Sequence[float] = EPSILONS,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> FuzzyDesign:
     """Return gains K_i for u = -sum_i h_i K_i x with V' <= -2 alpha V, V = x' P(h) x.
 
@@ -258,7 +258,6 @@ def fuzzy_pdc(
         of the vertices.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; a model knows its own.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------
@@ -282,7 +281,11 @@ def fuzzy_pdc(
     step = sample_time_of(model, sample_time)
     units = units_of(A, B, step, scales, tuple(getattr(model, "states", ())))
     task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation)
-    tried = (1.0,) if task.discrete else tuple(_epsilon(epsilon) for epsilon in epsilons)
+    tried = (
+        (1.0,)
+        if task.discrete
+        else tuple(positive_number("epsilon", epsilon) for epsilon in epsilons)
+    )
     if not tried:
         raise ModelError("epsilons is empty; give at least one positive number")
     return searched(task, units, alpha, tried)
@@ -311,10 +314,3 @@ def _task(
     return FuzzyRequest(
         A=A, B=B, space=space, rates=bounds, sample_time=step, relaxation=relaxation
     )
-
-
-def _epsilon(epsilon: float) -> float:
-    value = float(number("epsilon", epsilon))
-    if value <= 0:
-        raise ModelError(f"epsilon is {value:g}; it must be positive")
-    return value

@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.argument_checks import number, positive_vector
+from takagi.lmi.argument_checks import positive_number, positive_vector
 from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.term import LMI, Array
@@ -87,9 +87,7 @@ def limits_of(
             f"state {k + 1}: the initial box reaches to {initial[k]:g}, the state box only to "
             f"{states[k]:g}; an ellipsoid between them needs the first to be smaller"
         )
-    gain = None if gain_bound is None else float(number("gain_bound", gain_bound))
-    if gain is not None and gain <= 0:
-        raise ModelError(f"gain_bound is {gain:g}; it must be positive")
+    gain = None if gain_bound is None else positive_number("gain_bound", gain_bound)
     points = None if initial is None else corners_of_box(initial)
     return Limits(inputs, points, states, gain, np.ones(n), np.ones(m))
 

@@ -13,6 +13,7 @@ from takagi.lmi.answer import Answer, Design, GainsWithAnswer
 from takagi.lmi.argument_checks import (
     check_stabilisable,
     input_stack,
+    positive_number,
     sample_time_of,
     symmetric,
     vertex_stack,
@@ -25,7 +26,6 @@ from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, Performance, plant_of
 from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
-from takagi.lmi.gains.disturbance.request import positive_number
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.local_search import (
     LocalSearch,
@@ -35,7 +35,6 @@ from takagi.lmi.gains.structured.local_search import (
     shown,
 )
 from takagi.lmi.gains.structured.structure import Objective, check_movable, structure_of
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError, did_you_mean
@@ -186,7 +185,6 @@ MODEST = (1e-1, 1e-2)
 DESCENTS = 2
 
 
-@limited
 def structured_pdc(
     model: Controlled,
     pattern: ArrayLike | None = None,
@@ -204,7 +202,6 @@ def structured_pdc(
     starts: int = 0,
     seed: int = 0,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> StructuredDesign:
     """Return gains F_i for u = -sum_i h_i F_i C x, F_i zero off the pattern, of the best value.
 
@@ -235,7 +232,6 @@ def structured_pdc(
         with several they are starts of these steps.  0 for the convex steps alone.
     seed : of the random numbers of ``starts``.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    time_limit : seconds for all solver calls; "unknown" when they are over.  None for no limit.
 
     Returns
     -------
