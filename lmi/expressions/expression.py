@@ -46,7 +46,7 @@ from takagi.models.errors import ModelError
 AFFINE = (
     "an LMI is affine in its unknowns: fix one of the two factors, change variables (for gains: "
     "Y = K X), or give a scalar such as a decay rate as a number and search over it "
-    "(``extreme_parameter``, ``sweep``)"
+    "(``extreme_parameter``)"
 )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 
@@ -91,9 +90,7 @@ def units_of(
     return units
 
 
-def searched(
-    task: FuzzyRequest, units: FuzzyUnits, alpha: float, epsilons: Sequence[float]
-) -> FuzzyDesign:
+def searched(task: FuzzyRequest, units: FuzzyUnits, alpha: float) -> FuzzyDesign:
     """Return the first design that has gains, with the least effort at half its margin.
 
     ``task`` : in these units.
@@ -102,6 +99,7 @@ def searched(
     if fixed is not None:
         return _no_by_fixed_mode(task, units, alpha, fixed[:2])
     tries: tuple[Try, ...] = ()
+    epsilons = (1.0,) if task.discrete else EPSILONS
     # Many solvers for one epsilon only: the last, or the first that a single one left open.
     undecided: list[float] = []
     # The list is read when all epsilons have been tried.
@@ -239,7 +237,6 @@ def fuzzy_pdc(
     rate_bounds: RateBounds | None = None,
     decay_rate: float = 0.0,
     relaxation: str = "wang-tanaka-griffin",
-    epsilons: Sequence[float] = EPSILONS,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
 ) -> FuzzyDesign:
@@ -254,8 +251,6 @@ def fuzzy_pdc(
         ``fuzzy_lyapunov``; in discrete time left out.
     decay_rate : alpha in 1/s that must hold.
     relaxation : as for ``pdc``.
-    epsilons : tried in this order in continuous time until there are gains; relative to the time
-        of the vertices.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; a model knows its own.
 
@@ -265,7 +260,7 @@ def fuzzy_pdc(
     proved here.
 
     Not promised: that the closed loop keeps the memberships to their rates; in continuous time
-    that a no for all epsilons is one for those between them.
+    that a no for the scalars epsilon that are tried is one for those between them.
 
     Raises
     ------
@@ -281,14 +276,7 @@ def fuzzy_pdc(
     step = sample_time_of(model, sample_time)
     units = units_of(A, B, step, scales, tuple(getattr(model, "states", ())))
     task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation)
-    tried = (
-        (1.0,)
-        if task.discrete
-        else tuple(positive_number("epsilon", epsilon) for epsilon in epsilons)
-    )
-    if not tried:
-        raise ModelError("epsilons is empty; give at least one positive number")
-    return searched(task, units, alpha, tried)
+    return searched(task, units, alpha)
 
 
 def _task(

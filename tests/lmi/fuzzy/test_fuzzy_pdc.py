@@ -240,8 +240,6 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
         ({}, "rate_bounds is missing"),
         ({"rate_bounds": -1.0}, "must be 0, positive, or inf"),
         ({"rate_bounds": 1.0, "relaxation": "none"}, "relaxation 'none' is not known"),
-        ({"rate_bounds": 1.0, "epsilons": ()}, "epsilons is empty"),
-        ({"rate_bounds": 1.0, "epsilons": (-1.0,)}, "epsilon is -1; it must be positive"),
         ({"rate_bounds": 1.0, "sample_time": 1.0}, "of continuous time"),
     ],
 )
