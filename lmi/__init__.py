@@ -130,9 +130,5 @@ if TYPE_CHECKING:
     from takagi.lmi.varying.lyapunov_functions import (
         fuzzy_lyapunov_condition as fuzzy_lyapunov_condition,
     )
-    from takagi.lmi.varying.lyapunov_functions import polynomial_lyapunov as polynomial_lyapunov
-    from takagi.lmi.varying.lyapunov_functions import (
-        polynomial_lyapunov_condition as polynomial_lyapunov_condition,
-    )
 
 __getattr__, __dir__ = lazy_names(__name__)

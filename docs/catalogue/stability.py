@@ -13,7 +13,6 @@ from takagi.lmi import (
     common_lyapunov_condition,
     d_stability_condition,
     fuzzy_lyapunov_condition,
-    polynomial_lyapunov_condition,
 )
 
 P = "n*(n+1)/2"
@@ -30,10 +29,6 @@ def _region(sizes: Sizes) -> Condition:
         & EigenvalueRegion.sector(np.pi / 6)
     )
     return d_stability_condition(plant(sizes), region)
-
-
-def _polynomial(sizes: Sizes, step: float | None) -> Condition:
-    return polynomial_lyapunov_condition(plant(sizes, step))
 
 
 def _fuzzy(sizes: Sizes, step: float | None) -> Condition:
@@ -81,33 +76,6 @@ REGION = Entry(
     ),
 )
 
-POLYNOMIAL = Entry(
-    title="Polynomial Lyapunov function for constant parameters",
-    question="Is every blend stable, with $P(h)$ a polynomial in constant memberships?",
-    call="polynomial_lyapunov",
-    builder="polynomial_lyapunov_condition",
-    use=(
-        "With growing `degree` and `polya` every stable family is found. It says nothing of "
-        "varying memberships. A model with premises has a simplex for each of them."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, degree 1",
-            pose=partial(_polynomial, step=None),
-            lmis="2*r + r*(r+1)/2",
-            variables=f"r*{P}",
-            where="each coefficient of the polynomial in $h$ is an LMI",
-        ),
-        Case(
-            title="Discrete time, degree 1",
-            pose=partial(_polynomial, step=0.1),
-            lmis="2*r + r*(r+1)/2",
-            variables=f"r*{P}",
-            shown=False,
-        ),
-    ),
-)
-
 FUZZY = Entry(
     title="Fuzzy Lyapunov function with bounded rates",
     question="Does $V = x^\\top P(h) x$ decay while the rates of the memberships are bounded?",
@@ -115,8 +83,9 @@ FUZZY = Entry(
     builder="fuzzy_lyapunov_condition",
     use=(
         "Where there is no common $P$, and bounds on $\\lvert\\dot z_k\\rvert$ (with premises) "
-        "or $\\lvert\\dot h_i\\rvert$ (without) are known; `inf` for none. In discrete time "
-        "steps may be free. The bounds are assumptions about the loop: check that it keeps "
+        "or $\\lvert\\dot h_i\\rvert$ (without) are known; `inf` for none, 0 for constants: "
+        "with growing `degree` every stable family is found then. In discrete time steps may be "
+        "free. The bounds are assumptions about the loop: check that it keeps "
         "them. `relaxation` chooses among published forms."
     ),
     cases=(
@@ -140,4 +109,4 @@ FUZZY = Entry(
     ),
 )
 
-ENTRIES = (COMMON, REGION, POLYNOMIAL, FUZZY)
+ENTRIES = (COMMON, REGION, FUZZY)

@@ -65,10 +65,10 @@ FUNCTIONS: dict[str, tuple[str, Callable[..., object]]] = {
     "max_decay_rate": ("A", lambda A, B, C, **o: lmi.max_decay_rate(A, **o)),
     "d_stability": ("A", lambda A, B, C, **o: lmi.d_stability(A, LEFT, **o)),
     "d_stability_condition": ("A", lambda A, B, C, **o: lmi.d_stability_condition(A, LEFT, **o)),
-    "polynomial_lyapunov": ("A", lambda A, B, C, **o: lmi.polynomial_lyapunov(A, **o)),
-    "polynomial_lyapunov_condition": (
+    "fuzzy_lyapunov": ("A", lambda A, B, C, **o: lmi.fuzzy_lyapunov(A, rate_bounds=0, **o)),
+    "fuzzy_lyapunov_condition": (
         "A",
-        lambda A, B, C, **o: lmi.polynomial_lyapunov_condition(A, **o),
+        lambda A, B, C, **o: lmi.fuzzy_lyapunov_condition(A, rate_bounds=0, **o),
     ),
     "pdc": ("AB", lambda A, B, C, **o: lmi.pdc(Plain(A, B), **o)),
     "pdc_condition": ("AB", lambda A, B, C, **o: lmi.pdc_condition(Plain(A, B), **o)),

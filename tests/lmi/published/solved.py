@@ -19,6 +19,7 @@ from takagi.lmi import (
     attraction_ellipsoid,
     common_lyapunov,
     exact_matrices,
+    fuzzy_lyapunov_condition,
     h2_norm,
     h2_pdc,
     hinf_norm,
@@ -26,7 +27,6 @@ from takagi.lmi import (
     max_decay_rate,
     optimise,
     pdc,
-    polynomial_lyapunov_condition,
 )
 from takagi.models import TSModel, sector_model
 from tests.lmi.compleib import SYSTEMS
@@ -53,7 +53,7 @@ def two_rules() -> TSModel:
 def residuals() -> tuple[float, ...]:
     """ROLMIP manual, section 7.1: of h_1^2, h_1 h_2 and h_2^2, for the printed P."""
     exact = np.vectorize(Fraction, otypes=[object])
-    condition = polynomial_lyapunov_condition(exact(ROLMIP_DISCRETE), sample_time=1.0)
+    condition = fuzzy_lyapunov_condition(exact(ROLMIP_DISCRETE), rate_bounds=0, sample_time=1.0)
     F = exact_matrices(condition, condition.lmis[-1], {"P": exact(ROLMIP_PRINTED)})
     found = np.linalg.eigvalsh(F.astype(np.float64))[:, 0]
     # A plain coefficient of h_1 h_2 is twice Bernstein's.

@@ -30,7 +30,6 @@ from takagi.lmi import (
     pdc,
     peak_gain,
     peak_pdc,
-    polynomial_lyapunov,
     time_limit,
 )
 from takagi.lmi.solver.time_limit import out_of_time, remaining
@@ -54,7 +53,6 @@ ASKED: dict[str, Callable[..., Any]] = {
     "hinf_norm": lambda: hinf_norm(PLANT),
     "h2_norm": lambda: h2_norm(PLANT),
     "peak_gain": lambda: peak_gain(PLANT),
-    "polynomial_lyapunov": lambda: polynomial_lyapunov(PLANT),
     "fuzzy_lyapunov": lambda: fuzzy_lyapunov(PLANT, rate_bounds=[1.0]),
     "pdc": lambda: pdc(PLANT),
     "lqr_pdc": lambda: lqr_pdc(PLANT, np.eye(2), np.eye(1)),
