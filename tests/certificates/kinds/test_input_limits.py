@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations_with_replacement, permutations, product
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.requests import InputLimits
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.lmi import input_rate_bound, pdc
+from takagi.lmi import pdc
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
@@ -168,7 +169,7 @@ def mass() -> tuple[TSModel, Any]:
 
 
 def test_found_limits_are_those_of_the_float_bound() -> None:
-    """The proved rate against ``input_rate_bound``, which adds the two shares as well."""
+    """The proved rate against |K(h) G(h) x| + |K(h)' x| from their rows, in floating point."""
     model, gains = mass()
     phi = 0.7
 
@@ -176,10 +177,18 @@ def test_found_limits_are_those_of_the_float_bound() -> None:
 
     assert attempt.proved
     claim = attempt.claim
-    bound = input_rate_bound(
-        model, gains, np.array(claim["P"]) / claim["level"], rate_bounds=np.full(len(gains), phi)
-    )
-    assert bound[0] <= claim["rate_limits"][0] <= bound[0] * 1.001
+    Q = np.linalg.inv(np.array(claim["P"]) / claim["level"])
+    closed = model.A[:, None] - model.B[:, None] @ gains[None]
+    rows = [
+        np.mean([gains[j] @ closed[i, k] for j, i, k in permutations(rules)], axis=0)
+        for rules in combinations_with_replacement(range(4), 3)
+    ]
+    # With one bound for four rates that sum to 0 two are at it, and two at its negative.
+    signs = [s for s in product((-1, 1), repeat=4) if sum(s) == 0]
+    moved = np.tensordot(signs, gains, axes=1)
+    lengths = [max(float((row @ Q @ row.T)[0, 0]) ** 0.5 for row in part) for part in (rows, moved)]
+    bound = lengths[0] + phi * lengths[1]
+    assert bound <= claim["rate_limits"][0] <= bound * 1.001
 
 
 def test_asked_limits_shape_the_set() -> None:

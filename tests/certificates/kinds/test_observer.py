@@ -14,7 +14,7 @@ from takagi.certificates.checker.replay.loop_reading import read_model_loop
 from takagi.certificates.document.model_data import as_read
 from takagi.certificates.requests import ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.lmi import observer, pdc, secant_vertices
+from takagi.lmi import observer, pdc
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
@@ -189,8 +189,9 @@ def test_designed_observer_and_loop_are_proved() -> None:
 
 def test_secants_from_the_solver_layer() -> None:
     model = TSModel([[[0.0, 1.0], [0.0, 0.0]]], C=[[1.0, 0.0]])
-    S = secant_vertices([[0, 0], [-2, -1]], [[0, 0], [1, 0]])
-    L = np.round(observer(model, decay_rate=0.5, unmeasured=S).require()[0], 2)
+    S = np.array([[[0.0, 0.0], [a, b]] for a in (-2.0, 1.0) for b in (-1.0, 0.0)])
+    errors = TSModel(model.A + S, C=model.C[0])
+    L = np.round(observer(errors, decay_rate=0.5, relaxation="common-gain").require()[0][:1], 2)
 
     attempt = ObserverError(L, decay_rate=0.4, secants=S).attempt(ClaimedLoop.of(model))
 
