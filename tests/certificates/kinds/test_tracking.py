@@ -58,7 +58,7 @@ def test_simulations_keep_the_bounds() -> None:
     """Ramps at the proved rate, and jumps, with masses at the ends: integrated here again."""
     jumps, moving = claims()
     rest = moving["residual_norm"] / moving["decay_rate"]
-    names = [v["name"] for v in arm().document["model"]["disturbances"]]
+    names = [v["name"] for v in arm()["model"]["disturbances"]]
     place = names.index("target")
     push = moving["residual_norm"] + moving["slope_norms"][place] * moving["rates"][place]
     bound = moving["error_factors"][0] * push / moving["decay_rate"] + moving["residuals"][2]
@@ -263,7 +263,7 @@ def read(model: Any) -> Any:
 
 
 def test_the_plant_file_says_what_follows_what(tmp_path: Path) -> None:
-    model = arm().document["model"]
+    model = arm()["model"]
     written = 'target = { follow = "q", range = [-30, 30], rate = 5 }'
     same = 'target = { follow = "q", range = [-0.523598775598, 0.523598775598], unit = "rad" }'
     for line in (written, same, written.replace("rate = 5", "rate = 6")):

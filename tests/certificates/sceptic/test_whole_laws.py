@@ -32,7 +32,7 @@ Data = dict[str, Any]
 
 def arm_with(change: Callable[[Data], None], *kinds: str) -> Data:
     """The arm that follows a reference, with these claims alone, changed and sealed again."""
-    found = deepcopy(dict(arm().document))
+    found = arm()
     found["claims"] = [
         claim for claim in found["claims"] if claim["kind"] in ("secant-embedding", *kinds)
     ]
