@@ -196,26 +196,6 @@ def limited(document: dict[str, Any], share: float, *, claim: bool = True) -> di
     return resealed(changed)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.999, 1.5])
-def test_gains_with_another_wake_than_the_claim_are_refused(
-    short: dict[str, Any], share: float
-) -> None:
-    """A table in the gains that is not the one the claim was proved for."""
-    forged = limited(short, share, claim=False)
-
-    with pytest.raises(CertificateError, match=r"effectiveness_limit: differs from the gains'"):
-        check_document(forged)
-
-
-def test_a_claim_without_its_wake_is_refused(short: dict[str, Any]) -> None:
-    """As certificates were written before: which wake was meant, they do not say."""
-    for cell in short["claims"][0]["cells"]:
-        del cell["effectiveness_limit"]
-
-    with pytest.raises(CertificateError, match="'effectiveness_limit' is missing"):
-        check_document(resealed(short))
-
-
 def test_a_small_wake_is_not_called_the_frozen_one(short: dict[str, Any]) -> None:
     """Gains and claim forged alike prove what they say: the verdict's line has the number."""
     forged = check_document(limited(short, 0.1)).claims[0]

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import (
     Curve,
@@ -29,7 +28,6 @@ from takagi.models import (
 )
 from takagi.models.splines.spline import interpolate
 from tests.certificates.embedding.plants import changed, one_state, said_of
-from tests.certificates.kinds.claims import verdicts
 
 Data = dict[str, Any]
 
@@ -264,44 +262,6 @@ def test_a_law_states_an_irrational_trim_to_its_last_digit() -> None:
     assert "about the exact trim, which the law has to" in certificate.checked.claims[0].text
     trim = certificate.document["gains"]["trim"]
     assert abs(trim["input"][0] - 19.62**0.5 / 10) < 1e-15
-
-
-@pytest.mark.parametrize("unit", ["e-12", "", "e9"])
-@pytest.mark.parametrize(
-    ("rest", "half", "stated", "is_the_plants"),
-    [
-        ("0", "2", "0", True),
-        ("0", "2", "1e-12", False),
-        ("3", "2", "3.0000000000029", True),
-        ("3", "2", "3.0000000000031", False),
-        ("3", "0.00003", "3.00000000000005", True),
-        ("3", "0.00003", "3.00000000000007", False),
-        ("3", None, "3.0000000000029", True),
-        ("3", None, "3.0000000000031", False),
-    ],
-)
-def test_a_trim_is_the_rest_in_every_unit(
-    unit: str, rest: str, half: str | None, stated: str, is_the_plants: bool
-) -> None:
-    """x' = u - x at rest: 1e-12 of the value, and 1e-9 of the range 2 half at most."""
-    own, found = (float(Fraction(one) * Fraction("1" + unit)) for one in (rest, stated))
-    wide = None if half is None else float(Fraction(half) * Fraction("1" + unit))
-    ends = None if wide is None else [f"{own!r} - {wide!r}", f"{own!r} + {wide!r}"]
-    row = {"unit": "C", "rest": own, "range": ends}
-    model: Data = {
-        "kind": "plant",
-        "sample_time": None,
-        "states": [{"name": "q", "symbol": "dq" if own else "q", **row}],
-        "inputs": [{"name": "u", "symbol": "du" if own else "u", **row, "range": None}],
-        "equations": ["u - q"],
-        "embedding": {"premises": [], "A": [["-1"]], "B": [["1"]]},
-    }
-    law = {"state_names": [f"{model['states'][0]['symbol']} [C]"], "K": [[[0]]], "rules": [[]]}
-    law |= {"input_names": [f"{model['inputs'][0]['symbol']} [C]"], "premises": []}
-    law["trim"] = {"state": [found], "input": [own]}
-    claims = [{"name": "e", "kind": "sector-embedding"}]
-    document = certificate_document(model=model, gains=law, claims=claims, provenance={})
-    assert verdicts(document) == ["PROVED" if is_the_plants else "REFUSED"]
 
 
 def test_a_model_on_less_than_the_plants_ranges_is_about_its_own_box() -> None:
