@@ -13,7 +13,6 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
-from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.running_loop.equations import FACTORS, rounded_form
 from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
@@ -144,49 +143,6 @@ def test_the_sentence_names_a_band_stop_that_is_there() -> None:
     found = machine(changed(lambda whole: None))
     assert "behind a band-stop at" in measured(found)
     assert "band-stop" not in measured(replace(found, stop=None))
-
-
-def said(document: Data) -> str:
-    """Return the verdict of the one cell, or why it is refused, with the claim's words."""
-    data = read(document)
-    try:
-        found = replay(data["claims"][0], data, None, [], "claim").in_words()
-    except CertificateError as error:
-        return str(error)
-    return f"{found.verdict.name}: {found.text.rpartition(' m/s: ')[2]}"
-
-
-def factor_without_multiplier(document: Data) -> None:
-    document["claims"][0]["cells"][0]["multipliers"][0].pop("gamma")
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda whole: None, "PROVED"),
-        (entry("gains", "pitch_max", value=1), "pitch limits differ"),
-        (entry("gains", "pitch_min", value=-0.01), "pitch limits differ"),
-        (entry("model", "pitch_max", value=1), "pitch limits differ"),
-        (factor_without_multiplier, "UNDECIDED: there is no multiplier of the gamma"),
-        (
-            entry(*CLAIM, "cells", 0, "multipliers", 0, "gamma", value=0),
-            "UNDECIDED: a multiplier is not positive",
-        ),
-        (
-            entry(*CLAIM, "cells", 0, "multipliers", 0, "gamma", value=-1),
-            "UNDECIDED: a multiplier is not positive",
-        ),
-        (
-            entry(*CLAIM, "cells", 0, "P", 0, 0, value=0.001),
-            "UNDECIDED: P is not symmetric positive",
-        ),
-        (entry(*CLAIM, "decay_rate", value=0), "UNDECIDED"),
-        (entry(*CLAIM, "decay_rate", value=1), "UNDECIDED: the decay inequality fails"),
-        (entry(*CLAIM, "cells", 0, "sides", "speed", value=0.001), "UNDECIDED: "),
-    ],
-)
-def test_what_a_cell_lacks_is_named(change: Change, words: str) -> None:
-    assert said(changed(change)).find(words) >= 0
 
 
 def test_numbers_are_compared_as_numbers_with_the_controller() -> None:
