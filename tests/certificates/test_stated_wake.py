@@ -72,7 +72,9 @@ def test_the_limit_is_found_again() -> None:
     compare_turbine(read["model"], read["gains"], FILE)
 
 
-@pytest.mark.parametrize("node", [0, 20, 45, -1])
+@pytest.mark.parametrize(
+    "node", [0, *(pytest.param(n, marks=pytest.mark.slow) for n in (20, 45)), -1]
+)
 def test_a_forged_limit_is_refused(node: int) -> None:
     """Three units in the last decimal, at low wind, near rated and at cut-out."""
     read = json.loads(written())
@@ -107,7 +109,7 @@ def test_another_statement_is_another_wake(old: str, new: str, words: str, tmp_p
         compare_turbine(read["model"], read["gains"], edited(tmp_path, old, new))
 
 
-@pytest.mark.parametrize("without", ["", "[wake]"])
+@pytest.mark.parametrize("without", [pytest.param("", marks=pytest.mark.slow), "[wake]"])
 def test_a_wake_that_nobody_states_is_computed_again(without: str, tmp_path: Path) -> None:
     """By momentum theory, with the file's induction and the default; a forged limit is refused."""
     path = edited(tmp_path, "cut_out = { value = 25.0", "cut_out = { value = 13.2")

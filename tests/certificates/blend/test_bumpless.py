@@ -114,7 +114,9 @@ def test_no_bound_without_a_rate_of_what_commands(tmp_path: Path) -> None:
     assert found.verdict.name == "UNDECIDED" and "is told by air, whose rate" in found.text
 
 
-@pytest.mark.parametrize("name", ["split_range", "boost_throttle"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("split_range", marks=pytest.mark.slow), "boost_throttle"]
+)
 def test_built_in_plants_have_it(name: str) -> None:
     """boost_throttle by hand: 2000 kPa/s^2 over 340 and 1600 kPa/s."""
     _, claims, notes = plant_and_claim(library_model(name))
