@@ -8,8 +8,8 @@ sentence states; or that the file is refused, and the place of the refusal.  Oth
 and numbers of what is not proved.
 
 ``python -m tests.certificates.recorded.answers`` writes the answers of today, and begins a file for
-a kind that has none.  A line that differs then is a change of what a certificate is worth: read it
-before it is committed.
+a kind that has none; ``[[], text, what, words]`` is a line that has no answer yet.  A line that
+differs then is a change of what a certificate is worth: read it before it is committed.
 """
 
 from __future__ import annotations
@@ -117,6 +117,20 @@ def first_recorded(kind: str, place: Path) -> list[str]:
     return list(by_answer.values())
 
 
+def taken(old: Answer, new: Answer, what: str) -> Answer:
+    """Return today's answer; what was not proved is not recorded as proved.
+
+    Raises
+    ------
+    SystemExit : it is proved or disproved now.
+    """
+    shown = {"PROVED", "DISPROVED"}
+    if old and old[0][0] not in shown and new[0][0] in shown:
+        cure = "if this is true, write [] in the place of its answer and run this again"
+        raise SystemExit(f"{old[0]} before, {new[0]} now: {what[:200]}; {cure}")
+    return new
+
+
 def line(answer: Answer, text: str, what: str = "", words: str = "") -> str:
     """Return the line of a file for a certificate."""
     return json.dumps([answer, text, *([what, words] if what else [])])
@@ -132,7 +146,10 @@ def main() -> None:
         for kind in (*kinds(), *sorted(new)):
             first = kind in new
             written = [Case([], t) for t in first_recorded(kind, place)] if first else cases(kind)
-            lines = [line(answer_of(case.text, place), *case[1:]) for case in written]
+            lines = [
+                line(taken(case.answer, answer_of(case.text, place), str(case[1:])), *case[1:])
+                for case in written
+            ]
             (FOLDER / f"{kind}.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

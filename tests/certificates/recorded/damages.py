@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.checker.replay import certificate
-from tests.certificates.recorded.answers import FOLDER, Answer, facts_of
+from tests.certificates.recorded.answers import FOLDER, Answer, facts_of, taken
 
 DAMAGED = FOLDER / "damaged"
 # In the place of a value: the entry is left out.
@@ -133,7 +133,7 @@ def main() -> None:
         answers: list[Answer] = []
         lines = []
         for damage in listed:
-            answer = answer_to(document, damage.changes)
+            answer = taken(damage.answer, answer_to(document, damage.changes), str(damage))
             if answer not in answers:
                 answers.append(answer)
             lines.append(line(damage, answers.index(answer)))
