@@ -30,7 +30,8 @@ from tests.plant_files import filed_plant
 
 PLANTS = Path(__file__).parents[1] / "gallery" / "plants"
 # Each of another kind: faster, slower, between, one gain for all rules, three states.
-CHOSEN = ("boost_converter", "bioreactor", "chua", "cruise_control", "evaporator")
+MORE = ("bioreactor", "chua", "cruise_control")
+CHOSEN = ("boost_converter", "evaporator", *(pytest.param(n, marks=pytest.mark.slow) for n in MORE))
 
 
 def plant_of(name: str) -> Plant:
@@ -106,6 +107,7 @@ def test_a_wish_leaves_the_gains_to_the_wish() -> None:
         assert np.array_equal(np.asarray(law.design.gains), np.asarray(first.design.gains))
 
 
+@pytest.mark.slow
 @pytest.mark.numeric
 def test_a_law_that_is_worse_says_in_what_and_what_to_ask_for() -> None:
     """Kundur (1994), section 9.1: a turbine with its water column, whose LQR has no proved set."""
