@@ -170,7 +170,7 @@ def certified(folder: Path, most: int) -> None:
     from takagi.certificates import certify
     from takagi.certificates.cross_check.comparison import cross_checked_document
     from takagi.certificates.requests import H2Norm, L2Gain, Peak
-    from takagi.lmi import h2_pdc, hinf_pdc, peak_pdc
+    from takagi.lmi import h2_pdc, hinf_pdc, peak_pdc, time_limit
     from takagi.models import ModelError, TSModel
 
     kinds: dict[str, tuple[Callable[..., Any], Callable[..., Any], str]] = {
@@ -184,7 +184,8 @@ def certified(folder: Path, most: int) -> None:
         output = (plant["C1"], plant["D12"], plant["D11"])
         for kind, (design, request, key) in kinds.items():
             try:
-                found = design(model, performance=output, time_limit=LIMIT)
+                with time_limit(LIMIT):
+                    found = design(model, performance=output)
             except ModelError:
                 continue
             if found.gains is None:
@@ -220,7 +221,7 @@ def judged(plant: dict[str, Floats], mine: Found, others: list[Found]) -> str:
 
 def asked_of_takagi(plant: dict[str, Floats], norm: str) -> Found:
     """Ask for gains at default options."""
-    from takagi.lmi import h2_pdc, hinf_pdc
+    from takagi.lmi import h2_pdc, hinf_pdc, time_limit
     from takagi.models import ModelError, TSModel
 
     model = TSModel([plant["A"]], [plant["B"]], E=[plant["B1"]])
@@ -228,7 +229,8 @@ def asked_of_takagi(plant: dict[str, Floats], norm: str) -> Found:
     output = (plant["C1"], plant["D12"], plant["D11"])
     began = time.perf_counter()
     try:
-        found = design(model, performance=output, time_limit=LIMIT)
+        with time_limit(LIMIT):
+            found = design(model, performance=output)
     except ModelError as error:
         return Found(np.nan, np.nan, f"refused: {error}"[:60], time.perf_counter() - began)
     spent = time.perf_counter() - began
@@ -322,7 +324,7 @@ def true_norm(plant: dict[str, Floats], K: Floats, norm: str) -> float:
 
 def problems(folder: Path) -> None:
     """Print a row for every problem of SDPLIB that is there."""
-    from takagi.lmi import optimise
+    from takagi.lmi import optimise, time_limit
 
     for name, text in OPTIMA.items():
         path = folder / f"{name}.dat-s"
@@ -330,7 +332,8 @@ def problems(folder: Path) -> None:
             print(f"| {name} | {text} | the file is not there |")
             continue
         began = time.perf_counter()
-        found = optimise(condition_of(name, *read_sdpa(path)), time_limit=5 * LIMIT)
+        with time_limit(5 * LIMIT):
+            found = optimise(condition_of(name, *read_sdpa(path)))
         spent = time.perf_counter() - began
         row = (name, text, f"{found.objective:.7g}", f"{found.lower_bound:.7g}", found.status)
         print(f"| {' | '.join(row)} | {spent:.1f} s |", flush=True)

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from takagi.lmi import relaxation_size
 from takagi.lmi.gains.decay.condition import decay_request
 from takagi.lmi.gains.decay.design import decided
-from takagi.lmi.gains.decay.pdc import relaxation_ladder
 from takagi.lmi.gains.requirements.limits import GivenLimits
 from takagi.lmi.sums.membership_shape import at_points, number_of_points
 from takagi.models import TSModel
@@ -121,9 +121,10 @@ def largest_b(name: str) -> float:
 
 def row_of(name: str) -> Row:
     largest = largest_b(name)
-    size = relaxation_ladder(model(largest - 0.1), relaxations=[name]).results[0]
+    size = relaxation_size(name, 3, size=2)
+    variables = size.slack_variables + (2 if name == "common-gain" else 6)
     seconds = seconds_at(largest - 0.1, name)
-    return Row(name, largest, size.lmis, size.variables, size.width, seconds)
+    return Row(name, largest, size.lmis, variables, size.width, seconds)
 
 
 def seconds_at(b: float, name: str) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from math import inf, sqrt
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from problems import least_trace_condition
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker import check_document
 from takagi.certificates.document.certificate_file import certificate_document
-from takagi.lmi import attraction_level, common_lyapunov, hinf_pdc, optimise
+from takagi.lmi import common_lyapunov, hinf_pdc, optimise
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
 
 Answered = list[tuple[Verdict, bool]]
@@ -75,24 +75,6 @@ def mixed_scales(rng: Random) -> Answered:
     return NOTHING
 
 
-def attraction(rng: Random) -> Answered:
-    """V = x'x along a field, and the level below which every solution tends to 0."""
-    a, b, p = 2 * size(rng, -4, 4), 5 * size(rng, -4, 4), int(rng.choice((1, 3)))
-    fields: list[tuple[list[str], float]] = [
-        ([f"-({a})*x**{p} + ({b})*x**{p + 2}"], float(a / b)),
-        ([f"-({a})*x**{p} - ({b})*x**{p + 2}"], inf),
-        ([f"({a})*x**{p} - ({b})*x**{p + 2}"], 0),
-        ([f"-({a})*x**3", f"-({b})*y"], inf),
-        (["y", f"-x - ({a})*y**3"], inf),
-    ]
-    field, limit = fields[int(rng.integers(len(fields)))]
-    found = attraction_level(field, np.eye(len(field)), states=["x", "y"][: len(field)])
-    if found.status == "infeasible":
-        return [(Verdict.DISPROVED, limit > 0)]
-    room = 1 if found.proved else 1 + 1e-6
-    return [(Verdict.PROVED, found.level <= room * limit)] if found.level else NOTHING
-
-
 def least_norm_zero(rng: Random) -> Answered:
     """z = D (u - K x) with a stable A + B K: the least norm from any w to z is 0."""
     n, step = int(rng.integers(1, 4)), None if rng.random() < 0.5 else 0.1
@@ -130,7 +112,6 @@ def slow_beside_fast(rng: Random) -> Answered:
 ANSWERS: dict[str, Callable[[Random], Answered]] = {
     "laws that rest beside the plant": another_rest,
     "premises of mixed scales": mixed_scales,
-    "levels of attraction": attraction,
     "least norm zero": least_norm_zero,
     "slow modes beside fast ones, and no end": slow_beside_fast,
 }

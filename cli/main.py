@@ -69,8 +69,8 @@ Design gain-scheduled controllers for Takagi-Sugeno models, and prove what is cl
 _CLOSING = """\
 `takagi VERB --help` explains a verb, `takagi help TOPIC` a subject; `takagi --version` says which
 release this is.
-MODEL is a built-in name (see `takagi models`) or the path of a TOML file; docs/first-plants.md
-shows how a plant of your own is written, designed and proved.
+MODEL is a built-in name (see `takagi models`) or the path of a TOML file, which `takagi new`
+writes; `takagi help start` shows the way from there.
 
 Exit status:
   0  everything that was asked is proved and passes

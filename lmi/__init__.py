@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.analysis.actuator_rates import input_rate_bound as input_rate_bound
-    from takagi.lmi.analysis.actuator_rates import with_input_states as with_input_states
     from takagi.lmi.analysis.common_quadratic import common_lyapunov as common_lyapunov
     from takagi.lmi.analysis.decay_rate import (
         common_lyapunov_condition as common_lyapunov_condition,
@@ -33,10 +31,6 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.disturbance.peak_to_peak import (
         peak_gain_condition as peak_gain_condition,
     )
-    from takagi.lmi.analysis.norm_bounded import robust_lyapunov as robust_lyapunov
-    from takagi.lmi.analysis.norm_bounded import (
-        robust_lyapunov_condition as robust_lyapunov_condition,
-    )
     from takagi.lmi.analysis.pole_region import d_stability as d_stability
     from takagi.lmi.analysis.pole_region import d_stability_condition as d_stability_condition
     from takagi.lmi.analysis.start_set import StartSet as StartSet
@@ -52,7 +46,6 @@ if TYPE_CHECKING:
     from takagi.lmi.condition.express import expressed as expressed
     from takagi.lmi.condition.log_det import log_det as log_det
     from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
-    from takagi.lmi.condition.region import NormBounded as NormBounded
     from takagi.lmi.condition.statements import lmi_of as lmi_of
     from takagi.lmi.condition.statements import pose as pose
     from takagi.lmi.condition.term import LMI as LMI
@@ -88,17 +81,11 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.cost.condition import lqr_pdc_condition as lqr_pdc_condition
     from takagi.lmi.gains.cost.regulator import lqr_pdc as lqr_pdc
     from takagi.lmi.gains.decay.condition import pdc_condition as pdc_condition
-    from takagi.lmi.gains.decay.pdc import Ladder as Ladder
     from takagi.lmi.gains.decay.pdc import pdc as pdc
-    from takagi.lmi.gains.decay.pdc import relaxation_ladder as relaxation_ladder
     from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc as hinf_pdc
-    from takagi.lmi.gains.disturbance.energy_gain import (
-        hinf_pdc_condition as hinf_pdc_condition,
-    )
+    from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc_condition as hinf_pdc_condition
     from takagi.lmi.gains.disturbance.output_variance import h2_pdc as h2_pdc
-    from takagi.lmi.gains.disturbance.output_variance import (
-        h2_pdc_condition as h2_pdc_condition,
-    )
+    from takagi.lmi.gains.disturbance.output_variance import h2_pdc_condition as h2_pdc_condition
     from takagi.lmi.gains.disturbance.peak_gain import peak_pdc as peak_pdc
     from takagi.lmi.gains.disturbance.peak_gain import peak_pdc_condition as peak_pdc_condition
     from takagi.lmi.gains.fuzzy.pdc import FuzzyDesign as FuzzyDesign
@@ -106,14 +93,11 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
-    from takagi.lmi.gains.observer import secant_vertices as secant_vertices
     from takagi.lmi.gains.output_feedback.controller import OutputFeedback as OutputFeedback
     from takagi.lmi.gains.output_feedback.controller import (
         hinf_output_feedback as hinf_output_feedback,
     )
-    from takagi.lmi.gains.output_feedback.controller import (
-        mixed_sensitivity as mixed_sensitivity,
-    )
+    from takagi.lmi.gains.output_feedback.controller import mixed_sensitivity as mixed_sensitivity
     from takagi.lmi.gains.output_feedback.fixed_order import FixedOrderDesign as FixedOrderDesign
     from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
     from takagi.lmi.gains.output_feedback.generalised_plant import (
@@ -124,47 +108,27 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.gains.structured.design import StructuredDesign as StructuredDesign
     from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc
-    from takagi.lmi.gains.structured.slack_matrix import (
-        structured_pdc_condition as structured_pdc_condition,
-    )
     from takagi.lmi.gains.zero_gains import ZeroGainsWarning as ZeroGainsWarning
     from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
-    from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep
     from takagi.lmi.polynomials import PolynomialLyapunov as PolynomialLyapunov
     from takagi.lmi.problem_files.arrays import save_cvxpy as save_cvxpy
     from takagi.lmi.refutation.refutation import Alternative as Alternative
     from takagi.lmi.refutation.refutation import exact_no as exact_no
     from takagi.lmi.refutation.refutation import objective_below as objective_below
     from takagi.lmi.refutation.refutation import rigorous_no as rigorous_no
+    from takagi.lmi.solver.time_limit import time_limit as time_limit
     from takagi.lmi.sums.corner_rules import ProductRules as ProductRules
     from takagi.lmi.sums.corner_rules import product_rules as product_rules
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
     from takagi.lmi.sums.double_sum import double_sum_of as double_sum_of
-    from takagi.lmi.sums.membership_shape import neighbouring_rules as neighbouring_rules
-    from takagi.lmi.sums.membership_shape import product_bounds as product_bounds
-    from takagi.lmi.sums.membership_shape import with_overlap as with_overlap
-    from takagi.lmi.sums.membership_shape import with_shape as with_shape
     from takagi.lmi.sums.relaxations import RelaxationSize as RelaxationSize
     from takagi.lmi.sums.relaxations import relaxation_named as relaxation_named
     from takagi.lmi.sums.relaxations import relaxation_size as relaxation_size
-    from takagi.lmi.sums_of_squares.attraction_level import AttractionLevel as AttractionLevel
-    from takagi.lmi.sums_of_squares.attraction_level import attraction_level as attraction_level
-    from takagi.lmi.sums_of_squares.attraction_level import (
-        attraction_level_condition as attraction_level_condition,
-    )
     from takagi.lmi.sums_of_squares.polynomial import StatePolynomial as StatePolynomial
     from takagi.lmi.varying.lyapunov_functions import fuzzy_lyapunov as fuzzy_lyapunov
     from takagi.lmi.varying.lyapunov_functions import (
         fuzzy_lyapunov_condition as fuzzy_lyapunov_condition,
-    )
-    from takagi.lmi.varying.lyapunov_functions import polynomial_lyapunov as polynomial_lyapunov
-    from takagi.lmi.varying.lyapunov_functions import (
-        polynomial_lyapunov_condition as polynomial_lyapunov_condition,
-    )
-    from takagi.lmi.varying.robust_gain import robust_hinf_norm as robust_hinf_norm
-    from takagi.lmi.varying.robust_gain import (
-        robust_hinf_norm_condition as robust_hinf_norm_condition,
     )
 
 __getattr__, __dir__ = lazy_names(__name__)

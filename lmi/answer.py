@@ -96,9 +96,7 @@ class ObjectiveUnit:
     def objective(self, value: float) -> float:
         """Return the objective at which the quantity has this value.
 
-        Raises
-        ------
-        ModelError : a value that no objective has.
+        Raises ModelError: a value that no objective has.
         """
         root = (value - self.offset) / self.factor
         if not root > 0:
@@ -219,9 +217,7 @@ class GainsWithAnswer(WithAnswer):
     def require(self) -> tuple[Floats, Floats]:
         """Return (gains, P).
 
-        Raises
-        ------
-        ModelError : there are none; the message is the diagnosis.
+        Raises ModelError: there are none; the message is the diagnosis.
         """
         if self.gains is None or self.P is None:
             raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")

@@ -40,9 +40,7 @@ def vertex_stack(model: Vertices) -> Array:
 
     Fractions stay fractions, so that a builder can be evaluated exactly.
 
-    Raises
-    ------
-    ModelError : no vertices, not square, or an entry that is not finite.
+    Raises ModelError: no vertices, not square, or an entry that is not finite.
     """
     source = model.A if isinstance(model, _HasVertices) else model
     A = _numbers("A", source)
@@ -63,9 +61,7 @@ def vertex_stack(model: Vertices) -> Array:
 def input_stack(model: object, A: Array, letter: str = "B") -> Array:
     """Return B (r, n, m), or C' (r, n, p) for letter "C", checked against A.
 
-    Raises
-    ------
-    ModelError : absent, shape, not finite, or inputs (outputs) that are not independent.
+    Raises ModelError: absent, shape, not finite, or inputs (outputs) that are not independent.
     """
     signals = "inputs" if letter == "B" else "outputs"
     source = getattr(model, letter, None)
@@ -89,13 +85,9 @@ def input_stack(model: object, A: Array, letter: str = "B") -> Array:
 def sample_time_of(model: object, sample_time: float | None = None) -> float | None:
     """Return the sample time T in s of a discrete-time model; None for continuous time.
 
-    Parameters
-    ----------
-    sample_time : where the model is an array and cannot say; must agree with a model that can.
+    ``sample_time`` : where the model is an array and cannot say; must agree with a model that can.
 
-    Raises
-    ------
-    ModelError : not positive, or not the model's own.
+    Raises ModelError: not positive, or not the model's own.
     """
     model_time = getattr(model, "sample_time", None)
     if sample_time is None:
@@ -143,9 +135,7 @@ def corners_of(model: object) -> Indices | None:
 def number(name: str, value: object, *, at_least: float | None = None) -> float | Fraction:
     """Return a finite real number.
 
-    Raises
-    ------
-    ModelError : not one, or below ``at_least``.
+    Raises ModelError: not one, or below ``at_least``.
     """
     if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(float(value)):
         raise ModelError(f"{name} is {value!r}; a finite number is needed")
@@ -154,12 +144,21 @@ def number(name: str, value: object, *, at_least: float | None = None) -> float 
     return value if isinstance(value, Fraction) else float(value)
 
 
+def positive_number(name: str, value: float) -> float:
+    """Return a positive number.
+
+    Raises ModelError: it is not one.
+    """
+    number_read = float(number(name, value))
+    if number_read <= 0:
+        raise ModelError(f"{name} is {number_read:g}; it must be positive")
+    return number_read
+
+
 def whole_number(name: str, value: object) -> int:
     """Return a whole number from 0 on.
 
-    Raises
-    ------
-    ModelError : not one.
+    Raises ModelError: not one.
     """
     if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
         raise ModelError(f"{name} is {value!r}; a whole number from 0 is needed")
@@ -169,9 +168,7 @@ def whole_number(name: str, value: object) -> int:
 def positive_vector(name: str, value: ArrayLike, size: int) -> Array:
     """Return (size,) positive numbers; one number stands for all.
 
-    Raises
-    ------
-    ModelError : another length, or an entry that is not positive and finite.
+    Raises ModelError: another length, or an entry that is not positive and finite.
     """
     vector = _numbers(name, value).astype(np.float64)
     if vector.shape not in ((), (size,)):
@@ -186,9 +183,7 @@ def positive_vector(name: str, value: ArrayLike, size: int) -> Array:
 def symmetric(name: str, value: ArrayLike, size: int, *, definite: bool) -> Array:
     """Return a symmetric weight (size, size), positive definite or semidefinite.
 
-    Raises
-    ------
-    ModelError : shape, not finite, not symmetric (cvxpy would use half of it), or indefinite.
+    Raises ModelError: shape, not finite, not symmetric (cvxpy would use half of it), or indefinite.
     """
     weight = _numbers(name, value).astype(np.float64)
     if weight.shape != (size, size):
@@ -323,10 +318,8 @@ def fixed_mode(
     By the Popov-Belevitch-Hautus test, [A - lambda I, B] without full rank, in floating point;
     None when none exists.
 
-    Parameters
-    ----------
-    step : sample time T in s of x+ = A x + B u, whose eigenvalues count when |z| >=
-        e^(-decay_rate T); None for continuous time.
+    ``step`` : sample time T in s of x+ = A x + B u, whose eigenvalues count when |z| >=
+    e^(-decay_rate T); None for continuous time.
     """
     A, B = A.astype(np.float64), B.astype(np.float64)
     for vertex, (vertex_matrix, reach) in enumerate(zip(A, B, strict=True)):

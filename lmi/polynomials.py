@@ -253,10 +253,8 @@ class UnknownPolynomial:
 
         Each is of one degree less in its own simplex; those that are zero are left out.
 
-        Parameters
-        ----------
-        direction : v^k, (corners of simplex k,), one a simplex.  Sums to zero in each, or it
-            leaves the simplexes.
+        ``direction`` : v^k, (corners of simplex k,), one a simplex.  Sums to zero in each, or it
+        leaves the simplexes.
         """
         slopes = []
         first = 0
@@ -313,10 +311,8 @@ def substituted(degree: int, points: Floats) -> Floats:
 
     Of one simplex: h = H l, where l is on a simplex with a corner for each column of H.
 
-    Parameters
-    ----------
-    degree : g of X.
-    points : H, (corners, M), each column a point of the simplex.
+    ``degree`` : g of X.
+    ``points`` : H, (corners, M), each column a point of the simplex.
 
     T[b, .] are the coefficients of t^a in the product of the linear forms sum_c H_cj t_c, over the
     g corners j of b: the polar form of X at these corners.

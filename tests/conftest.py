@@ -51,7 +51,6 @@ SHARED = {
     "turbine_design": "the turbine's design",
     "tests.paper_models": "the paper's law",
     "tests.certificates.test_paper_certificate": "the paper's law",
-    "tests.certificates.kinds.tracking_documents": "the arm with a reference",
     "tests.reports.plant_designs": "designs of plants",
     "library_plants": "models of the library",
 }

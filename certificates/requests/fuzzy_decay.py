@@ -352,9 +352,9 @@ class FuzzyL2Gain:
 
     def _searched(self, loop: ClaimedLoop, evidence: dict[str, Any], polya: int) -> Answer:
         """Return P(h) of the closed loop's channel, from the LMIs of ``robust_hinf_norm``."""
-        from takagi.lmi.varying.robust_gain import robust_hinf_norm_of_loop
+        from takagi.lmi.varying.robust_gain import robust_hinf_norm
 
-        return robust_hinf_norm_of_loop(
+        return robust_hinf_norm(
             loop.model,
             loop.gains,
             _channel(loop, evidence),

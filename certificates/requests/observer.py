@@ -40,7 +40,7 @@ class ObserverError:
     ----------
     L : (r, n, p), or (n, p) for the same gain in all rules.
     decay_rate : alpha in 1/s; None takes slightly less than the largest rate found.
-    secants : (s, n, n) of the part that is not measured: ``unmeasured`` of ``takagi.lmi.observer``.
+    secants : (s, n, n) of the part that is not measured.
     """
 
     L: ArrayLike

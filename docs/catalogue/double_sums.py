@@ -24,12 +24,12 @@ WORDS = MappingProxyType(
         ),
         "wang-tanaka-griffin": "All pairs of rules; the default.",
         "tuan": (
-            "$r(r-1)$ sums without unknowns, never more conservative than all pairs. With "
-            "`active_rules` $s$ of the rules act at a time: $2/(s-1)$ stands for $2/(r-1)$, 1 here."
+            "$r(r-1)$ sums without unknowns, never more conservative than all pairs; here "
+            "$2/(r-1) = 1$."
         ),
         "tanaka-wang": (
-            "With a slack matrix a pair may be worse if each rule alone is better. With "
-            "`active_rules` $s - 1$ stands for $r - 1$, 2 here."
+            "With a slack matrix a pair may be worse if each rule alone is better; here "
+            "$r - 1 = 2$."
         ),
         "kim-lee": "A symmetric slack matrix for each pair; $E_i$ are the block columns of $I$.",
         "liu-zhang": (
@@ -70,10 +70,9 @@ BY_THETA = MappingProxyType(
 INTRODUCTION = r"""A law whose gains share the memberships of the model leads to
 $\sum_{ij} h_i h_j \Theta_{ij} \prec 0$ for all $h_i \ge 0$, $\sum_i h_i = 1$. A relaxation is a
 finite set of LMIs that implies it. `relaxation=` takes the names below, or `"auto"`: the
-relaxations in the order of their cost, until there are gains. `relaxation_ladder` shows cost and
-result of each. The formulas are for `pdc` in continuous time,
-$\Theta_{ij} = \mathrm{He}(A_i Q - B_i M_j) + 2\alpha Q$, with three rules ("product": two premises
-with two corners each).
+relaxations in the order of their cost, until there are gains. The formulas are for `pdc` in
+continuous time, $\Theta_{ij} = \mathrm{He}(A_i Q - B_i M_j) + 2\alpha Q$, with three rules
+("product": two premises with two corners each).
 """
 
 COSTS = """LMIs of one double sum and, after a plus, additional variables, for n = 4 (products:

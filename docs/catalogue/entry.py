@@ -23,8 +23,6 @@ class Sizes:
     m: int
     p: int
     q: int
-    # Sizes of Gram matrices, with what a paper would print for them.
-    others: tuple[tuple[int, str], ...] = ()
 
     @property
     def letters(self) -> dict[int, str]:
@@ -39,7 +37,6 @@ class Sizes:
             2 * self.n: "2n",
             self.r * self.n: f"{rules} n",
         }
-        named |= dict(self.others)
         return {number: letter for number, letter in named.items() if number > 2}
 
 
@@ -52,8 +49,6 @@ FEW = replace(GENERAL, r=2)
 THREE = replace(GENERAL, r=3, q=2)
 # Where every state has a formula of its own.
 SMALL = Sizes(r=2, n=2, m=1, p=1, q=1)
-# Two states, all monomials of degree 2 in them; and those of degrees 1 to 3, and 0 to 1.
-SQUARES = Sizes(r=1, n=2, m=1, p=1, q=1, others=((9, "N_S"), (3, r"N_\Lambda")))
 # Two premises of two corners each.
 SQUARE = replace(GENERAL, r=4)
 

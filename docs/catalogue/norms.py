@@ -10,7 +10,6 @@ from takagi.lmi import (
     h2_norm_condition,
     hinf_norm_condition,
     peak_gain_condition,
-    robust_hinf_norm_condition,
 )
 
 P = "n*(n+1)/2"
@@ -26,10 +25,6 @@ def _variance(sizes: Sizes, step: float | None) -> Condition:
 
 def _peak(sizes: Sizes, step: float | None) -> Condition:
     return peak_gain_condition(plant(sizes, step), decay_rate=0.1)
-
-
-def _robust(sizes: Sizes, step: float | None) -> Condition:
-    return robust_hinf_norm_condition(plant(sizes, step))
 
 
 HINF = Entry(
@@ -56,35 +51,6 @@ HINF = Entry(
             pose=partial(_energy, step=0.1),
             lmis="r + 1",
             variables=f"{P} + 1",
-            shown=False,
-        ),
-    ),
-)
-
-ROBUST_HINF = Entry(
-    title="Energy gain with a polynomial Lyapunov function",
-    question="The same for constant or slowly moving memberships, with $P(h)$ a polynomial?",
-    call="robust_hinf_norm",
-    builder="robust_hinf_norm_condition",
-    use=(
-        "Where `hinf_norm` is too large because it lets the memberships jump. Its LMI with "
-        "$P(h)$, $A(h)$, ...; each coefficient of the polynomial in $h$ is an LMI. For constant "
-        "parameters the bound falls to the largest norm of the family as degrees grow; with "
-        "`rate_bounds` they may move."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, degree 1, constant memberships",
-            pose=partial(_robust, step=None),
-            lmis="r + r*(r+1)/2",
-            variables=f"r*{P} + 1",
-            shown=False,
-        ),
-        Case(
-            title="Discrete time, degree 1, constant memberships",
-            pose=partial(_robust, step=0.1),
-            lmis="r + r*(r+1)/2",
-            variables=f"r*{P} + 1",
             shown=False,
         ),
     ),
@@ -145,4 +111,4 @@ PEAK = Entry(
     ),
 )
 
-ENTRIES = (HINF, ROBUST_HINF, H2, PEAK)
+ENTRIES = (HINF, H2, PEAK)

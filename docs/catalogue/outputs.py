@@ -1,4 +1,4 @@
-"""Gains that are sought where not all states are seen: structured laws, and observers."""
+"""Observers, and controllers that see an output alone."""
 
 from __future__ import annotations
 
@@ -6,60 +6,21 @@ from functools import partial
 
 import numpy as np
 
-from catalogue.entry import SMALL, Case, Entry, Sizes, plant
+from catalogue.entry import Case, Entry, Sizes, plant
 from takagi.lmi import (
     Condition,
     GeneralisedPlant,
     hinf_output_feedback_condition,
     observer_condition,
-    structured_pdc_condition,
 )
 
 Q = "n*(n+1)/2"
 PAIRS = "r*(r+1)/2"
-ROWS = (
-    "$g_{aj}$, $F_{kj}$ are the rows of $G_j$ and $K_j G_j$ without their zeros, $S$ puts them in "
-    "their places, $e$ are unit vectors: $\\sum_a e_a g_{aj} S_{Ga} = G_j$"
-)
-
-
-def _structured(sizes: Sizes, step: float | None) -> Condition:
-    return structured_pdc_condition(plant(sizes, step), [[True, False]])
 
 
 def _observer(sizes: Sizes, step: float | None) -> Condition:
     return observer_condition(plant(sizes, step))
 
-
-STRUCTURED = Entry(
-    title="Structured gains",
-    question="Which gains see only some states, or outputs, or are shared by rules?",
-    call="structured_pdc",
-    builder="structured_pdc_condition",
-    use=(
-        "No exact LMI is known. In this one a slack matrix $G$ has the structure, and $Q$ is "
-        "free. From it a search improves gains and $P$ in turn. The result is usually a local "
-        "optimum."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, two rules and states, one input that sees the first state",
-            pose=partial(_structured, step=None),
-            lmis="5",
-            variables="11",
-            where=f"{ROWS}; $\\mu > 0$ is tried",
-            sizes=SMALL,
-        ),
-        Case(
-            title="Discrete time, the same",
-            pose=partial(_structured, step=0.1),
-            lmis="5",
-            variables="11",
-            sizes=SMALL,
-            shown=False,
-        ),
-    ),
-)
 
 OBSERVER = Entry(
     title="Observer",
@@ -69,7 +30,7 @@ OBSERVER = Entry(
     use=(
         "Compensation of the transposed model: $A_i^\\top$ and $C_i^\\top$ stand for $A_i$ "
         "and $B_i$, $Q$ is the $P$ of the error, $M_i^\\top = P L_i$. The premises are "
-        "measured; with `unmeasured` the rest of the plant enters by secants."
+        "measured."
     ),
     cases=(
         Case(
@@ -132,4 +93,4 @@ DYNAMIC = Entry(
 )
 
 
-ENTRIES = (STRUCTURED, OBSERVER, DYNAMIC)
+ENTRIES = (OBSERVER, DYNAMIC)

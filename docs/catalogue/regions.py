@@ -52,7 +52,7 @@ GIVEN = Entry(
     builder="",
     use=(
         "Largest is by volume, by the trace, or by the points to contain. With gains, limits "
-        "on inputs and their rates and saturation count too. Discrete time too."
+        "on inputs and saturation count too. Discrete time too."
     ),
     cases=(
         Case(
@@ -73,8 +73,7 @@ SOUGHT = Entry(
     builder="",
     use=(
         "The saturated input is a blend of the command and of an input that keeps the limit "
-        "in the ellipsoid (Hu and Lin); secant and dead-zone forms, and discrete time, are "
-        "there too."
+        "in the ellipsoid (Hu and Lin). Discrete time too."
     ),
     cases=(
         Case(

@@ -6,17 +6,13 @@ from functools import partial
 
 import numpy as np
 
-from catalogue.entry import FEW, SQUARES, Case, Entry, Sizes, plant
+from catalogue.entry import FEW, Case, Entry, Sizes, plant
 from takagi.lmi import (
     Condition,
     EigenvalueRegion,
-    NormBounded,
-    attraction_level_condition,
     common_lyapunov_condition,
     d_stability_condition,
     fuzzy_lyapunov_condition,
-    polynomial_lyapunov_condition,
-    robust_lyapunov_condition,
 )
 
 P = "n*(n+1)/2"
@@ -35,48 +31,9 @@ def _region(sizes: Sizes) -> Condition:
     return d_stability_condition(plant(sizes), region)
 
 
-def _bounded(sizes: Sizes, step: float | None) -> Condition:
-    block = NormBounded(np.eye(sizes.n)[:, :2] / 16, np.eye(sizes.n)[:2] / 16)
-    # Slow vertices: the condition then measures the blocks in units of one.
-    return robust_lyapunov_condition(plant(sizes).A / 4, block, sample_time=step)
-
-
-def _polynomial(sizes: Sizes, step: float | None, form: str) -> Condition:
-    return polynomial_lyapunov_condition(plant(sizes, step), form=form)  # type: ignore[arg-type]
-
-
 def _fuzzy(sizes: Sizes, step: float | None) -> Condition:
     return fuzzy_lyapunov_condition(plant(sizes, step), rate_bounds=np.inf if step else 1.0)
 
-
-def _level(sizes: Sizes) -> Condition:
-    return attraction_level_condition(
-        ["-x2", "x1 + (x1**2 - 1)*x2"], "1.5*x1**2 - x1*x2 + x2**2", states=["x1", "x2"]
-    )
-
-
-LEVEL = Entry(
-    title="Level of a polynomial function inside the region of attraction",
-    question="Which level set of a polynomial $V$ lies in the region of attraction of $x' = f(x)$?",
-    call="attraction_level",
-    builder="attraction_level_condition",
-    use=(
-        "For polynomial equations, without a box or a model: $V$ is positive, and $r\\,(V - "
-        "c) - \\lambda \\dot V$ and $\\lambda$ are sums of squares for a known weight $r \\ge 0$. "
-        "Where $r$ is 0 away from 0, LaSalle's theorem has to decide; else only "
-        "`invariant_level` is given. `proved` rests on exact arithmetic. Continuous time only."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, van der Pol's oscillator, $\\lambda$ of degree 2",
-            pose=_level,
-            lmis="4",
-            variables="55",
-            where="$p_{kij}$, $q_k$ are the coefficients of the monomial $x^k$",
-            sizes=SQUARES,
-        ),
-    ),
-)
 
 COMMON = Entry(
     title="Common quadratic Lyapunov function",
@@ -119,81 +76,6 @@ REGION = Entry(
     ),
 )
 
-NORM_BOUNDED = Entry(
-    title="Norm-bounded uncertainty",
-    question=(
-        "Does one quadratic function decay for every blend and every "
-        "$\\lVert\\Delta_k\\rVert \\le 1$ in $A_i + \\sum_k D_{ki} \\Delta_k E_{ki}$?"
-    ),
-    call="robust_lyapunov",
-    builder="robust_lyapunov_condition",
-    use=(
-        "The $\\Delta_k$ may be any functions of time and state. `pdc(..., uncertainty=...)` "
-        "designs gains for it. For one block with the same $D$ or the same $E$ at all vertices "
-        "a no excludes every $P$; otherwise it excludes $P$ with these multipliers."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, one block",
-            pose=partial(_bounded, step=None),
-            lmis="2*r + 2",
-            variables=f"{P} + r",
-            where=(
-                "$D$ or $E$ is the same in all rules there is one multiplier a rule, as here; else "
-                "one for all, and $r + 3$ LMIs"
-            ),
-        ),
-        Case(
-            title="Discrete time, one block",
-            pose=partial(_bounded, step=0.1),
-            lmis="2*r + 2",
-            variables=f"{P} + r",
-            shown=False,
-        ),
-    ),
-)
-
-POLYNOMIAL = Entry(
-    title="Polynomial Lyapunov function for constant parameters",
-    question="Is every blend stable, with $P(h)$ a polynomial in constant memberships?",
-    call="polynomial_lyapunov",
-    builder="polynomial_lyapunov_condition",
-    use=(
-        "With growing `degree` and `polya` every stable family is found. It says nothing of "
-        "varying memberships. A model with premises has a simplex for each of them."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, degree 1",
-            pose=partial(_polynomial, step=None, form="direct"),
-            lmis="2*r + r*(r+1)/2",
-            variables=f"r*{P}",
-            where="each coefficient of the polynomial in $h$ is an LMI",
-        ),
-        Case(
-            title="Continuous time, dilated form",
-            pose=partial(_polynomial, step=None, form="dilated"),
-            lmis="3*r",
-            variables=f"r*{P} + 2*n*n",
-            shown=False,
-        ),
-        Case(
-            title="Discrete time, degree 1",
-            pose=partial(_polynomial, step=0.1, form="direct"),
-            lmis="2*r + r*(r+1)/2",
-            variables=f"r*{P}",
-            shown=False,
-        ),
-        Case(
-            title="Discrete time, dilated form",
-            pose=partial(_polynomial, step=0.1, form="dilated"),
-            lmis="3*r",
-            variables=f"r*{P} + n*n",
-            shown=False,
-        ),
-    ),
-)
-
 FUZZY = Entry(
     title="Fuzzy Lyapunov function with bounded rates",
     question="Does $V = x^\\top P(h) x$ decay while the rates of the memberships are bounded?",
@@ -201,9 +83,10 @@ FUZZY = Entry(
     builder="fuzzy_lyapunov_condition",
     use=(
         "Where there is no common $P$, and bounds on $\\lvert\\dot z_k\\rvert$ (with premises) "
-        "or $\\lvert\\dot h_i\\rvert$ (without) are known; `inf` for none. In discrete time "
-        "steps may be free. The bounds are assumptions about the loop: check that it keeps "
-        "them. `relaxation`, `form` and `rates` choose among published forms."
+        "or $\\lvert\\dot h_i\\rvert$ (without) are known; `inf` for none, 0 for constants: "
+        "with growing `degree` every stable family is found then. In discrete time steps may be "
+        "free. The bounds are assumptions about the loop: check that it keeps "
+        "them. `relaxation` chooses among published forms."
     ),
     cases=(
         Case(
@@ -226,4 +109,4 @@ FUZZY = Entry(
     ),
 )
 
-ENTRIES = (COMMON, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, LEVEL)
+ENTRIES = (COMMON, REGION, FUZZY)

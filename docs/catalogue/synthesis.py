@@ -35,7 +35,6 @@ def _limited(sizes: Sizes) -> Condition:
         initial_box=None,
         state_box=np.ones(sizes.n),
         gain_bound=1.0,
-        initial_ball=0.5,
     )
     return pdc_condition(plant(sizes), limits=limits)
 
@@ -48,8 +47,8 @@ def _energy(sizes: Sizes, step: float | None) -> Condition:
     return hinf_pdc_condition(plant(sizes, step))
 
 
-def _variance(sizes: Sizes, step: float | None, form: str = "energy") -> Condition:
-    return h2_pdc_condition(plant(sizes, step), form=form)
+def _variance(sizes: Sizes, step: float | None) -> Condition:
+    return h2_pdc_condition(plant(sizes, step))
 
 
 def _peak(sizes: Sizes, step: float | None) -> Condition:
@@ -68,8 +67,7 @@ PDC = Entry(
     use=(
         "Of all possible gains $K_i = M_i Q^{-1}$, $P = Q^{-1}$, those of least input "
         "effort $\\nu$. Options: limits on input, state and gains, a `region` for the "
-        "eigenvalues, `uncertainty`, knowledge of the memberships, and the `relaxation`; "
-        '`"auto"` climbs from cheap to rich.'
+        'eigenvalues, and the `relaxation`; `"auto"` climbs from cheap to rich.'
     ),
     cases=(
         Case(
@@ -87,7 +85,7 @@ PDC = Entry(
         Case(
             title="With limits on inputs, states and gains",
             pose=_limited,
-            lmis=f"r + 2 + {PAIRS} + r*m + n + 2 + r",
+            lmis=f"r + 2 + {PAIRS} + r*m + n + 1 + r",
             variables=f"{Q} + r*m*n + 2",
             shown=False,
         ),
@@ -156,11 +154,7 @@ H2 = Entry(
     question="Which gains make the mean square of the output under white noise least?",
     call="h2_pdc",
     builder="h2_pdc_condition",
-    use=(
-        'H2 state feedback for every blend; of one rule the H2 optimum. `form="gramian"` is '
-        "often less where $E$ differs between rules; it holds for white noise and "
-        "memberships that do not depend on it."
-    ),
+    use=("H2 state feedback for every blend; of one rule the H2 optimum."),
     cases=(
         Case(
             title="Continuous time",
@@ -174,20 +168,6 @@ H2 = Entry(
             pose=partial(_variance, step=0.1),
             lmis=f"2*r + 1 + {PAIRS}",
             variables=f"{Q} + r*m*n + r*q*(q+1)/2 + 1",
-            shown=False,
-        ),
-        Case(
-            title='Form "gramian", continuous time',
-            pose=partial(_variance, step=None, form="gramian"),
-            lmis=f"r + 1 + 2*{PAIRS}",
-            variables=f"{Q} + r*m*n + r*p*(p+1)/2 + 1",
-            shown=False,
-        ),
-        Case(
-            title='Form "gramian", discrete time',
-            pose=partial(_variance, step=0.1, form="gramian"),
-            lmis=f"r + 1 + 2*{PAIRS}",
-            variables=f"{Q} + r*m*n + r*p*(p+1)/2 + 1",
             shown=False,
         ),
     ),

@@ -55,7 +55,7 @@ from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, exactly_held
 from takagi.lmi.decision.rounds import decide_by_vertices
 from takagi.lmi.expressions.expression import He, added, matrix
-from takagi.lmi.solver.time_limit import limited, out_of_time
+from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats
 
 # A margin that is missed by no more may be one that no solver sees.
@@ -96,14 +96,12 @@ def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None
     return T if np.isfinite(T).all() else None
 
 
-@limited
 def common_lyapunov(
     model: Vertices,
     *,
     decay_rate: float = 0.0,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P with A_i' P + P A_i + 2 alpha P < 0 at every vertex.
 
@@ -117,8 +115,6 @@ def common_lyapunov(
     decay_rate : alpha in 1/s; V' <= -2 alpha V, or V(x+) <= e^(-2 alpha T) V(x).
     scales : (n,) engineering range of each state; None balances the vertices.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

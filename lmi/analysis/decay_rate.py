@@ -33,7 +33,6 @@ from takagi.lmi.decision.outcome import (
 from takagi.lmi.decision.rounds import CHUNK, first_vertices
 from takagi.lmi.expressions.expression import Expression, He, Parameter, matrix
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 
 
@@ -103,10 +102,8 @@ def answer_in_states(
 ) -> Answer:
     """Return the outcome with P in the model's own states, its smallest eigenvalue made 1.
 
-    Parameters
-    ----------
-    A : vertices in these states; the condition is posed in x / s.
-    diagnose : why there is no P; None for the words of one quadratic function.
+    ``A`` : vertices in these states; the condition is posed in x / s.
+    ``diagnose`` : why there is no P; None for the words of one quadratic function.
     """
     P, rate = None, None
     if outcome.status == "candidate":
@@ -182,14 +179,12 @@ ENOUGH = 4.0
 WORST = 1e-8
 
 
-@limited
 def max_decay_rate(
     model: Vertices,
     *,
     tolerance: float = 1e-6,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return the largest alpha, and its P, with A_i' P + P A_i + 2 alpha P <= 0 at every vertex.
 
@@ -204,8 +199,6 @@ def max_decay_rate(
         the rate is nearer to 0.
     scales : (n,) engineering range of each state; None balances the vertices.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

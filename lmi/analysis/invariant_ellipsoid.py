@@ -79,14 +79,10 @@ def invariant_ellipsoid_condition(
 ) -> Condition:
     """Pose the invariance LMIs with [[P, h_i], [h_i', eta]] >= 0 and eta least.
 
-    Parameters
-    ----------
-    A : (N, n, n);  d : (N, n), the disturbance at a corner of its box;  alpha : (N,).
-    directions : (D, n) rows h_i.
+    ``A`` : (N, n, n);  d : (N, n), the disturbance at a corner of its box;  alpha : (N,).
+    ``directions`` : (D, n) rows h_i.
 
-    Raises
-    ------
-    ModelError : sizes that do not fit, or a multiplier that is not positive.
+    Raises ModelError: sizes that do not fit, or a multiplier that is not positive.
     """
     count, n = d.shape
     if A.shape != (count, n, n) or alpha.shape != (count,) or directions.shape[1:] != (n,):
@@ -220,13 +216,9 @@ def largest_scale(
     diagonal at every alpha at once; alpha is sought on a grid, then between the best one's
     neighbours.
 
-    Parameters
-    ----------
-    A, fixed, scaled : (N, n, n), (N, n), (N, n) of vertices that share one multiplier.
-    limit : the largest s that is looked for.
+    ``A``, ``fixed``, ``scaled`` : (N, n, n), (N, n), (N, n) of vertices that share one multiplier.
+    ``limit`` : the largest s that is looked for.
 
-    Returns
-    -------
     s = 0 with its alpha when even ``fixed`` alone is too much.
     """
     factor = np.linalg.cholesky(P).T
@@ -247,9 +239,7 @@ def largest_scale(
 def _scales_at(alphas: Floats, rates: Floats, f: Floats, g: Floats) -> Floats:
     """Return the largest s at each alpha, -1 for none.
 
-    Parameters
-    ----------
-    rates : (N, n) eigenvalues of A + A';  f, g : (N, n) disturbances along the eigenvectors.
+    ``rates`` : (N, n) eigenvalues of A + A';  f, g : (N, n) disturbances along the eigenvectors.
     """
     N = -(rates + alphas[:, None, None])
     feasible = N.min(axis=(1, 2)) > 0
@@ -298,10 +288,8 @@ class Contraction:
 def contraction(P: Floats, low: Floats, high: Floats, disturbance: Floats) -> Contraction | None:
     """Return rate and multiplier for which {x'Px <= 1} is invariant, or None.
 
-    Parameters
-    ----------
-    low, high : (corners, n, n), the ranges of each corner of the family.
-    disturbance : (n,) delta.
+    ``low``, ``high`` : (corners, n, n), the ranges of each corner of the family.
+    ``disturbance`` : (n,) delta.
     """
     lower = np.linalg.cholesky(P)
     inverse = np.linalg.inv(lower)
@@ -324,9 +312,7 @@ def contraction(P: Floats, low: Floats, high: Floats, disturbance: Floats) -> Co
 def lyapunov_candidates(corners: Floats) -> list[Floats]:
     """Return P from Lyapunov equations of the mean of the corners, for several weights.
 
-    Parameters
-    ----------
-    corners : (corners, n, n).
+    ``corners`` : (corners, n, n).
     """
     from scipy.linalg import solve_continuous_lyapunov
 

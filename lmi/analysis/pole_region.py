@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.actuator_rates import gain_stack, of_pairs, pairs_of
 from takagi.lmi.analysis.decay_rate import answer_in_states
+from takagi.lmi.analysis.gain_pairs import gain_stack, of_pairs, pairs_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
@@ -17,7 +17,6 @@ from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, binding_items
 from takagi.lmi.expressions.expression import Expression, He, Inequality, matrix, symmetric_block
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -54,7 +53,6 @@ def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Conditio
     )
 
 
-@limited
 def d_stability(
     model: Vertices,
     region: EigenvalueRegion,
@@ -62,7 +60,6 @@ def d_stability(
     gains: ArrayLike | None = None,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P with L (x) P + M (x) (P A_i) + M' (x) (A_i' P) < 0 for every part.
 
@@ -81,8 +78,6 @@ def d_stability(
         one for each pair of rules.  None takes the model as it is, with u = 0.
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
     scales : (n,) engineering range of each state; None balances the vertices.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

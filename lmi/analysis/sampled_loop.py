@@ -110,11 +110,9 @@ def sampled_function(
 ) -> SampledFunction | None:
     """Return a candidate of the module's condition; None where none is found.
 
-    Parameters
-    ----------
-    near_function : (n, n) P of the loop in continuous time, in whose coordinates the LMIs are
-        posed: for a small T about that function is sought.
-    others : as for ``sampled_loop_condition``.
+    ``near_function`` : (n, n) P of the loop in continuous time, in whose coordinates the LMIs are
+    posed: for a small T about that function is sought.
+    ``others`` : as for ``sampled_loop_condition``.
     """
     n, m = B.shape[1:]
     R = np.linalg.cholesky(near_function).T

@@ -171,9 +171,7 @@ def fractions(array: ArrayLike) -> Array:
     A float becomes the dyadic number it stores: 0.1 is not 1/10.  Give ``Fraction("0.1")``, or a
     string, for the decimal.
 
-    Raises
-    ------
-    ModelError : an entry that is not a finite number.
+    Raises ModelError: an entry that is not a finite number.
     """
     source = np.asarray(array, dtype=object)
     result = np.empty(source.shape, dtype=object)
@@ -253,11 +251,9 @@ def rate_of_values(condition: Condition, values: Mapping[str, Array], step: floa
     delta for delta = 1 / lambda_max(L^-1 D L'^-1), G = L L'.  (For ``contraction`` the same with
     D = d G / d theta, down to theta - delta.)
 
-    Parameters
-    ----------
-    condition : has the parameter ``alpha``, or ``contraction`` = e^(-2 alpha T), and holds with a
-        positive margin at ``values``.
-    step : T in s; None for continuous time.
+    ``condition`` : has the parameter ``alpha``, or ``contraction`` = e^(-2 alpha T), and holds with
+    a positive margin at ``values``.
+    ``step`` : T in s; None for continuous time.
     """
     name = "alpha" if step is None else "contraction"
     towards = 1.0 if step is None else -1.0

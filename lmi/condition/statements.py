@@ -135,9 +135,7 @@ def _goal(minimise: object, maximise: object) -> tuple[Expression | None, tuple[
 def condition_of(statements: StatedCondition, caller: str) -> Condition:
     """Return a condition, or that of one statement or of several in a list.
 
-    Raises
-    ------
-    ModelError : anything else.
+    Raises ModelError: anything else.
     """
     if isinstance(statements, Condition):
         return statements
@@ -226,9 +224,7 @@ def positive_definite(P: Unknown) -> Inequality:
 def scale_bound(P: Unknown, largest: float = 1.0, *, latex: str = "") -> Inequality:
     """Pose P <= largest I, which fixes the scale of a condition that is homogeneous in P.
 
-    Parameters
-    ----------
-    latex : the bound; empty for I, or I times the number.
+    ``latex`` : the bound; empty for I, or I times the number.
     """
     bound = largest * np.eye(P.rows)
     return (P <= (matrix(bound, latex) if latex else bound)).named(f"scale of {P.name}")

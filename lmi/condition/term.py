@@ -21,9 +21,8 @@ from takagi.models.errors import ModelError
 def selected_items(lmi: LMI, items: Indices | range) -> LMI:
     """Return the LMI with these items only, in this order; each item keeps its label.
 
-    Parameters
-    ----------
-    items : different indices below ``lmi.count``; a range of step 1 copies nothing where it can.
+    ``items`` : different indices below ``lmi.count``; a range of step 1 copies nothing where it
+    can.
     """
     chosen = slice(items.start, items.stop) if isinstance(items, range) else np.asarray(items)
     number = np.arange(items.start, items.stop) if isinstance(items, range) else np.asarray(items)

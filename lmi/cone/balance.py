@@ -105,9 +105,7 @@ def motion(A: Array, step: float | None) -> Array:
 
     Sampled fast, A is nearly I and says nothing of the size of what happens; A - I does.
 
-    Parameters
-    ----------
-    step : sample time T in s; None for continuous time.
+    ``step`` : sample time T in s; None for continuous time.
     """
     return A if step is None else A - np.eye(A.shape[-1])
 
@@ -115,13 +113,9 @@ def motion(A: Array, step: float | None) -> Array:
 def state_units(A: Array, scales: ArrayLike | None, *, step: float | None = None) -> Array:
     """Return s, (n,): the powers of two next to the given scales, or those that balance A.
 
-    Parameters
-    ----------
-    step : as for ``motion``, which is what is balanced.
+    ``step`` : as for ``motion``, which is what is balanced.
 
-    Raises
-    ------
-    ModelError : scales of another length, or not positive.
+    Raises ModelError: scales of another length, or not positive.
     """
     if scales is None:
         return balanced_states(motion(A, step))

@@ -61,9 +61,7 @@ def cone_program(
 ) -> ConeProgram:
     """Return: minimise over y = (x, t) with rows, and every LMI held with margin t.
 
-    Parameters
-    ----------
-    margin : None keeps t as the last variable; a number fixes it, then y = x.
+    ``margin`` : None keeps t as the last variable; a number fixes it, then y = x.
     """
     G, first = assembled.matrix().tocoo(), len(rows)
     b = assembled.constant
@@ -239,9 +237,7 @@ def assemble(condition: Condition) -> Assembled:
 
     Nothing is solved.  Memory grows with the number of nonzero products of coefficients only.
 
-    Raises
-    ------
-    ModelError : a condition with equalities.
+    Raises ModelError: a condition with equalities.
     """
     condition.refuse_equalities()
     offsets, variables = {}, 0

@@ -9,8 +9,8 @@ least objective the LMIs touch zero, where no check can hold:
 
 The returned answer is re-evaluated from the unknowns by eigenvalues, and its objective is compared
 with the bound: a solver that stops early, or at a wrong value, is found out by either, and the next
-one is asked.  Every stage takes ``parameters``, the cone data (``assembled``) and a ``Session``, so
-that a sequence of parameter values costs one assembly (see ``parameter_sweep``).
+one is asked.  ``decide`` takes the cone data (``assembled``) and a ``Session``, so that
+a sequence of parameter values costs one assembly.
 """
 
 from __future__ import annotations
@@ -51,7 +51,6 @@ from takagi.lmi.decision.outcome import (
     weighed,
 )
 from takagi.lmi.solver.solve import Session, again, attempts, quick, rescaled
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -67,19 +66,15 @@ LEAST_INSIDE = 1e-7
 RESCALED = 2
 
 
-@limited
 def decide(
     condition: StatedCondition,
     *,
-    cap: float = 1.0,
     rows: Mapping[str, float] | None = None,
-    parameters: Mapping[str, float] | None = None,
     session: Session | None = None,
     assembled: Assembled | None = None,
     most: int = 99,
-    time_limit: float | None = None,
 ) -> Outcome:
-    """Return the unknowns with the largest margin t <= cap.
+    """Return the unknowns with the largest margin t <= 1.
 
     Equalities are solved exactly first (``parametrised``), and the LMIs in what they leave free.
 
@@ -94,12 +89,9 @@ def decide(
     ----------
     condition : or statements, ``decide([P >> 0, He(P @ A) << 0])``.
     rows : scalar unknown -> its upper bound.
-    parameters : values in the place of the condition's own.
     session : keeps the solver for the next condition of the same shape.
     assembled : the condition's cone data, if known already, at whatever parameters.
     most : stop after this number of attempts.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
     """
     condition = condition_of(condition, "decide")
     if condition.equalities:
@@ -107,12 +99,9 @@ def decide(
         from takagi.lmi.decision.free_numbers import in_free_numbers, refuse_kept
 
         refuse_kept(condition, assembled, rows)
-        return in_free_numbers(
-            condition.with_parameters(**(parameters or {})),
-            lambda free: decide(free, cap=cap, session=session, most=most),
-        )
-    data = _program_data(condition, parameters, assembled)
-    program = _largest_margin(data, cap, rows or {})
+        return in_free_numbers(condition, lambda free: decide(free, session=session, most=most))
+    data = _program_data(condition, assembled)
+    program = _largest_margin(data, rows or {})
     best: Outcome | None = None
     tries: list[Try] = []
     doubtful = 0
@@ -141,20 +130,20 @@ def first_weighed(data: Assembled, session: Session) -> Outcome:
     For a search that reads values, bound and multipliers: whether these leave no unknowns at all
     takes longer than the solver.
     """
-    data = _program_data(data.condition, None, data)
-    program = _largest_margin(data, 1.0, {})
+    data = _program_data(data.condition, data)
+    program = _largest_margin(data, {})
     raw = next(attempts(program, session))
     outcome = weighed(data, program, raw)
     return replace(outcome, tries=(_try(raw, outcome.margin),))
 
 
-def _largest_margin(data: Assembled, cap: float, rows: Mapping[str, float]) -> ConeProgram:
-    """Return: maximise t <= cap, with an upper bound for each scalar unknown of ``rows``."""
+def _largest_margin(data: Assembled, rows: Mapping[str, float]) -> ConeProgram:
+    """Return: maximise t <= 1, with an upper bound for each scalar unknown of ``rows``."""
     variables = len(data.objective)
     t = np.eye(variables + 1)[variables]
-    # The largest t is the last variable, so the cost -t maximises it; the row t <= cap keeps the
+    # The largest t is the last variable, so the cost -t maximises it; the row t <= 1 keeps the
     # program bounded where the condition can be scaled up.
-    limits = [SolverRow(t, cap)]
+    limits = [SolverRow(t, 1.0)]
     for name, bound in rows.items():
         limits.append(SolverRow(np.eye(variables + 1)[data.offsets[name]], bound))
     return cone_program(data, -t, tuple(limits))
@@ -167,7 +156,7 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
     worse than ``start`` is dropped for it.  ``lower_bound`` and ``settled`` refer to the margin
     that is kept.
     """
-    data = _program_data(condition, None, assembled)
+    data = _program_data(condition, assembled)
     # At the full margin of ``start`` there would be no freedom left to lower the objective.
     program = cone_program(data, data.objective, (), margin=0.5 * start.margin)
     tries = list(start.tries)
@@ -218,18 +207,13 @@ def _moved_inside(
     return values, checked_margin
 
 
-@limited
 def optimise(
     condition: StatedCondition,
     *,
     slack: float = 1e-6,
-    cap: float = 1.0,
     inside: float | None = None,
-    parameters: Mapping[str, float] | None = None,
-    session: Session | None = None,
     assembled: Assembled | None = None,
     most: int | None = None,
-    time_limit: float | None = None,
 ) -> Outcome:
     """Return unknowns whose objective is within ``slack`` (relative) of the least, centred.
 
@@ -242,9 +226,7 @@ def optimise(
         that where it leaves no margin, but never more than ``slack`` or a thousandth.
     inside : a margin that is asked for at once.  Where it costs the objective no more than
         ``slack`` by the bound of the multipliers, one solve is all; else it is dropped.
-    cap, parameters, session, assembled, most : as for ``decide``.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    assembled, most : as for ``decide``.
 
     Returns
     -------
@@ -269,20 +251,15 @@ def optimise(
 
         refuse_kept(condition, assembled, None)
         return in_free_numbers(
-            condition.with_parameters(**(parameters or {})),
+            condition,
             lambda free: (
-                optimise(free, slack=slack, cap=cap, inside=inside, session=session, most=most)
+                optimise(free, slack=slack, inside=inside, most=most)
                 if any(np.any(cost) for cost in free.objective.values())
-                else replace(
-                    decide(free, cap=cap, session=session),
-                    objective=0.0,
-                    lower_bound=0.0,
-                    settled=True,
-                )
+                else replace(decide(free), objective=0.0, lower_bound=0.0, settled=True)
             ),
         )
-    data = _program_data(condition, parameters, assembled)
-    solver_session = Session() if session is None else session
+    data = _program_data(condition, assembled)
+    session = Session()
     program = cone_program(data, data.objective, (), margin=0.0)
     tries: list[Try] = []
     if inside is not None:
@@ -292,13 +269,13 @@ def optimise(
         tries.extend(with_margin.tries)
     best: Outcome | None = None
     plain: Outcome | None = None
-    for raw in _few(_attempts(program, session), RESCALED + quick() if most is None else most):
+    for raw in _few(_attempts(program), RESCALED + quick() if most is None else most):
         values = values_of(data, raw)
         checked_margin = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, checked_margin))
         if values and "nfeasible" not in raw.status:
             bound = least_objective_bound(program, raw)
-            centred = _centred(data, raw, checked_margin, bound, slack, cap, solver_session)
+            centred = _centred(data, raw, checked_margin, bound, slack, session)
             tries.extend(centred.tries)
             best = _nearer(data.condition, best, replace(centred, lower_bound=bound), slack)
             if best.settled:
@@ -308,7 +285,7 @@ def optimise(
         # once.
         if plain is None and (best is None or best.status != "candidate"):
             count = most or 99
-            plain = decide(data.condition, cap=cap, session=session, assembled=data, most=count)
+            plain = decide(data.condition, assembled=data, most=count)
             tries.extend(plain.tries)
             if plain.status == "infeasible":
                 break
@@ -325,9 +302,9 @@ def optimise(
     return concluded(replace(best, tries=tuple(tries)))
 
 
-def _attempts(program: ConeProgram, session: Session | None) -> Iterator[Raw]:
+def _attempts(program: ConeProgram) -> Iterator[Raw]:
     """Yield one answer after another; the first also where its own solution is of order one."""
-    for number, raw in enumerate(attempts(program, session)):
+    for number, raw in enumerate(attempts(program)):
         yield raw
         for _ in range(RESCALED if number == 0 else 0):
             second = None if "nfeasible" in raw.status else rescaled(program, raw)
@@ -391,7 +368,6 @@ def _centred(
     checked_margin: float,
     bound: float,
     slack: float,
-    cap: float,
     session: Session,
 ) -> Outcome:
     """Return the largest margin with the objective slightly above that of ``raw``.
@@ -413,7 +389,7 @@ def _centred(
     ]
     if highest > least_found and not room:
         limits = [min(limit, highest) for limit in limits]
-    for program, centred in _nearby(data, raw, list(dict.fromkeys(limits)), cap, session):
+    for program, centred in _nearby(data, raw, list(dict.fromkeys(limits)), session):
         outcome = judged(data, program, centred)
         tries.append(_try(centred, outcome.margin))
         if best is None or outcome.margin > best.margin:
@@ -428,7 +404,7 @@ def _centred(
 
 
 def _nearby(
-    data: Assembled, raw: Raw, limits: list[float], cap: float, session: Session
+    data: Assembled, raw: Raw, limits: list[float], session: Session
 ) -> Iterator[tuple[ConeProgram, Raw]]:
     """Yield the largest margin below one objective after another.
 
@@ -436,7 +412,7 @@ def _nearby(
     """
     t, cost = np.eye(len(data.objective) + 1)[-1], np.append(data.objective, 0.0)
     for limit in limits:
-        program = cone_program(data, -t, (SolverRow(t, cap), SolverRow(cost, limit)))
+        program = cone_program(data, -t, (SolverRow(t, 1.0), SolverRow(cost, limit)))
         centred = again(program, raw.solver, session)
         yield program, centred
         closer = rescaled(program, centred) if limit in limits[-2:-1] else None
@@ -444,15 +420,14 @@ def _nearby(
             yield program, closer
 
 
-def _program_data(
-    condition: Condition, parameters: Mapping[str, float] | None, assembled: Assembled | None
-) -> Assembled:
-    posed = condition.with_parameters(**parameters) if parameters else condition
+def _program_data(condition: Condition, assembled: Assembled | None) -> Assembled:
     if assembled is None:
-        data = assemble(posed)
+        data = assemble(condition)
+    elif assembled.condition is condition:
+        data = assembled
     else:
-        data = assembled if assembled.condition is posed else replace(assembled, condition=posed)
-    return data if any(lmi.strict for lmi in posed.lmis) else _all_weighed(data)
+        data = replace(assembled, condition=condition)
+    return data if any(lmi.strict for lmi in condition.lmis) else _all_weighed(data)
 
 
 def _all_weighed(data: Assembled) -> Assembled:

@@ -165,9 +165,7 @@ def binding_items(
 ) -> str:
     """Return e.g. ``"the no rests on vertex 2 of 8 (61% of the multipliers that show it)"``.
 
-    Parameters
-    ----------
-    names : the LMIs to examine.
+    ``names`` : the LMIs to examine.
     """
     shares = binding_shares(condition, multipliers, *names)
     if not shares:
@@ -207,9 +205,7 @@ def binding_shares(
     The trace of an item's multiplier times the item's size is its share in the bound on the
     margin: items without a share could be left out and the answer would still be no.
 
-    Parameters
-    ----------
-    names : the LMIs to examine; without names, all that have a weight.
+    ``names`` : the LMIs to examine; without names, all that have a weight.
     """
     shares = []
     for lmi in condition.lmis:

@@ -28,7 +28,6 @@ from takagi.lmi.cone.cone_program import assemble, cone_program
 from takagi.lmi.decision.decide import decide, improve, optimise
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.solver.solve import attempts
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats, Indices
 
 # Up to so many items of an LMI are given to the solver at once: quicker than rounds.
@@ -42,36 +41,25 @@ ITEM_TOLERANCE = 1e-7
 ENTRIES_AT_ONCE = 1_000_000
 
 
-@limited
-def decide_by_rounds(
-    condition: Condition,
-    *,
-    cap: float = 1.0,
-    rows: Mapping[str, float] | None = None,
-    parameters: Mapping[str, float] | None = None,
-    time_limit: float | None = None,
-) -> Outcome:
-    """Return the unknowns with about the largest margin t <= cap over all items.
+def decide_by_rounds(condition: Condition, *, rows: Mapping[str, float] | None = None) -> Outcome:
+    """Return the unknowns with about the largest margin t <= 1 over all items.
 
     As ``decide``, but where items were left out the margin may be down to half the largest.
     Multipliers of items left out are zero.
 
     Parameters
     ----------
-    cap, rows, parameters : as for ``decide``.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    rows : as for ``decide``.
     """
-    posed = condition.with_parameters(**parameters) if parameters else condition
-    some = _Some.of(posed)
-    return some.filled(_decided(some, cap=cap, rows=rows))
+    some = _Some.of(condition)
+    return some.filled(_decided(some, rows))
 
 
-def _decided(some: _Some, *, cap: float, rows: Mapping[str, float] | None) -> Outcome:
+def _decided(some: _Some, rows: Mapping[str, float] | None) -> Outcome:
     """Return the outcome of the last round, its margin over all items."""
     tries: list[Try] = []
     for _ in range(ROUNDS):
-        outcome = decide(some.condition(), cap=cap, rows=rows)
+        outcome = decide(some.condition(), rows=rows)
         tries += outcome.tries
         if outcome.status != "candidate":
             return replace(outcome, tries=tuple(tries))
@@ -83,31 +71,20 @@ def _decided(some: _Some, *, cap: float, rows: Mapping[str, float] | None) -> Ou
     return outcome_of_all if holds(some.whole, worst) else replace(outcome_of_all, status="unknown")
 
 
-@limited
-def optimise_by_rounds(
-    condition: StatedCondition,
-    *,
-    slack: float = 1e-6,
-    cap: float = 1.0,
-    parameters: Mapping[str, float] | None = None,
-    time_limit: float | None = None,
-) -> Outcome:
+def optimise_by_rounds(condition: StatedCondition, *, slack: float = 1e-6) -> Outcome:
     """Return unknowns whose objective is near the least over all items, centred as ``optimise``.
 
     ``least`` is the bound for the items that were given to the solver, so it holds for all.
 
     Parameters
     ----------
-    slack, cap, parameters : as for ``optimise``.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
+    slack : as for ``optimise``.
     """
-    full = condition_of(condition, "optimise_by_rounds")
-    posed = full.with_parameters(**parameters) if parameters else full
+    posed = condition_of(condition, "optimise_by_rounds")
     some = _Some.of(posed)
     tries = _touching(some)
     for _ in range(ROUNDS):
-        outcome = optimise(some.condition(), slack=slack, cap=cap)
+        outcome = optimise(some.condition(), slack=slack)
         tries += outcome.tries
         if outcome.status == "unbounded" and some.add_next():
             # The items that were left out may bound it.
@@ -151,9 +128,7 @@ def _touching(some: _Some) -> list[Try]:
 def improve_by_rounds(condition: Condition, start: Outcome) -> Outcome:
     """Return the same as ``improve``, from the items that ``start`` was decided with.
 
-    Parameters
-    ----------
-    start : of ``decide_by_rounds``, whose multipliers are zero for the items that it left out.
+    ``start`` : of ``decide_by_rounds``, whose multipliers are zero for the items that it left out.
     """
     some = _Some.of(condition)
     for k in some.chosen:

@@ -225,9 +225,7 @@ def with_narrower_premise(model: TSModel, number: int, share: Fraction) -> TSMod
 
     With share 0 the premise is a constant, which costs no rule.
 
-    Raises
-    ------
-    ModelError : no such premise, or a share outside 0 ... 1.
+    Raises ModelError: no such premise, or a share outside 0 ... 1.
     """
     if not 0 <= number < len(model.premises):
         raise ModelError(f"premise {number} of {len(model.premises)}; count from 0")

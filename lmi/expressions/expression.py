@@ -46,7 +46,7 @@ from takagi.models.errors import ModelError
 AFFINE = (
     "an LMI is affine in its unknowns: fix one of the two factors, change variables (for gains: "
     "Y = K X), or give a scalar such as a decay rate as a number and search over it "
-    "(``extreme_parameter``, ``sweep``)"
+    "(``extreme_parameter``)"
 )
 
 
@@ -307,9 +307,7 @@ def expression_of(value: object, owner: str = "the matrix") -> Expression:
 def matrix_product(first: Expression, second: Expression) -> Expression:
     """Return first times second; one of the two must be known.
 
-    Raises
-    ------
-    ModelError : shapes, or two unknowns in one product.
+    Raises ModelError: shapes, or two unknowns in one product.
     """
     _refuse_two_unknowns(first, second)
     if first.shape[1] != second.shape[0]:
@@ -364,9 +362,7 @@ def yalmip_product(first: Expression, factor: object) -> Expression:
 def total(first: Expression, summand: object, sign: int) -> Expression:
     """Return first + sign * other; the number 0 has any shape.
 
-    Raises
-    ------
-    ModelError : another shape.
+    Raises ModelError: another shape.
     """
     if isinstance(summand, Real) and not isinstance(summand, bool) and summand == 0:
         return first
@@ -420,9 +416,7 @@ def kron(first: object, second: object) -> Expression:
 
     kron(M, X) = sum_k kron(M e_k, I) X kron(e_k', I), one term for each column of M.
 
-    Raises
-    ------
-    ModelError : two unknowns.
+    Raises ModelError: two unknowns.
     """
     one, two = expression_of(first).flat(), expression_of(second).flat()
     _refuse_two_unknowns(one, two)
@@ -450,13 +444,9 @@ def kron(first: object, second: object) -> Expression:
 def selected(X: Expression, key: Any) -> Expression:
     """Return entries, rows or a block of a matrix by Python's indices; always a matrix.
 
-    Parameters
-    ----------
-    key : number, slice or list for the rows, or two of them, for rows and columns, from 0.
+    ``key`` : number, slice or list for the rows, or two of them, for rows and columns, from 0.
 
-    Raises
-    ------
-    ModelError : another key, or one outside of the matrix.
+    Raises ModelError: another key, or one outside of the matrix.
     """
     keys = key if isinstance(key, tuple) else (key, slice(None))
     if X.count > 1 and not isinstance(key, tuple):
@@ -564,9 +554,7 @@ def identity(size: int) -> Expression:
 def by_rule(array: Any, over: str) -> Any:
     """Return (r, ...) as (r, 1, ...) over "i", as (1, r, ...) over "j".
 
-    Raises
-    ------
-    ModelError : another name of a rule.
+    Raises ModelError: another name of a rule.
     """
     if over not in ("i", "j"):
         raise ModelError(f"over is {over!r}; 'i' (the vertex's rule) or 'j' (the gain's) is needed")
@@ -715,11 +703,9 @@ def symmetric_block(
 ) -> Expression:
     """Return the symmetric block matrix with these blocks and their mirror images, else zero.
 
-    Parameters
-    ----------
-    sizes : of the diagonal blocks.
-    cells : (block row, block column) -> the block; the mirror image of one below the diagonal is
-        added to the block above it.
+    ``sizes`` : of the diagonal blocks.
+    ``cells`` : (block row, block column) -> the block; the mirror image of one below the diagonal
+    is added to the block above it.
     """
     pieces: list[Piece] = []
     for (i, j), cell in cells.items():

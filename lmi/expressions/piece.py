@@ -51,9 +51,7 @@ def data_stack(value: object, owner: str) -> Data:
 
     Decimal strings and Fractions stay exact.
 
-    Raises
-    ------
-    ModelError : entries that are not numbers or not finite, or an array with one axis.
+    Raises ModelError: entries that are not numbers or not finite, or an array with one axis.
     """
     try:
         array = np.asarray(value)
@@ -285,9 +283,7 @@ def common_lead(leads: set[tuple[int, ...]]) -> tuple[int, ...]:
 def single_parameter(first: Piece, second: Piece) -> NamedNumber | None:
     """Return the named number of a product.
 
-    Raises
-    ------
-    ModelError : both factors have one.
+    Raises ModelError: both factors have one.
     """
     if first.parameter is not None and second.parameter is not None:
         raise ModelError(

@@ -24,9 +24,7 @@ class ZeroGainsWarning(UserWarning):
     """The gains are numerically zero: the plant alone meets what was asked for."""
 
 
-def warns_of_zero_gains(
-    design_of: Callable[P, Design],
-) -> Callable[P, Design]:
+def warns_of_zero_gains(design_of: Callable[P, Design]) -> Callable[P, Design]:
     """Return the design function with the warning, which calls by takagi itself do not get."""
 
     @wraps(design_of)

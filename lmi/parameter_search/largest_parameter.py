@@ -110,9 +110,7 @@ def _says_positive(lmi: LMI, X: Unknown) -> bool:
 def adjoint(condition: Condition, lmi: LMI, name: str, Z: Floats) -> tuple[Floats, Floats]:
     """Return (S0, S1): sum_k <sign F_k(X, theta), Z_k> = <S0 + theta S1, X>, theta being ``name``.
 
-    Parameters
-    ----------
-    Z : (count, size, size), one symmetric multiplier an item.
+    ``Z`` : (count, size, size), one symmetric multiplier an item.
     """
     X = lmi.terms[0].unknown
     sums = [np.zeros((X.rows, X.cols)), np.zeros((X.rows, X.cols))]
@@ -305,9 +303,8 @@ class _Ascent:
     ) -> tuple[float, Values, float, bool]:
         """Return the value, its unknowns, the bound, and whether the search came to its end.
 
-        Parameters
-        ----------
-        at_largest : whether the value is the largest as far as is known: a look is taken beyond it.
+        ``at_largest`` : whether the value is the largest as far as is known: a look is taken beyond
+        it.
         """
         d = self.pencil.d
         score, bound, finished = d * value, np.inf, False

@@ -70,9 +70,7 @@ class ParameterPencil:
     ) -> ParameterPencil:
         """Separate a condition into the parts with and without the parameter.
 
-        Raises
-        ------
-        ModelError : no term has the parameter.
+        Raises ModelError: no term has the parameter.
         """
         slopes = tuple(_slope(lmi, name) for lmi in condition.lmis)
         if not any(slopes):
@@ -220,10 +218,8 @@ def follow_path(
     No path is followed if the condition has more than one unknown, constants in a strict LMI, or
     more than ``LARGEST`` coefficients.
 
-    Parameters
-    ----------
-    start : unknowns that allow ``value``.
-    near_enough : function from a value to the absolute tolerance there.
+    ``start`` : unknowns that allow ``value``.
+    ``near_enough`` : function from a value to the absolute tolerance there.
     """
     maps = _maps_of(pencil)
     if maps is None or not np.isfinite(value):

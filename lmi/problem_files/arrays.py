@@ -44,10 +44,8 @@ CVXPY_SOLVERS = ("CLARABEL", "SCS")
 def read_sedumi(path: Path) -> ConicProblem:
     """Return the problem of a MAT file with A (or At), b, c and K.
 
-    Raises
-    ------
-    ModelError : a member is missing or does not fit, a matrix is not symmetric, or a cone is not
-        supported.
+    Raises ModelError: a member is missing or does not fit, a matrix is not symmetric, or a cone is
+    not supported.
     """
     source, members = path.name, mat_content(path)
     for name in ("b", "c", "K"):
@@ -110,9 +108,7 @@ def _fill(block: Block, index: int, values: Floats, source: str) -> None:
 def read_cvxpy(path: Path) -> ConicProblem:
     """Return the problem of an npz file with cvxpy's data; see ``save_cvxpy``.
 
-    Raises
-    ------
-    ModelError : a member is missing or does not fit.
+    Raises ModelError: a member is missing or does not fit.
     """
     source = path.name
     try:

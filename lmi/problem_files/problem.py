@@ -143,9 +143,7 @@ class Decimals:
     def __call__(self, text: str) -> float:
         """Return the float nearest to the text.
 
-        Raises
-        ------
-        ModelError : no finite number.
+        Raises ModelError: no finite number.
         """
         try:
             value = float(text)

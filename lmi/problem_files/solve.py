@@ -81,9 +81,7 @@ def solve_conic(problem: ConicProblem) -> Solved:
 def multiplier_problem(problem: ConicProblem, right: Floats | None = None) -> ConicProblem:
     """Return the problem of y: minimise <B, y> with <A_i, y> = right_i, and y_k in its dual cone.
 
-    Parameters
-    ----------
-    right : c of the problem unless given.
+    ``right`` : c of the problem unless given.
     """
     A, constant = problem.stacked()
     weights = problem.weights
@@ -119,9 +117,7 @@ def shrunken(problem: ConicProblem, by: float) -> ConicProblem:
 def most_inside(problem: ConicProblem, farthest: float) -> tuple[Floats, float] | None:
     """Return x with S_k(x) - t e_k in its cone for the largest t <= 1, and that t.
 
-    Parameters
-    ----------
-    farthest : |x_i| is kept within this.
+    ``farthest`` : |x_i| is kept within this.
     """
     count = len(problem.objective)
     blocks = []

@@ -84,10 +84,8 @@ class Equalities:
 def equalities_of(program: ConeProgram, z: Floats, share: float) -> Equalities | None:
     """Return the equalities; None without any multiplier that may differ from 0, or if too large.
 
-    Parameters
-    ----------
-    program : with the margin as its last variable.
-    share : of the largest multiplier, below which a coordinate is left out.
+    ``program`` : with the margin as its last variable.
+    ``share`` : of the largest multiplier, below which a coordinate is left out.
     """
     return _equalities(program, _alive(program, z, share))
 
@@ -143,9 +141,8 @@ def forced_to_zero(
 
     A row, or the constant, whose living entries are all diagonal and of one sign forces them.
 
-    Parameters
-    ----------
-    row, column, sign : of the entries of the equalities; a column is an entry of a multiplier.
+    ``row``, ``column``, ``sign`` : of the entries of the equalities; a column is an entry of a
+    multiplier.
     """
     here = alive[column]
     row, column, rows = row[here], column[here], int(row.max(initial=-1)) + 1
@@ -250,10 +247,8 @@ SMALLEST_EIGENVALUE = 1e-13
 def contradiction(program: ConeProgram, z: Floats) -> Floats | None:
     """Return multipliers that exclude every solution; None if none are found near z.
 
-    Parameters
-    ----------
-    program : with the margin as its last variable.
-    z : (rows,) in the dual cone, as a solver leaves them.
+    ``program`` : with the margin as its last variable.
+    ``z`` : (rows,) in the dual cone, as a solver leaves them.
     """
     if len(z) != len(program.b) or not np.isfinite(z).all() or not z.any():
         return None

@@ -98,10 +98,8 @@ class Adjoint:
 def adjoint(condition: Condition) -> Adjoint:
     """Return the integer matrix of a condition.  Nothing is solved, nothing is rounded.
 
-    Raises
-    ------
-    ModelError : an entry that is not a finite number, or equalities, which have no multipliers
-        here.
+    Raises ModelError: an entry that is not a finite number, or equalities, which have no
+    multipliers here.
     """
     condition.refuse_equalities()
     offsets, variables = {}, 0
@@ -133,9 +131,7 @@ def adjoint(condition: Condition) -> Adjoint:
 def over_one_denominator(array: Array) -> tuple[Array, int]:
     """Return integers N and a positive integer D with array = N / D exactly.
 
-    Raises
-    ------
-    ModelError : an entry that is not a finite number.
+    Raises ModelError: an entry that is not a finite number.
     """
     # Wide integers have more digits than a float, and NaN has a mantissa like any other.
     if array.dtype.kind == "f" and array.dtype.itemsize <= 8 and np.isfinite(array).all():

@@ -247,13 +247,9 @@ def exact_near(face: Face, s: Floats, size: Floats) -> Array | None:
     If an entry appears in one equality only, that entry is computed from it. The few equalities
     that are left are solved exactly for as many entries as there are equalities.
 
-    Parameters
-    ----------
-    s : (columns of the face,) in floating point.
-    size : (columns,) positive: how far each entry may be moved, relative to the others.
+    ``s`` : (columns of the face,) in floating point.
+    ``size`` : (columns,) positive: how far each entry may be moved, relative to the others.
 
-    Returns
-    -------
     None if the equalities have no solution in the entries that were picked.
     """
     entries = _Rows(face.row, face.column, face.value, face.rows)

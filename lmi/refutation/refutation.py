@@ -138,9 +138,7 @@ class Alternative(ShortRepr):
 def multiplier_entries(read: Adjoint, multipliers: Mapping[str, Array]) -> Array:
     """Return z, (columns,): the entries of the multipliers on and above the diagonal.
 
-    Raises
-    ------
-    ModelError : a multiplier of an LMI that is not there, or of another shape.
+    Raises ModelError: a multiplier of an LMI that is not there, or of another shape.
     """
     names = [lmi.name for lmi in read.condition.lmis]
     for name, value in multipliers.items():

@@ -287,9 +287,7 @@ def _clarabel(program: ConeProgram, options: Mapping[str, Any]) -> Any:
 def run_clarabel(solver: Any, name: str, started: float) -> Raw:
     """Return what a clarabel solver that is set up finds; a breakdown is a status.
 
-    Parameters
-    ----------
-    started : the time by ``time.perf_counter`` from which the seconds count.
+    ``started`` : the time by ``time.perf_counter`` from which the seconds count.
     """
     try:
         solution = solver.solve()

@@ -1,37 +1,47 @@
-"""A limit on the time of all solver calls of one question, passed down to each of them.
-
-``limited`` opens a budget for the call of a public function that takes ``time_limit``, and notes
-whether it was exceeded; ``remaining`` gives the seconds that are left for a solver. A limited
-function that is called inside another one shares its budget.  The budget belongs to the thread, or
-task, that opened it.
-"""
+"""A limit on the time of all solver calls of a block, passed down to each of them."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, is_dataclass, replace
-from functools import wraps
-from typing import Any, ParamSpec, TypeVar, cast
+from dataclasses import dataclass
 
-from takagi.lmi.argument_checks import number
-from takagi.models.errors import ModelError
-
-P = ParamSpec("P")
-R = TypeVar("R")
+from takagi.lmi.argument_checks import positive_number
 
 
 @dataclass(slots=True)
-class _Budget:
-    """Seconds for all solver calls, when they end, and whether one was stopped."""
+class Budget:
+    """When the solver calls of a block end, and whether one was stopped or not made for that."""
 
-    seconds: float
     ends: float
     stopped: bool = False
 
 
-_budget: ContextVar[_Budget | None] = ContextVar("time limit of solver calls", default=None)
+_budget: ContextVar[Budget | None] = ContextVar("time limit of solver calls", default=None)
+
+
+@contextmanager
+def time_limit(seconds: float) -> Iterator[Budget]:
+    """Limit all solver calls in the block: ``with time_limit(60) as budget: design = pdc(model)``.
+
+    When the time is over, answers are "unknown", or the best that was found by then, and
+    ``budget.stopped`` is true.  A block in another one ends with it.  The limit is that of the
+    thread, or task, that opened it.
+
+    Raises ModelError: no positive number of seconds.
+    """
+    ends = time.perf_counter() + positive_number("time_limit", seconds)
+    outer = _budget.get()
+    budget = Budget(ends if outer is None else min(ends, outer.ends))
+    token = _budget.set(budget)
+    try:
+        yield budget
+    finally:
+        _budget.reset(token)
+        if outer is not None:
+            outer.stopped |= budget.stopped
 
 
 def remaining() -> float | None:
@@ -53,50 +63,3 @@ def out_of_time() -> bool:
         return False
     stopped()
     return True
-
-
-def limited(function: Callable[P, R]) -> Callable[P, R]:
-    """Return the function within the budget of its keyword ``time_limit`` [s]; None for none.
-
-    An answer that is "unknown" after a solver was stopped says so in its diagnosis.
-    """
-
-    @wraps(function)
-    def within(*args: P.args, **kwargs: P.kwargs) -> R:
-        time_limit = kwargs.get("time_limit")
-        if time_limit is None:
-            return function(*args, **kwargs)
-        seconds = float(number("time_limit", cast(float, time_limit)))
-        if seconds <= 0:
-            raise ModelError(f"time_limit is {seconds:g}; a positive number of seconds is needed")
-        seconds_left = remaining()
-        allowed = seconds if seconds_left is None else min(seconds, seconds_left)
-        budget = _Budget(seconds, time.perf_counter() + allowed)
-        token = _budget.set(budget)
-        try:
-            result = function(*args, **kwargs)
-        finally:
-            _budget.reset(token)
-        if not budget.stopped:
-            return result
-        if seconds_left is not None:
-            stopped()
-        return cast(R, _told(result, seconds))
-
-    return within
-
-
-def _told(result: Any, seconds: float) -> Any:
-    """Return an answer, or a value that holds one, whose diagnosis says why it is unknown."""
-    words = f"stopped by the time limit of {seconds:g} s before it was settled"
-    for field in ("diagnosis", "reason"):
-        if is_dataclass(result) and hasattr(result, field):
-            if getattr(result, "status", "") != "unknown":
-                return result
-            earlier = str(getattr(result, field))
-            return replace(
-                cast(Any, result), **{field: f"{words}; {earlier}" if earlier else words}
-            )
-    if is_dataclass(result) and hasattr(result, "answer"):
-        return replace(cast(Any, result), answer=_told(cast(Any, result).answer, seconds))
-    return result

@@ -16,7 +16,6 @@ from typing import TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from takagi.lmi.condition.statements import printed_factors, symmetric_summands, whole_terms
 from takagi.lmi.condition.term import LMI, Array, Constant, Labels, Term
@@ -256,8 +255,6 @@ class DoubleSum(ShortRepr):
     name : prefix of the LMIs' names, where a condition has more than one double sum.
     corners : (r, premises) which corner of each premise rule i takes, or ``ProductRules``; None
         where the memberships are not known to be products.
-    active : (r, r), False where h_i h_j = 0 at every state; None where nothing is known.
-    active_rules : at most this many h_i differ from zero at one state; None where nothing is known.
     """
 
     rules: int
@@ -266,8 +263,6 @@ class DoubleSum(ShortRepr):
     weight: float = 1.0
     name: str = ""
     corners: Corners | None = None
-    active: NDArray[np.bool_] | None = None
-    active_rules: int | None = None
 
     def __post_init__(self) -> None:
         for piece, _ in self.parts:
@@ -284,7 +279,6 @@ class DoubleSum(ShortRepr):
                 f"corners: {product_rules(self.corners).rules} rules, but there are {self.rules}; "
                 "give one row for each rule"
             )
-        self._check_active()
 
     @property
     def size(self) -> int:
@@ -296,23 +290,9 @@ class DoubleSum(ShortRepr):
         """Return whether Theta_ij may change with j."""
         return any(changes_with_gain(piece) for piece, _ in self.parts)
 
-    @property
-    def most_active(self) -> int:
-        """Return the largest number of rules that act at one state."""
-        active_rules = self.rules if self.active_rules is None else self.active_rules
-        if self.active is None:
-            return active_rules
-        return min(active_rules, int(self.active.sum(axis=1).max()))
-
     def pairs(self) -> tuple[Indices, Indices]:
-        """Return (i, j), i < j, of the pairs of rules that can act together."""
-        i, j = np.triu_indices(self.rules, 1)
-        if self.most_active == 1:
-            return i[:0], j[:0]
-        if self.active is None:
-            return i, j
-        keep = self.active[i, j]
-        return i[keep], j[keep]
+        """Return (i, j), i < j, of the pairs of rules."""
+        return np.triu_indices(self.rules, 1)
 
     def lmi(
         self,
@@ -362,31 +342,9 @@ class DoubleSum(ShortRepr):
             index=index,
         )
 
-    def _check_active(self) -> None:
-        active, active_rules = self.active, self.active_rules
-        if active is None and active_rules is None:
-            return
-        if active_rules is not None and not 1 <= active_rules <= self.rules:
-            raise ModelError(
-                f"active_rules is {active_rules}; 1 ... {self.rules} rules can act at a time"
-            )
-        r = self.rules
-        if active is not None and (
-            active.shape != (r, r) or not (active == active.T).all() or not active.diagonal().all()
-        ):
-            raise ModelError(
-                f"active has shape {active.shape}; ({r}, {r}), symmetric, with every rule active "
-                "by itself is needed; leave out a rule that never acts"
-            )
-
 
 def double_sum_of(
-    statement: Inequality,
-    *,
-    rules: int,
-    corners: Corners | None = None,
-    active: NDArray[np.bool_] | None = None,
-    active_rules: int | None = None,
+    statement: Inequality, *, rules: int, corners: Corners | None = None
 ) -> DoubleSum:
     """Return sum_ij h_i h_j Theta_ij < 0 of ``Theta << 0``, which is written with operators.
 
@@ -397,7 +355,7 @@ def double_sum_of(
     ----------
     statement : its name and its weight are those of the double sum.
     rules : r.
-    corners, active, active_rules : as in ``DoubleSum``.
+    corners : as in ``DoubleSum``.
 
     Raises
     ------
@@ -415,8 +373,6 @@ def double_sum_of(
         weight=statement.weight,
         name=statement.name,
         corners=corners,
-        active=active,
-        active_rules=active_rules,
     )
 
 

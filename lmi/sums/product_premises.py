@@ -118,9 +118,7 @@ class SimplexCoefficients:
 def simplexes_of(rules: ProductRules) -> tuple[Simplex, ...]:
     """Return every premise of the rules, in the order of the columns.
 
-    Raises
-    ------
-    ModelError : a premise with different numbers of corners in its columns.
+    Raises ModelError: a premise with different numbers of corners in its columns.
     """
     simplexes = []
     for name in dict.fromkeys(rules.premises):
@@ -135,8 +133,8 @@ def simplexes_of(rules: ProductRules) -> tuple[Simplex, ...]:
     return tuple(simplexes)
 
 
-def coefficients(loop: DoubleSum, rules: ProductRules, degree: int) -> SimplexCoefficients:
-    """Return which Theta_ij appear in which coefficient; without products that are always zero.
+def coefficients(rules: ProductRules, degree: int) -> SimplexCoefficients:
+    """Return which Theta_ij appear in which coefficient.
 
     A coefficient divided by the number of orderings of its product is a mean of the Theta_ij; the
     weights are those of the mean times prod_k (D_k + d)! / d!, the same for all coefficients.
@@ -150,20 +148,17 @@ def coefficients(loop: DoubleSum, rules: ProductRules, degree: int) -> SimplexCo
         count = count_of(simplex.corners, simplex.degree + degree)
         item = (item[..., None] * count + number[:, :, None, :]).reshape(r, r, -1)
         weight = (weight[..., None] * factor[:, :, None, :]).reshape(r, r, -1)
-    exponents = _exponents(simplexes, degree)
-    keep = _acting(loop, simplexes, exponents, item)
     i, j, _ = (indices.ravel() for indices in np.indices(item.shape))
-    inside = keep[item.ravel()]
     total = prod(perm(simplex.degree + degree, simplex.degree) for simplex in simplexes)
     return SimplexCoefficients(
-        i=i[inside],
-        j=j[inside],
-        item=(np.cumsum(keep) - 1)[item.ravel()[inside]],
-        weight=weight.ravel()[inside],
+        i=i,
+        j=j,
+        item=item.ravel(),
+        weight=weight.ravel(),
         total=total,
         # A power of two, so that rounding never touches the ratios of the weights.
         scale=2.0 ** -round(log2(total)),
-        exponents=tuple(rows[keep] for rows in exponents),
+        exponents=_exponents(simplexes, degree),
     )
 
 
@@ -206,23 +201,6 @@ def _exponents(simplexes: tuple[Simplex, ...], degree: int) -> tuple[Indices, ..
     )
 
 
-def _acting(
-    loop: DoubleSum, simplexes: tuple[Simplex, ...], exponents: tuple[Indices, ...], item: Indices
-) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return which coefficients belong to a product of weights that can differ from zero."""
-    keep = np.ones(len(exponents[0]), dtype=np.bool_)
-    if loop.active is not None:
-        keep[item[~loop.active]] = False
-    if loop.most_active < loop.rules:
-        # All rules with corners of the product act where it is not zero.
-        acting = np.ones(len(keep), dtype=np.intp)
-        for simplex, rows in zip(simplexes, exponents, strict=True):
-            different = 1 + (np.diff(rows, axis=1) > 0).sum(axis=1)
-            acting *= different ** len(simplex.columns)
-        keep &= acting <= loop.most_active
-    return keep
-
-
 # The shares of the Theta_ij in a coefficient, which sum to 1.
 _POLYA = r"\sum_{{i,j}} \tfrac{{k_i (k_j - \delta_{{ij}})}}{{{}}}"
 _PAIRS = r"\tfrac{1}{|\mathcal{P}_k|} \sum_{(i,j) \in \mathcal{P}_k}"
@@ -233,12 +211,12 @@ def polya(loop: DoubleSum, degree: int) -> RelaxedSum:
     """Every coefficient of (h_1 + ... + h_r)^d sum_ij h_i h_j Theta_ij is negative definite.
 
     Degree 0 is all pairs; necessary and sufficient as d grows, with (r + d + 1 choose d + 2)
-    LMIs.  Products of memberships that never act together are left out.
+    LMIs.
 
     Source: Sala and Arino (2007), Fuzzy Sets and Systems 158(24), theorem 5.
     """
     rules = ProductRules(np.arange(loop.rules)[:, None], ("h",))
-    sums = coefficients(loop, rules, degree)
+    sums = coefficients(rules, degree)
     chosen = sums.exponents[0]
     lmi = loop.lmi(
         "product of memberships",
@@ -259,9 +237,7 @@ def product(loop: DoubleSum, degree: int = 0) -> RelaxedSum:
     degree; necessary and sufficient as d grows, with prod_k (D_k + d + s_k - 1 choose s_k - 1)
     LMIs for s_k corners.
 
-    Raises
-    ------
-    ModelError : the memberships are not known to be products.
+    Raises ModelError: the memberships are not known to be products.
 
     Source: as the module.
     """
@@ -274,9 +250,7 @@ def product_liu_zhang(loop: DoubleSum) -> RelaxedSum:
     As Liu and Zhang's, with pairs of equal products added up: never more conservative than that,
     nor than "product".
 
-    Raises
-    ------
-    ModelError : the memberships are not known to be products.
+    Raises ModelError: the memberships are not known to be products.
 
     Source: derived here: sum_ij h_i h_j Theta_ij < sum_ij h_i h_j X_ij = (h x I)' X (h x I) < 0.
     """
@@ -287,9 +261,7 @@ def product_liu_zhang(loop: DoubleSum) -> RelaxedSum:
 def known_rules(loop: DoubleSum) -> ProductRules:
     """Return the rules as products.
 
-    Raises
-    ------
-    ModelError : they are not known to be products.
+    Raises ModelError: they are not known to be products.
     """
     if loop.corners is None:
         raise ModelError(
@@ -302,7 +274,7 @@ def known_rules(loop: DoubleSum) -> ProductRules:
 def _product_lmi(loop: DoubleSum, degree: int, X: Unknown | None = None) -> LMI:
     rules = known_rules(loop)
     simplexes = simplexes_of(rules)
-    sums = coefficients(loop, rules, degree)
+    sums = coefficients(rules, degree)
 
     def label(item: int) -> str:
         corners = (

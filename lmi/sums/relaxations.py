@@ -10,7 +10,6 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.unknown import Unknown, triangle
@@ -33,7 +32,6 @@ from takagi.lmi.sums.slack_matrices import (
     rule_lmi,
     slack_name,
     slack_unknown,
-    together,
 )
 from takagi.models.errors import ModelError, did_you_mean
 
@@ -85,38 +83,21 @@ class RelaxationSize:
 
 
 def relaxation_size(
-    name: str,
-    rules: int,
-    corners: Corners | None = None,
-    *,
-    size: int = 1,
-    active: NDArray[np.bool_] | None = None,
-    active_rules: int | None = None,
+    name: str, rules: int, corners: Corners | None = None, *, size: int = 1
 ) -> RelaxationSize:
     """Return how many LMIs, how wide, and how many slack variables; nothing is built.
-
-    The result is an upper bound if it is known which rules act together and the relaxation is by
-    products.
 
     Parameters
     ----------
     name : of the relaxation.
-    rules, corners, active, active_rules : as in ``DoubleSum``.
+    rules, corners : as in ``DoubleSum``.
     size : of Theta: n for PDC in continuous time, 2 n in discrete time.
 
     Raises
     ------
     ModelError : an unknown relaxation, or one that does not apply.
     """
-    loop = DoubleSum(
-        rules=rules,
-        blocks=(size,),
-        parts=(),
-        corners=corners,
-        active=active,
-        active_rules=active_rules,
-    )
-    return size_of(name, loop)
+    return size_of(name, DoubleSum(rules=rules, blocks=(size,), parts=(), corners=corners))
 
 
 def size_of(name: str, loop: DoubleSum) -> RelaxationSize:
@@ -137,7 +118,7 @@ def size_of(name: str, loop: DoubleSum) -> RelaxationSize:
         items, mean = _products(loop, 0)
         return RelaxationSize(((items, n), *full_lmi), triangle(r * n), mean)
     if match := re.fullmatch(r"polya-(\d+)", name):
-        items, mean = _polya(r, int(match[1]), loop.most_active)
+        items, mean = _polya(r, int(match[1]))
         return RelaxationSize(((items, n),), rules=mean)
     pairs = len(loop.pairs()[0])
     alone = ((r, n), (pairs, n)) if pairs else ((r, n),)
@@ -201,9 +182,9 @@ def _products(loop: DoubleSum, degree: int) -> tuple[int, float]:
     return items, mean
 
 
-def _polya(values: int, degree: int, active_rules: int | None = None) -> tuple[int, float]:
-    """Return how many products of d + 2 weights have few enough different ones, and their mean."""
-    sides = range(1, (values if active_rules is None else active_rules) + 1)
+def _polya(values: int, degree: int) -> tuple[int, float]:
+    """Return how many products of d + 2 weights there are, and the mean of different ones."""
+    sides = range(1, values + 1)
     items = [comb(values, t) * comb(degree + 1, t - 1) for t in sides]
     return sum(items), sum(t * count for t, count in zip(sides, items, strict=True)) / sum(items)
 
@@ -258,7 +239,7 @@ SAME: Mapping[str, str] = MappingProxyType(
 )
 
 
-def contains(rich: str, poor: str, *, few_active: bool = False) -> bool:
+def contains(rich: str, poor: str) -> bool:
     """Return whether unknowns for ``poor`` always give unknowns for ``rich``, by a theorem.
 
     With M_j = M, Theta_ij + Theta_ji is Theta_i + Theta_j, so one gain gives all pairs.  All pairs
@@ -268,23 +249,13 @@ def contains(rich: str, poor: str, *, few_active: bool = False) -> bool:
     the polynomial is multiplied by h_1 + ... + h_r, and when those of equal products of corner
     weights are added up.  "auto" contains the relaxations that it tries, except those that are too
     large. False is no evidence of the contrary: for some pairs no theorem is known.
-
-    Parameters
-    ----------
-    few_active : at most this many rules are known to act at a time that Tanaka and Wang's s is
-        smaller than r, and than the number of rules that some rule acts with; Kim and Lee's and
-        those above it make no use of that, so they do not contain Tanaka and Wang's then.
     """
     rich, poor = SAME.get(rich, rich), SAME.get(poor, poor)
-    return rich == poor or any(
-        contains(below, poor, few_active=few_active) for below in _below(rich, few_active)
-    )
+    return rich == poor or any(contains(below, poor) for below in _below(rich))
 
 
-def _below(name: str, few_active: bool) -> tuple[str, ...]:
+def _below(name: str) -> tuple[str, ...]:
     """Return relaxations that the named one contains, and that contain all else it does."""
-    if few_active and name == "kim-lee":
-        return ("wang-tanaka-griffin",)
     match = re.fullmatch(r"(polya|product)-(\d*[1-9]\d*)", name)
     if match is None:
         return _BELOW.get(name, ())
@@ -341,7 +312,7 @@ def common_gain(loop: DoubleSum) -> RelaxedSum:
 
 
 def wang_tanaka_griffin(loop: DoubleSum) -> RelaxedSum:
-    """Theta_ii < 0, and Theta_ij + Theta_ji < 0 for all pairs i < j that act together.
+    """Theta_ii < 0, and Theta_ij + Theta_ji < 0 for all pairs i < j.
 
     Source: Wang, Tanaka and Griffin (1996), IEEE Trans. Fuzzy Systems 4(1), theorem 3.
     """
@@ -349,27 +320,24 @@ def wang_tanaka_griffin(loop: DoubleSum) -> RelaxedSum:
 
 
 def tanaka_wang(loop: DoubleSum) -> RelaxedSum:
-    """Theta_ii + (s - 1) Y < 0, Theta_ij + Theta_ji - 2 Y < 0 for i < j, Y > 0.
+    """Theta_ii + (r - 1) Y < 0, Theta_ij + Theta_ji - 2 Y < 0 for i < j, Y > 0.
 
     Y is a common slack: the sum for a pair may be positive if each rule alone has a margin.
-    At most s of the r rules act at a time; s = r where nothing is known.
 
     Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), theorem 2; Tanaka and
     Wang (2001), theorem 9.
     """
-    s = loop.most_active
     Y = slack_unknown(loop, "Y", loop.size)
     name = slack_name(loop, "slack")
     positive = lmi_of((Y >> 0).named(name, weight=SLACK_SHARE * loop.weight))
-    rule_slack = (s - 1) * Y if s > 1 else None
+    rule_slack = (loop.rules - 1) * Y if loop.rules > 1 else None
     return (Y,), (*pair_lmis(loop, rule_slack, -2 * Y), positive)
 
 
 def tuan(loop: DoubleSum) -> RelaxedSum:
-    """Theta_ii < 0, and 2/(s - 1) Theta_ii + Theta_ij + Theta_ji < 0 for all i != j.
+    """Theta_ii < 0, and 2/(r - 1) Theta_ii + Theta_ij + Theta_ji < 0 for all i != j.
 
-    No slack unknowns, and never more conservative than all pairs.  At most s of the r rules act
-    at a time; s = r where nothing is known.
+    No slack unknowns, and never more conservative than all pairs.
 
     Source: Tuan, Apkarian, Narikiyo and Yamamoto (2001), IEEE Trans. Fuzzy Systems 9(2).
     """
@@ -378,8 +346,8 @@ def tuan(loop: DoubleSum) -> RelaxedSum:
         return (), (rule_lmi(loop),)
     i, j = np.concatenate([first, second]), np.concatenate([second, first])
     # In whole numbers, so that no rounding error can invalidate the inequality.
-    common = gcd(2, loop.most_active - 1)
-    rule_factor, pair_factor = 2 // common, (loop.most_active - 1) // common
+    common = gcd(2, loop.rules - 1)
+    rule_factor, pair_factor = 2 // common, (loop.rules - 1) // common
     weight = np.ones(len(i))
     pairs = loop.lmi(
         "pair",
@@ -390,7 +358,7 @@ def tuan(loop: DoubleSum) -> RelaxedSum:
         ),
         count=len(i),
         label=lambda item: f"rules {i[item] + 1} and {j[item] + 1}",
-        index=rf"i \ne j = 1, \dots, {loop.rules}" + together(loop),
+        index=rf"i \ne j = 1, \dots, {loop.rules}",
         scale=2.0 ** -round(np.log2(pair_factor)),
     )
     return (), (rule_lmi(loop), pairs)

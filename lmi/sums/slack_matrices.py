@@ -35,11 +35,9 @@ def rule_lmi(loop: DoubleSum, slack: Expression | None = None) -> LMI:
 def pair_lmis(
     loop: DoubleSum, rule_slack: Expression | None = None, cross: Expression | None = None
 ) -> tuple[LMI, ...]:
-    """Return Theta_ii + own < 0, and Theta_ij + Theta_ji + cross < 0 for the pairs i < j that act.
+    """Return Theta_ii + own < 0, and Theta_ij + Theta_ji + cross < 0 for the pairs i < j.
 
-    Parameters
-    ----------
-    cross : the same for all pairs, or one for each of ``loop.pairs()``.
+    ``cross`` : the same for all pairs, or one for each of ``loop.pairs()``.
     """
     i, j = loop.pairs()
     if not len(i):
@@ -51,14 +49,9 @@ def pair_lmis(
         cross,
         count=len(i),
         label=lambda item: f"rules {i[item] + 1} and {j[item] + 1}",
-        index=rf"1 \le i < j \le {loop.rules}" + together(loop),
+        index=rf"1 \le i < j \le {loop.rules}",
     )
     return rule_lmi(loop, rule_slack), pairs
-
-
-def together(loop: DoubleSum) -> str:
-    """Return what the index range of pairs adds where some pairs never act, in LaTeX."""
-    return "" if loop.active is None else r",\; h_i h_j \not\equiv 0"
 
 
 def slack_unknown(loop: DoubleSum, name: str, size: int, count: int = 1) -> Unknown:
@@ -73,8 +66,6 @@ def slack_name(loop: DoubleSum, name: str) -> str:
 
 def kim_lee(loop: DoubleSum) -> RelaxedSum:
     """Theta_ii < X_ii, Theta_ij + Theta_ji < 2 X_ij for i < j, [X_ij] < 0, each X_ij symmetric.
-
-    For pairs that never act together X_ij is not constrained by a Theta_ij.
 
     Source: Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), theorem 3.
     """

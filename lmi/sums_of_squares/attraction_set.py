@@ -92,9 +92,7 @@ def multipliers(
 ) -> list[Squares] | None:
     """Return S and Lambda of every line for {V <= 1}; None where a solver finds none for one.
 
-    Parameters
-    ----------
-    spare : whether Lambda too needs a margin, so that it may be rounded.
+    ``spare`` : whether Lambda too needs a margin, so that it may be rounded.
     """
     squares = []
     below = _terms(V.power(0) + V.times(-1))
@@ -165,10 +163,8 @@ def largest_set(
 ) -> Iterator[StatePolynomial]:
     """Yield V of a degree, each with a larger set than the one before; none where none is found.
 
-    Parameters
-    ----------
-    field, limited : in coordinates in which the set is about as large as the unit ball.
-    first : a positive function whose sets {V <= c} are tried for c = 1, 0.7, 0.49, ...
+    ``field``, ``limited`` : in coordinates in which the set is about as large as the unit ball.
+    ``first`` : a positive function whose sets {V <= c} are tried for c = 1, 0.7, 0.49, ...
     """
     squares = None
     for level in LEVELS:

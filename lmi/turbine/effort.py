@@ -88,9 +88,8 @@ def effort_gains(
 ) -> EffortDesign:
     """Return LMI gains at every wind node of the schedule.
 
-    Raises
-    ------
-    ModelError : a setting out of range, or no gain at some wind; names the wind and what to relax.
+    Raises ModelError: a setting out of range, or no gain at some wind; names the wind and what to
+    relax.
     """
     chosen = settings or EffortSettings()
     _check(chosen)

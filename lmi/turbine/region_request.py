@@ -29,14 +29,7 @@ from takagi.lmi.condition.statements import pose, scale_bound
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
-from takagi.lmi.expressions.expression import (
-    Expression,
-    He,
-    Inequality,
-    Parameter,
-    block,
-    matrix,
-)
+from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
 from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state_lmis
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -90,13 +83,9 @@ def regional_gain_condition(
     bounds : what must hold on the ellipsoid; one of them is made least.
     box : (n,) half widths of the model's box; inf where a state is free.
 
-    Returns
-    -------
     The condition in Q (n, n), M (r, 1, n) and mu.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes that do not fit, or a bound that is not positive.
+    Raises ModelError: shapes that do not fit, or a bound that is not positive.
     """
     rules, n = A.shape[:2]
     if A.shape != (rules, n, n) or B.shape != (n, 1) or corners.shape[1:] != (n,):

@@ -194,9 +194,7 @@ def regional_gains(
     partial_model, full_model : regional models; None makes them with their default bands.
     speed_setpoint : de-rated rotor speed [rad/s], the one of the models; None takes the rated.
 
-    Raises
-    ------
-    ModelError : misuse only (a set outside the model's box, a model of something else).
+    Raises ModelError: misuse only (a set outside the model's box, a model of something else).
     """
     low = partial_model or partial_load_model(turbine, speed_setpoint=speed_setpoint)
     high = full_model or full_load_model(turbine, speed_setpoint=speed_setpoint)
@@ -218,9 +216,7 @@ def region_gains(
     Of all gains that meet the requirement, these need the least actuator effort on the ellipsoid:
     the smallest torque (partial load), the smallest pitch reference (full load).
 
-    Raises
-    ------
-    ModelError : the operating set is not inside the model's box, or the input matrix varies.
+    Raises ModelError: the operating set is not inside the model's box, or the input matrix varies.
     """
     task = region_request(turbine, model, requirement, speed_setpoint)
     condition = task.condition(requirement)
@@ -237,8 +233,7 @@ def region_gains(
     if outcome.status != "candidate":
         reason = f"{task.region}: gains keep the limits, but {outcome.reason}"
         return replace(
-            without,
-            diagnosis=reason if outcome.feasible else why_none(task, condition, outcome),
+            without, diagnosis=reason if outcome.feasible else why_none(task, condition, outcome)
         )
     Q, M = outcome.values["Q"][0], outcome.values["M"][:, 0, :]
     K = np.linalg.solve(Q, M.T).T * task.unit / task.scales

@@ -1,4 +1,4 @@
-"""Lyapunov functions that change with constant parameters, or with memberships.
+"""Lyapunov functions that change with the memberships, constant or at bounded rates.
 
 dP/dt is posed at every corner of the velocities: of the premises, dw_k/dt = +-rho_k, or of the
 memberships, |dh_i/dt| <= phi_i with sum_i dh_i/dt = 0.
@@ -22,17 +22,9 @@ from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.expressions.expression import He, Inequality, Parameter, matrix
 from takagi.lmi.polynomials import Basis, Degrees
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.varying.parameter_condition import (
-    SOURCES,
-    Form,
-    SoughtPolynomial,
-    check_form,
-    form_lmis,
-    polynomial_lmis,
-)
+from takagi.lmi.varying.parameter_condition import SoughtPolynomial, decrease_lmi, polynomial_lmis
 from takagi.lmi.varying.parameter_motion import kept_degrees
 from takagi.lmi.varying.parameter_space import (
     RateBounds,
@@ -41,123 +33,12 @@ from takagi.lmi.varying.parameter_space import (
     degrees_of,
     membership_rates,
     no_lyapunov,
-    polya_of,
     varying_loop,
 )
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-
-def polynomial_lyapunov_condition(
-    model: Vertices,
-    *,
-    degree: int | Sequence[int] = 1,
-    polya: int = 0,
-    decay_rate: float = 0.0,
-    form: Form = "direct",
-    gains: ArrayLike | None = None,
-    sample_time: float | None = None,
-) -> Condition:
-    """Pose P(h) > 0 and He(P(h) A(h)) + 2 alpha P(h) < 0 for every constant h.
-
-    Discrete time: A(h)' P(h) A(h) < rho^2 P(h), as a Schur complement.  Each Bernstein coefficient
-    of the polynomials in h is one item; see ``parameter_condition``.
-
-    Parameters
-    ----------
-    model : a model (its A), or vertices (r, n, n); entries may be Fractions.
-    degree, polya, decay_rate, form, gains, sample_time : as for ``polynomial_lyapunov``.
-
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknown ``P``, whose members are
-    the coefficients of P(h).  Nothing is solved.
-
-    Raises
-    ------
-    ModelError : as ``polynomial_lyapunov``.
-
-    Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
-    """
-    loop = varying_loop(model, gains, sample_time)
-    degrees = degrees_of(loop.space, degree)
-    return _condition(loop, degrees, polya_of(polya), number("decay_rate", decay_rate), form)
-
-
-@limited
-def polynomial_lyapunov(
-    model: Vertices,
-    *,
-    degree: int | Sequence[int] = 1,
-    polya: int = 0,
-    decay_rate: float = 0.0,
-    form: Form = "direct",
-    gains: ArrayLike | None = None,
-    scales: ArrayLike | None = None,
-    sample_time: float | None = None,
-    time_limit: float | None = None,
-) -> Answer:
-    """Return a candidate P(h) > 0 with He(P(h) A(h)) + 2 alpha P(h) < 0 for every constant h.
-
-    Every blend of the vertices is then stable as long as it stays what it is.  Discrete time:
-    A(h)' P(h) A(h) < e^(-2 alpha T) P(h).
-
-    Parameters
-    ----------
-    model : a model, or vertices (r, n, n) of one simplex.  With premises h is the point of a
-        product of simplexes, one a premise.
-    degree : of P in the memberships, or in each premise's; 0 is a common P, 1 one P a rule.
-    polya : how far the LMIs' degrees are raised before their coefficients are taken.  As degree
-        and polya grow every stable family is found, in ever more LMIs.
-    decay_rate : alpha in 1/s.
-    form : "direct"; or "dilated", with slack matrices the same for all h in the place of
-        products of P and A: never worse than a common P, and one LMI a vertex for degree 1.
-    gains : (r, m, n) of u = -sum_j h_j K_j x; the loop is then of degree 2.
-    scales : (n,) engineering range of each state; None balances.
-    sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
-
-    Returns
-    -------
-    An ``Answer``: ``family`` is P(h), ``decay_rate`` what it shows, recomputed from it.  A no is
-    about P of this degree and these coefficients; the diagnosis says so, or names a blend that is
-    unstable by itself.  Nothing is proved here.
-
-    Not promised: anything about memberships that move; see ``fuzzy_lyapunov``.
-
-    Raises
-    ------
-    ModelError : shapes, numbers, a degree that is not whole, an unknown form.
-
-    Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
-    """
-    loop = varying_loop(model, gains, sample_time)
-    degrees = degrees_of(loop.space, degree)
-    alpha, polya = float(number("decay_rate", decay_rate)), polya_of(polya)
-    s = loop.units(scales)
-    scaled = loop.scaled(s)
-    condition = _condition(scaled, degrees, polya, alpha, form)
-    why = scaled.hopeless(alpha)
-    if why:
-        return no_lyapunov(condition, s, why)
-    advice = "raise the degree or polya, lower the decay rate, or shrink the box"
-    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, degrees), advice)
-
-
-def _condition(
-    loop: VaryingLoop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
-) -> Condition:
-    check_form(form)
-    no_rates = [np.zeros(size) for size in loop.space.sizes]
-    sought = SoughtPolynomial.of(loop, degrees, no_rates, polya=polya)
-    return pose(
-        *form_lmis(sought, form, decay_parameter(alpha, loop.sample_time)),
-        name=f"polynomial Lyapunov function, degree {degrees}, {form}",
-        source=SOURCES[form],
-    )
-
-
+SOURCE = "Oliveira and Peres (2007); Daafouz and Bernussou (2001)"
 RATE_SOURCES = "Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006)"
 
 
@@ -166,28 +47,24 @@ def _fuzzy_condition(
     degrees: Degrees,
     rates: Sequence[Floats],
     relaxation: str,
-    form: Form,
     alpha: float | Fraction,
 ) -> Condition:
     """Return the condition in the loop's states, for rates of |dw/dt| in 1/s, one array a simplex.
 
-    Raises
-    ------
-    ModelError : a relaxation by name of anything but a double sum.
+    Raises ModelError: a relaxation by name of anything but a double sum.
     """
-    check_form(form)
     relaxation_named(relaxation)
     match = re.fullmatch(r"polya-(\d+)", relaxation)
-    double_sum = loop.sample_time is None and form == "direct" and loop.K is None
+    double_sum = loop.sample_time is None and loop.K is None
     if not match and not (double_sum and max(degrees) <= 1):
         raise ModelError(
-            f"relaxation {relaxation} is for a double sum: continuous time, no gains, "
-            'form="direct", degree 1; take "polya-<d>"'
+            f"relaxation {relaxation} is for a double sum: continuous time, no gains, degree 1; "
+            'take "polya-<d>"'
         )
     sought = SoughtPolynomial.of(loop, degrees, rates, polya=int(match[1]) if match else 0)
     rate = decay_parameter(alpha, loop.sample_time)
     statements: Sequence[Inequality | LMI] = (
-        form_lmis(sought, form, rate)
+        (*polynomial_lmis(sought), decrease_lmi(sought, rate))
         if match or not any(degrees)
         else _named(sought, loop, relaxation, rate)
     )
@@ -196,7 +73,7 @@ def _fuzzy_condition(
         *statements,
         parameters=(rate,),
         name=f"fuzzy Lyapunov function, degree {degrees}, {relaxation}",
-        source=f"{SOURCES[form]}; {RATE_SOURCES}" if moving else SOURCES[form],
+        source=f"{SOURCE}; {RATE_SOURCES}" if moving else SOURCE,
     )
 
 
@@ -242,7 +119,6 @@ def fuzzy_lyapunov_condition(
     decay_rate: float = 0.0,
     relaxation: str = "polya-0",
     gains: ArrayLike | None = None,
-    form: Form = "direct",
     sample_time: float | None = None,
 ) -> Condition:
     """Pose P(h) > 0 and He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0 for bounded rates of h.
@@ -251,7 +127,7 @@ def fuzzy_lyapunov_condition(
 
     Parameters
     ----------
-    model, rate_bounds, degree, decay_rate, relaxation, gains, form, sample_time : as for
+    model, rate_bounds, degree, decay_rate, relaxation, gains, sample_time : as for
         ``fuzzy_lyapunov``; entries of the model may be Fractions.
 
     Returns
@@ -262,16 +138,13 @@ def fuzzy_lyapunov_condition(
     Raises
     ------
     ModelError : as ``fuzzy_lyapunov``.
-
-    Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006).
     """
     loop = varying_loop(model, gains, sample_time)
     degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
     alpha = number("decay_rate", decay_rate)
-    return _fuzzy_condition(loop, degrees, rates, relaxation, form, alpha)
+    return _fuzzy_condition(loop, degrees, rates, relaxation, alpha)
 
 
-@limited
 def fuzzy_lyapunov(
     model: Vertices,
     *,
@@ -280,10 +153,8 @@ def fuzzy_lyapunov(
     decay_rate: float = 0.0,
     relaxation: str = "polya-0",
     gains: ArrayLike | None = None,
-    form: Form = "direct",
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P(h) > 0 with He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0.
 
@@ -294,8 +165,9 @@ def fuzzy_lyapunov(
     ----------
     model : a model, or vertices (r, n, n).  With premises the memberships are products of theirs.
     rate_bounds : with premises |dz_k/dt| in the unit of z_k per second, one for each in order or
-        by name; without, |dh_i/dt| in 1/s; one number for all.  0 is a constant, inf no bound: in
-        continuous time P then does not depend on it.  In discrete time a step is at most T times
+        by name; without, |dh_i/dt| in 1/s; one number for all.  0 is a constant: as degree and d
+        grow, every stable family is found then.  inf is no bound: in continuous time P then does
+        not depend on it.  In discrete time a step is at most T times
         the bound.
     degree : of P in the memberships, or in each premise's; 0 is a common P.
     decay_rate : alpha in 1/s.
@@ -303,11 +175,8 @@ def fuzzy_lyapunov(
         (with premises in each of them); or, in continuous time without gains and for degree 1, one
         of the names that ``pdc`` has.
     gains : (r, m, n) of u = -sum_j h_j K_j x.
-    form : "direct", or "dilated": with slack matrices in the place of products of P and A.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -324,14 +193,15 @@ def fuzzy_lyapunov(
         together, too many corners of rates to pose.
 
     Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006); in
-    discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009).
+    discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009); for constant memberships
+    Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
     """
     loop = varying_loop(model, gains, sample_time)
     degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
     alpha = float(number("decay_rate", decay_rate))
     s = loop.units(scales)
     scaled = loop.scaled(s)
-    condition = _fuzzy_condition(scaled, degrees, rates, relaxation, form, alpha)
+    condition = _fuzzy_condition(scaled, degrees, rates, relaxation, alpha)
     why = scaled.hopeless(alpha)
     if why:
         return no_lyapunov(condition, s, why)

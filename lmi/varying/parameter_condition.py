@@ -10,25 +10,7 @@ V = x' P(h) x then has V' <= -2 alpha V, or V(x+) <= rho^2 V(x), rho = e^(-alpha
 Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7), for polynomial P; Daafouz
 and Bernussou (2001), Systems and Control Letters 43, for P(h+).
 
-Two forms of the same decrease: with products of P(h) and A(h), or held apart by slacks.
-
-    continuous   [ He(F A(h)) + dP/dt + 2 alpha P(h)   kappa (P(h) - F) + A(h)' G' ]
-                 [ .                                   -kappa (G + G')             ]  < 0
-
-    discrete     [ rho^2 P(h)    A(h)' G'        ]
-                 [ .             G + G' - P(h+)  ]  > 0
-
-The slacks F and G are the same for all h: with [x; x' / kappa] for x' = A x, or [x; -x+] for x+ =
-A x, on both sides they vanish, and V' < -2 alpha V, or V(x+) < rho^2 V(x), is left.  Linear in P(h)
-and in A(h), so that one LMI a vertex is enough where P is linear in h.  F = P and small G, or G = P
-in discrete time, shows whatever a common P shows.  The number kappa, about the size of A, only
-balances the blocks.
-
-Source: Peaucelle, Arzelier, Bachelier and Bernussou (2000), Systems and Control Letters 40, for
-continuous time; de Oliveira, Bernussou and Geromel (1999), Systems and Control Letters 37, for
-discrete time.
-
-The first form at some blends h alone, with P(h) > 0 for all h, is necessary for P(h) of this degree
+The inequality at some blends h alone, with P(h) > 0 for all h, is necessary for P(h) of this degree
 by any relaxation.  It shows nothing of the blends between.
 """
 
@@ -36,7 +18,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,14 +28,7 @@ from takagi.lmi.argument_checks import Vertices, decay_parameter
 from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.term import Array, Labels, identity_like
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.expression import (
-    Expression,
-    He,
-    Inequality,
-    Parameter,
-    block,
-    matrix,
-)
+from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
 from takagi.lmi.expressions.piece import Letter, Piece
 from takagi.lmi.polynomials import (
     Basis,
@@ -74,7 +48,6 @@ from takagi.lmi.varying.parameter_space import (
     varying_loop,
 )
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -339,8 +312,8 @@ class Motion:
         )
 
 
-def direct_lmi(sought: SoughtPolynomial, rate: Parameter) -> Inequality:
-    """Pose the module's direct form."""
+def decrease_lmi(sought: SoughtPolynomial, rate: Parameter) -> Inequality:
+    """Pose the decrease."""
     A = sought.matrix
     at = sought.coefficients(sought.product(A))
     motion = Motion(sought, at)
@@ -355,46 +328,6 @@ def direct_lmi(sought: SoughtPolynomial, rate: Parameter) -> Inequality:
     return at.named(decrease, "decrease", weight=sought.weight)
 
 
-Form: TypeAlias = Literal["direct", "dilated"]
-SOURCES = {
-    "direct": "Oliveira and Peres (2007); Daafouz and Bernussou (2001)",
-    "dilated": "Peaucelle et al. (2000); de Oliveira, Bernussou and Geromel (1999)",
-}
-
-
-def check_form(form: object) -> None:
-    """Raise ModelError for a form that there is not."""
-    if form not in SOURCES:
-        raise ModelError(f"form {form!r} is not known; there are {', '.join(SOURCES)}")
-
-
-def form_lmis(sought: SoughtPolynomial, form: Form, rate: Parameter) -> tuple[Inequality, ...]:
-    """Return P(h) > 0, its scale and the decrease, which brings the slacks of a dilated form."""
-    pose = direct_lmi if form == "direct" else dilated_lmi
-    return *polynomial_lmis(sought), pose(sought, rate)
-
-
-def dilated_lmi(sought: SoughtPolynomial, rate: Parameter) -> Inequality:
-    """Pose the module's dilated form, with the slacks F and G."""
-    n, A = sought.P.rows, sought.matrix
-    at = sought.coefficients(A.basis.degrees)
-    motion = Motion(sought, at)
-    same = UnknownPolynomial.of(Basis(sought.motion.sizes, (0,) * len(sought.motion.sizes)))
-    F, G = Unknown("F", n, n), Unknown("G", n, n)
-    F_A, G_A = (at.product(slack, same, A, latex="A(h)") for slack in (F, G))
-    if sought.discrete:
-        rows: list[list[object]] = [[rate * motion.P, None], [G_A, He(G) - motion.P_next]]
-        return at.named(block(rows) >> 0, "decrease", weight=sought.weight)
-    # A power of two: no digit is touched.
-    size = 2.0 ** round(np.log2(sought.weight / 2))
-    kappa = matrix([[type(at.eye[0, 0, 0])(size)]], r"\kappa")
-    first = He(F_A) + motion.P_dot + 2 * rate * motion.P
-    across = kappa * motion.P - kappa * F + G_A.T
-    return at.named(
-        block([[first, across], [None, -He(kappa * G)]]) << 0, "decrease", weight=sought.weight
-    )
-
-
 def function_at_points(
     model: Vertices,
     blends: ArrayLike,
@@ -406,15 +339,11 @@ def function_at_points(
 ) -> Answer:
     """Return a candidate P(h) for the module's inequalities.
 
-    Parameters
-    ----------
-    model, rate_bounds, degree, decay_rate, gains : as for ``fuzzy_lyapunov``; in discrete time
-        the next memberships are arbitrary, and rate_bounds is not read.
-    blends : (N, sum of sizes), the weights of each premise's corners, or of the rules.
+    ``model``, ``rate_bounds``, ``degree``, ``decay_rate``, ``gains`` : as for ``fuzzy_lyapunov``;
+    in discrete time the next memberships are arbitrary, and rate_bounds is not read.
+    ``blends`` : (N, sum of sizes), the weights of each premise's corners, or of the rules.
 
-    Raises
-    ------
-    ModelError : as ``fuzzy_lyapunov``.
+    Raises ModelError: as ``fuzzy_lyapunov``.
     """
     loop = varying_loop(model, gains)
     step = loop.sample_time

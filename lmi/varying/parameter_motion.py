@@ -22,34 +22,71 @@ from itertools import product
 
 import numpy as np
 
-from takagi.lmi.analysis.actuator_rates import balanced_bounds, distinct_rows, velocity_corners
-from takagi.lmi.polynomials import (
-    Basis,
-    Degrees,
-    Known,
-    UnknownPolynomial,
-    substituted,
-)
+from takagi.lmi.polynomials import Basis, Degrees, Known, UnknownPolynomial, substituted
 from takagi.lmi.varying.parameter_space import Space
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
+# The most memberships whose rates' corners are listed, about r 2^(r-1) of them.
+MOST_RULES = 12
 # Memberships of one simplex that may step with bounds of their own: corners multiply beyond it.
 MOST_STEPPING = 4
 # A bound on a step that is smaller is made this, so that the polytope has an inside.
 SMALLEST_STEP = 1e-6
 
 
+def velocity_corners(bound: Floats) -> Floats:
+    """Return the corners of the velocities, (count, corners of the simplex).
+
+    All but one of the v_c are at their bounds, and the last balances them.
+
+    ``bound`` : phi, (corners of the simplex,), in 1/s; at most one is infinite.
+
+    Raises ModelError: too many memberships for a list of corners.
+    """
+    phi = balanced_bounds(bound)
+    moving = np.flatnonzero(phi > 0)
+    if not len(moving):
+        return np.zeros((1, len(phi)))
+    if len(moving) > MOST_RULES:
+        raise ModelError(
+            f"{len(moving)} memberships move with rates of their own, more than {MOST_RULES}; "
+            "give the model its premises, with a rate for each"
+        )
+    signs = np.array(list(product((-1.0, 1.0), repeat=len(moving) - 1)))
+    corner_groups = []
+    for free in range(len(moving)):
+        other_rates = np.delete(moving, free)
+        other_values = signs * phi[other_rates]
+        balance = -other_values.sum(axis=1)
+        # A rate that balances the others exactly is a corner, although rounding may exceed its
+        # bound.
+        fits = np.abs(balance) <= phi[moving[free]] * (1 + 1e-12)
+        corners = np.zeros((int(fits.sum()), len(phi)))
+        corners[:, other_rates] = other_values[fits]
+        corners[:, moving[free]] = balance[fits]
+        corner_groups.append(corners)
+    return distinct_rows(np.concatenate(corner_groups), float(phi.max()))
+
+
+def balanced_bounds(bound: Floats) -> Floats:
+    """Return the bounds that matter: what the others cannot balance, no membership can do."""
+    sums_of_others = np.array([np.delete(bound, c).sum() for c in range(len(bound))])
+    return np.asarray(np.minimum(bound, sums_of_others))
+
+
+def distinct_rows(corners: Floats, size: float) -> Floats:
+    """Return the rows that differ by more than rounding."""
+    _, first = np.unique(np.round(corners / size, 9), axis=0, return_index=True)
+    return np.asarray(corners[np.sort(first)])
+
+
 def step_corners(bound: Floats) -> tuple[Floats, Floats]:
     """Return the corners (h, h+) of the steps, each (corners of the simplex, count).
 
-    Parameters
-    ----------
-    bound : phi, (corners of the simplex,), of one step.
+    ``bound`` : phi, (corners of the simplex,), of one step.
 
-    Raises
-    ------
-    ModelError : too many memberships for a list of corners.
+    Raises ModelError: too many memberships for a list of corners.
     """
     size = len(bound)
     phi = balanced_bounds(bound)
@@ -166,9 +203,7 @@ def kept_degrees(degrees: Degrees, rates: Sequence[Floats], *, discrete: bool) -
 
     In discrete time it may: only the next step matters.
 
-    Raises
-    ------
-    ModelError : some memberships of one simplex without a bound, others with one.
+    Raises ModelError: some memberships of one simplex without a bound, others with one.
     """
     kept = []
     for degree, rate in zip(degrees, rates, strict=True):
@@ -188,14 +223,10 @@ def motion_of(
 ) -> ParameterMotion:
     """Return the motion with |dw/dt| <= rates, or |w(t + T) - w(t)| <= T rates.
 
-    Parameters
-    ----------
-    degrees : of P; where P has none, rates do not matter.
-    rates : bounds in 1/s, as from ``membership_rates``.
+    ``degrees`` : of P; where P has none, rates do not matter.
+    ``rates`` : bounds in 1/s, as from ``membership_rates``.
 
-    Raises
-    ------
-    ModelError : too many corners to pose.
+    Raises ModelError: too many corners to pose.
     """
     if sample_time is None:
         return continuous_motion(space, degrees, rates)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.actuator_rates import gain_stack
+from takagi.lmi.analysis.gain_pairs import gain_stack
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,
@@ -84,9 +84,7 @@ def space_of(model: object, rules: int) -> Space:
 def degrees_of(space: Space, degree: int | Sequence[int]) -> Degrees:
     """Return the degree in each simplex; one number stands for all.
 
-    Raises
-    ------
-    ModelError : not whole, negative, or not one for each.
+    Raises ModelError: not whole, negative, or not one for each.
     """
     degrees = tuple(degree) if isinstance(degree, Sequence) else (degree,) * len(space.sizes)
     if len(degrees) != len(space.sizes) or not all(
@@ -104,9 +102,7 @@ def degrees_of(space: Space, degree: int | Sequence[int]) -> Degrees:
 def polya_of(polya: object) -> int:
     """Return a degree to raise by.
 
-    Raises
-    ------
-    ModelError : not a whole number from 0.
+    Raises ModelError: not a whole number from 0.
     """
     if isinstance(polya, bool) or not isinstance(polya, (int, np.integer)) or polya < 0:
         raise ModelError(f"polya is {polya!r}; a whole number from 0 is needed")
@@ -116,14 +112,10 @@ def polya_of(polya: object) -> int:
 def membership_rates(space: Space, bounds: RateBounds) -> tuple[Floats, ...]:
     """Return the bound of |dw^k_c/dt| in 1/s, (corners of simplex k,), for each simplex k.
 
-    Parameters
-    ----------
-    bounds : with premises, of |dz_k/dt| in the unit of z_k per second, by name or in order;
-        without, of |dh_i/dt| in 1/s.  One number stands for all, inf is not a bound, 0 is constant.
+    ``bounds`` : with premises, of |dz_k/dt| in the unit of z_k per second, by name or in order;
+    without, of |dh_i/dt| in 1/s.  One number stands for all, inf is not a bound, 0 is constant.
 
-    Raises
-    ------
-    ModelError : a premise missing or unknown, a wrong length, a negative number or NaN.
+    Raises ModelError: a premise missing or unknown, a wrong length, a negative number or NaN.
     """
     if isinstance(bounds, Mapping):
         bounds = _by_name(space, bounds)
@@ -249,10 +241,8 @@ def varying_loop(
 ) -> VaryingLoop:
     """Return the loop of a model, or of vertices (r, n, n); with gains its B is needed.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, gains without inputs, a sample time that is
-        not positive or not the model's.
+    Raises ModelError: shapes, entries that are not finite, gains without inputs, a sample time that
+    is not positive or not the model's.
     """
     A = vertex_stack(model)
     step = sample_time_of(model, sample_time)
@@ -268,10 +258,8 @@ def decided_lyapunov(
 ) -> Answer:
     """Return the answer of a condition that is posed in states xhat = x / s.
 
-    Parameters
-    ----------
-    basis : of P; the coefficients are the unknown ``P``.
-    advice : what to do where none exists.
+    ``basis`` : of P; the coefficients are the unknown ``P``.
+    ``advice`` : what to do where none exists.
     """
     outcome = decide(condition)
     good = outcome.status == "candidate"

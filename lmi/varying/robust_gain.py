@@ -25,13 +25,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.actuator_rates import gain_stack
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
     disturbance_channel,
 )
+from takagi.lmi.analysis.gain_pairs import gain_stack
 from takagi.lmi.answer import Answer, ObjectiveUnit
 from takagi.lmi.argument_checks import (
     Vertices,
@@ -49,11 +49,10 @@ from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, not_least
 from takagi.lmi.expressions.expression import He, Inequality, block
 from takagi.lmi.polynomials import Degrees, Known
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.varying.parameter_condition import (
     Motion,
     SoughtPolynomial,
-    direct_lmi,
+    decrease_lmi,
     polynomial_lmis,
 )
 from takagi.lmi.varying.parameter_motion import kept_degrees
@@ -74,89 +73,7 @@ from takagi.models.arrays import Floats
 SOURCE = "Oliveira and Peres (2007); Gahinet and Apkarian (1994)"
 
 
-def robust_hinf_norm_condition(
-    model: Vertices,
-    B: ArrayLike | None = None,
-    C: ArrayLike | None = None,
-    D: ArrayLike | None = None,
-    *,
-    degree: int | Sequence[int] = 1,
-    polya: int = 0,
-    rate_bounds: RateBounds = 0.0,
-    sample_time: float | None = None,
-) -> Condition:
-    """Pose the module's LMIs; the objective is gamma.
-
-    Parameters
-    ----------
-    model, B, C, D, degree, polya, rate_bounds, sample_time : as for ``robust_hinf_norm``.
-
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``P``, whose members
-    are the coefficients of P(h), and ``gamma``.  Nothing is solved.
-
-    Raises
-    ------
-    ModelError : as ``robust_hinf_norm``.
-
-    Source: Oliveira and Peres (2007); Gahinet and Apkarian (1994).
-    """
-    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
-    space = space_of(model, len(path.A))
-    return _Path(path, space, membership_rates(space, rate_bounds)).condition(
-        degrees_of(space, degree), polya_of(polya)
-    )
-
-
-@limited
 def robust_hinf_norm(
-    model: Vertices,
-    B: ArrayLike | None = None,
-    C: ArrayLike | None = None,
-    D: ArrayLike | None = None,
-    *,
-    degree: int | Sequence[int] = 1,
-    polya: int = 0,
-    rate_bounds: RateBounds = 0.0,
-    scales: ArrayLike | None = None,
-    sample_time: float | None = None,
-    time_limit: float | None = None,
-) -> Answer:
-    """Return the least gamma, and its P(h), with |y|_2 <= gamma |w|_2 for every h that is allowed.
-
-    For constant h an upper bound on the largest H-infinity norm of the family; it comes closer to
-    that as degree and polya grow.
-
-    Parameters
-    ----------
-    model, B, C, D, sample_time : as for ``hinf_norm``; with premises the memberships are products.
-    degree : of P in the memberships, or in each premise's; 0 is a common P.
-    polya : how far the LMIs' degrees are raised before their coefficients are taken.
-    rate_bounds : how fast h may move, as for ``fuzzy_lyapunov``; 0 is not at all.
-    scales : (n,) engineering range of each state; None balances the vertices.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
-
-    Returns
-    -------
-    An ``Answer``: ``family`` is P(h), ``gain`` the least gamma that it shows at every coefficient,
-    recomputed from it, in units of y over units of w; with it P touches the LMI.  Nothing is
-    proved here.  The answer's condition has time, w and y in units of order one as well.
-
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance or no output, numbers.
-
-    Source: Oliveira and Peres (2007); Gahinet and Apkarian (1994).
-    """
-    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
-    space = space_of(model, len(path.A))
-    task = _Path(path, space, membership_rates(space, rate_bounds))
-    return _least(task, degrees_of(space, degree), polya_of(polya), scales)
-
-
-def robust_hinf_norm_of_loop(
     model: Vertices,
     gains: ArrayLike | None,
     channel: tuple[Floats, Floats, Floats, Floats],
@@ -165,18 +82,24 @@ def robust_hinf_norm_of_loop(
     polya: int = 0,
     rate_bounds: RateBounds = 0.0,
 ) -> Answer:
-    """Return the same of a loop with given gains, whose matrices are of degree 2 in h.
+    """Return the least gamma, and its P(h), with |y|_2 <= gamma |w|_2 for every h that is allowed.
+
+    For constant h an upper bound on the largest H-infinity norm of the family; it comes closer to
+    that as degree and polya grow.
 
     Parameters
     ----------
     model : A (r, n, n), B (r, n, m) where there are gains, sample time and premises.
     gains : K (r, m, n) of u = -sum_j h_j K_j x; None for the model as it is.
     channel : (E, C, D, F), (r, ., .) each: w enters by E, and y = C x + D u + F w.
-    degree, polya, rate_bounds : as for ``robust_hinf_norm``.
+    degree : of P in the memberships, or in each premise's; 0 is a common P.
+    polya : how far the LMIs' degrees are raised before their coefficients are taken.
+    rate_bounds : how fast h may move, as for ``fuzzy_lyapunov``; 0 is not at all.
 
-    Raises
-    ------
-    ModelError : as ``robust_hinf_norm``; gains of another shape.
+    An ``Answer``: ``lyapunov_function`` is P(h), ``gain`` the least gamma that it shows at every
+    coefficient, recomputed from it, in units of y over units of w.
+
+    Raises ModelError: shapes, entries that are not finite, no disturbance or no output, numbers.
     """
     E, C, D, F = channel
     A = vertex_stack(model).astype(np.float64)
@@ -187,13 +110,13 @@ def robust_hinf_norm_of_loop(
         feedback = B, gain_stack(gains, len(B), B.shape[2], B.shape[1]), D
     space = space_of(model, len(A))
     task = _Path(path, space, membership_rates(space, rate_bounds), feedback)
-    return _least(task, degrees_of(space, degree), polya_of(polya), None)
+    return _least(task, degrees_of(space, degree), polya_of(polya))
 
 
-def _least(path: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) -> Answer:
+def _least(path: _Path, degrees: Degrees, polya: int) -> Answer:
     """Return the least gain that P(h) of these degrees shows."""
     at_rules = path.at_rules
-    s = state_units(at_rules.A, scales, step=at_rules.sample_time)
+    s = state_units(at_rules.A, None, step=at_rules.sample_time)
     units = ChannelUnits.of(at_rules, s)
     task = path.scaled(units)
     condition = task.condition(degrees, polya)
@@ -285,7 +208,7 @@ class _Path:
         rate = decay_parameter(0.0, self.path.sample_time)
         condition = pose(
             *polynomial_lmis(sought),
-            direct_lmi(sought, rate),
+            decrease_lmi(sought, rate),
             name="stability by the same P(h)",
             source=SOURCE,
         )
@@ -352,9 +275,6 @@ def _unsettled(
         coordinates=s,
         condition=condition,
         feasible=outcome.feasible,
-        diagnosis=(
-            f"there is such a P(h), so a bound exists, but {reason}; give scales, or leave out "
-            "fast states"
-        ),
+        diagnosis=(f"there is such a P(h), so a bound exists, but {reason}; leave out fast states"),
         tries=(*stable.tries, *outcome.tries),
     )

@@ -152,8 +152,8 @@ class Blending:
         if not b.is_Rational or b == 0:
             raise ModelError(
                 f"blending: at rest the effectiveness of {actuator.name} is {b}, no number other "
-                "than 0 that is a fraction; write it so that it is one there (see docs/plants.md), "
-                f"or rest the effort where {actuator.name} idles"
+                "than 0 that is a fraction; write it so that it is one there, or "
+                f"rest the effort where {actuator.name} idles"
             )
         step = delivered / Fraction(int(b.p), int(b.q))
         return actuator.variable.rest + self.sign(actuator) * actuator.direction * step

@@ -2,16 +2,20 @@
 
 For choosing between laws: a motion costs a fraction of one in ``runs``, because all motions are
 columns of one array.  Nothing is recorded but the time after which every state stays near rest.
+An observer's estimates are further rows of that array.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from takagi.models.arrays import Floats
+from takagi.models.laws.pdc import OutputFeedback, seen_directly
 
 if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
@@ -20,6 +24,8 @@ SETTLED = 0.02  # of the set's half-width in each state, which counts as rest
 FAR = 100.0  # half-widths, at which a motion is given up
 SAMPLES = 2000  # of the horizon: the resolution of the time
 RELATIVE, ABSOLUTE = 1e-4, 1e-5  # tolerances, the latter in half-widths
+
+Following = Callable[[Floats], Floats]  # states of all runs -> their rates, or the next
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,31 +68,15 @@ class ManyMotions:
         equations, premises = (lambdify(arguments, f, "numpy", cse=True) for f in formulas)
         return cls(model, limits, equations, premises)
 
-    def commands(self, gains: Floats, X: Floats) -> Floats:
-        """Return u - u* (m, runs) at X (n, runs), for gains (r, m, n)."""
-        if np.all(gains == gains[0]):
-            U = -gains[0] @ X
-        else:
-            idle = np.zeros((gains.shape[1], X.shape[1]))
-            z = self._values(self.premises, X, idle)
-            bounds = np.array([(float(p.lower), float(p.upper)) for p in self.model.premises])
-            # A quotient such as sin(x)/x has no value where its state is exactly at rest.
-            z = np.where(np.isfinite(z), z, bounds.mean(axis=1)[:, None])
-            h = self.model.memberships(np.clip(z, *bounds.T[:, :, None]), clip=True)
-            U = -np.einsum("rk,rmn,nk->mk", h, gains, X)
-        if self.limits is None:
-            return np.asarray(U)
-        return np.asarray(np.clip(U, -self.limits[:, None], self.limits[:, None]))
-
     def settling_times(
-        self, gains: Floats, starts: Floats, reach: Floats, horizon: float
+        self, law: Floats | OutputFeedback, starts: Floats, reach: Floats, horizon: float
     ) -> Floats:
         """Return for each start [s] the time from which every |x_k| <= 2 % of its reach.
 
         Parameters
         ----------
-        gains : K (r, m, n).
-        starts : (n, runs).
+        law : K (r, m, n) of u - u* = -sum_i h_i(z) K_i x, or gains with an observer.
+        starts : (n, runs); with an observer (2 n, runs), its estimates behind the states.
         reach : (n,) half-widths of the set that the motions start from.
         horizon : time that is simulated [s].
 
@@ -95,21 +85,72 @@ class ManyMotions:
         (runs,); inf for a motion that does not settle within the horizon, or goes astray.
         """
         step = self.model.sample_time
+        if isinstance(law, OutputFeedback):
+            following, sizes = partial(self._observed, law), np.tile(reach, 2)
+        else:
+            following, sizes = partial(self._fed_back, law), reach
         with np.errstate(all="ignore"):
-            if step is not None:
-                return self._in_samples(gains, starts, reach, step, horizon)
-            return self._in_continuous_time(gains, starts, reach, horizon)
+            if step is None:
+                motion, time = self._in_continuous_time(following, starts, sizes, horizon)
+            else:
+                motion, time = self._in_samples(following, starts, sizes, step, horizon)
+        if motion is None:
+            return np.full(starts.shape[1], np.inf)
+        return _times(np.abs(motion[:, : len(reach)]) > SETTLED * reach[:, None], time)
+
+    def _fed_back(self, gains: Floats, X: Floats) -> Floats:
+        """Return x' (n, runs), or x(t + T), for gains (r, m, n) on all states."""
+        if np.all(gains == gains[0]):
+            U = -gains[0] @ X
+        else:
+            U = -np.einsum("rk,rmn,nk->mk", self._weights(X, gains.shape[1]), gains, X)
+        return self._values(self.equations, X, self._cut(U))
+
+    def _observed(self, law: OutputFeedback, Z: Floats) -> Floats:
+        """Return (x, s)' (2 n, runs), or the next, for the estimates s of an observer."""
+        model, rows, K = self.model, list(law.rows), law.feedback.gains
+        n = len(Z) // 2
+        X, S = Z[:n], Z[n:]
+        known = S.copy()
+        if not law.at_estimate:
+            for state in seen_directly(model, law.rows):
+                known[state] = X[state]
+        h, h_plant = (self._weights(point, K.shape[1]) for point in (known, X))
+        U = self._cut(-np.einsum("rk,rmn,nk->mk", h, K, S))
+
+        def mixed(weights: Floats, stack: Floats, signals: Floats) -> Floats:
+            return np.asarray(np.einsum("rk,rmn,nk->mk", weights, stack, signals))
+
+        C, D = model.C[:, rows], model.D[:, rows]
+        off = mixed(h_plant, C, X) + mixed(h_plant, D, U) - mixed(h, C, S) - mixed(h, D, U)
+        estimated = mixed(h, model.A, S) + mixed(h, model.B, U) + mixed(h, law.L, off)
+        return np.concatenate([self._values(self.equations, X, U), estimated])
+
+    def _weights(self, X: Floats, inputs: int) -> Floats:
+        """Return h (r, runs) at X (n, runs)."""
+        if not self.model.premises:
+            return np.ones((1, X.shape[1]))
+        z = self._values(self.premises, X, np.zeros((inputs, X.shape[1])))
+        bounds = np.array([(float(p.lower), float(p.upper)) for p in self.model.premises])
+        # A quotient such as sin(x)/x has no value where its state is exactly at rest.
+        z = np.where(np.isfinite(z), z, bounds.mean(axis=1)[:, None])
+        return self.model.memberships(np.clip(z, *bounds.T[:, :, None]), clip=True)
+
+    def _cut(self, U: Floats) -> Floats:
+        if self.limits is None:
+            return np.asarray(U)
+        return np.asarray(np.clip(U, -self.limits[:, None], self.limits[:, None]))
 
     def _in_continuous_time(
-        self, gains: Floats, starts: Floats, reach: Floats, horizon: float
-    ) -> Floats:
+        self, following: Following, starts: Floats, reach: Floats, horizon: float
+    ) -> tuple[Floats | None, Floats]:
         from scipy.integrate import solve_ivp
 
         n, runs = starts.shape
 
         def rates(_: float, y: Floats) -> Floats:
             X = y.reshape(runs, n).T
-            return self._moving(self._next(gains, X), X, reach, 0.0).T.ravel()
+            return self._moving(following(X), X, reach, 0.0).T.ravel()
 
         # State by state within each run, so that the Jacobian is a band of blocks.
         solution = solve_ivp(
@@ -123,25 +164,16 @@ class ManyMotions:
             atol=np.tile(ABSOLUTE * reach, runs),
             t_eval=np.linspace(0.0, horizon, SAMPLES + 1),
         )
-        if solution.status != 0:
-            return np.full(runs, np.inf)
-        X = solution.y.reshape(runs, n, -1)
-        return _times(np.abs(X) > SETTLED * reach[:, None], solution.t)
+        return None if solution.status != 0 else solution.y.reshape(runs, n, -1), solution.t
 
     def _in_samples(
-        self, gains: Floats, starts: Floats, reach: Floats, step: float, horizon: float
-    ) -> Floats:
+        self, following: Following, starts: Floats, reach: Floats, step: float, horizon: float
+    ) -> tuple[Floats, Floats]:
         motion = [starts]
         for _ in range(min(SAMPLES, int(np.ceil(horizon / step)))):
             X = motion[-1]
-            motion.append(self._moving(self._next(gains, X), X, reach, 1.0))
-        X = np.array(motion).transpose(2, 1, 0)
-        return _times(
-            np.abs(X) > SETTLED * reach[:, None], step * np.arange(len(motion), dtype=np.float64)
-        )
-
-    def _next(self, gains: Floats, X: Floats) -> Floats:
-        return self._values(self.equations, X, self.commands(gains, X))
+            motion.append(self._moving(following(X), X, reach, 1.0))
+        return np.array(motion).transpose(2, 1, 0), step * np.arange(len(motion), dtype=np.float64)
 
     @staticmethod
     def _moving(values: Floats, X: Floats, reach: Floats, held: float) -> Floats:

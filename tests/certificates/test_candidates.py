@@ -13,19 +13,25 @@ import pytest
 from takagi.certificates import Verdict
 from takagi.certificates.claims.certification import certify
 from takagi.certificates.design.plant.candidates import BESIDE, laws_beside_regulator
-from takagi.certificates.design.plant.design import design_plant
-from takagi.certificates.design.plant.gains import find_gains
+from takagi.certificates.design.plant.design import certify_plant, design_plant
+from takagi.certificates.design.plant.gains import find_gains, rounded_gains, weights_at_rest
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.work import plant_work
 from takagi.certificates.requests import InputLimits
+from takagi.certificates.requests.tracking import jump_shares
 from takagi.models import Plant, load_model
 from takagi.models.arrays import Floats
+from takagi.models.laws.pdc import OutputFeedback
 from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import load_plant
 from takagi.models.plant_simulation.settling import ManyMotions
+from tests.certificates.kinds.test_followed_plants import HEAD, SQUARE, TWO_TANKS
+from tests.plant_files import filed_plant
 
 PLANTS = Path(__file__).parents[1] / "gallery" / "plants"
 # Each of another kind: faster, slower, between, one gain for all rules, three states.
-CHOSEN = ("boost_converter", "bioreactor", "chua", "cruise_control", "evaporator")
+MORE = ("bioreactor", "chua", "cruise_control")
+CHOSEN = ("boost_converter", "evaporator", *(pytest.param(n, marks=pytest.mark.slow) for n in MORE))
 
 
 def plant_of(name: str) -> Plant:
@@ -101,11 +107,10 @@ def test_a_wish_leaves_the_gains_to_the_wish() -> None:
         assert np.array_equal(np.asarray(law.design.gains), np.asarray(first.design.gains))
 
 
+@pytest.mark.slow
 @pytest.mark.numeric
 def test_a_law_that_is_worse_says_in_what_and_what_to_ask_for() -> None:
     """Kundur (1994), section 9.1: a turbine with its water column, whose LQR has no proved set."""
-    from takagi.models.plant_files.loader import load_plant
-
     plant = load_plant(Path(__file__).parent / "hydro_turbine.toml")
     design = design_plant(plant)
 
@@ -115,3 +120,56 @@ def test_a_law_that_is_worse_says_in_what_and_what_to_ask_for() -> None:
     # All of the disturbance was sought: the exact share is claimed, not a round one below it.
     claim = next(c for c in design.document["claims"] if "disturbance_bounds" in c)
     assert 0.12 <= float(claim["disturbance_bounds"][0]) / 0.05 < 0.2
+
+
+@pytest.mark.numeric
+@pytest.mark.parametrize(("text", "lqr"), [(SQUARE, True), (TWO_TANKS, False)])
+def test_references_jump_no_less_far_than_with_the_regulator(
+    text: str, lqr: bool, tmp_path: Path
+) -> None:
+    """LQR by python-control with the same sizes; its jumps by the same claim, proved."""
+    plant = filed_plant(tmp_path, HEAD + text.replace('measured = ["h2"]', ""))
+    design = design_plant(plant)
+    assert isinstance(design, PlantDesign) and design.proved
+    assert design.regulator_sizes is not None and design.gains is not None
+
+    model, (states, inputs) = design.model, design.regulator_sizes
+    at_rest = [np.tensordot(weights_at_rest(model), stack, axes=1) for stack in (model.A, model.B)]
+    K, _, _ = control.lqr(*at_rest, np.diag(states**-2.0), np.diag(inputs**-2.0))
+    assert np.allclose(design.gains[0], K, rtol=2e-3) == lqr
+
+    gains = np.broadcast_to(rounded_gains(K[None], 4), design.gains.shape)
+    beside = certify_plant(plant, gains)
+    assert beside.proved
+    jumps = [
+        jump_shares(plant, next(c for c in document["claims"] if c["kind"] == "tracking"))[0]
+        for document in (design.document, beside.document)
+    ]
+    assert jumps[0] >= 0.99 * jumps[1]
+
+
+@pytest.mark.numeric
+def test_an_observer_is_no_worse_than_a_kalman_filter_with_the_regulator() -> None:
+    """The built-in flexible link: set, settling and disk margin, beside python-control's LQG."""
+    design = design_plant(load_plant("flexible_link"))
+    assert isinstance(design, PlantDesign) and design.proved and design.gains is not None
+    model = design.model
+    h = weights_at_rest(model)
+    A, B, C = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.B, model.C))
+    ranges = np.array([3.0, 40.0, 1.5, 12.0])
+    K, _, poles = control.lqr(A, B, np.diag(ranges**-2.0), [[20.0**-2]])
+    rate = -max(poles.real)
+    L, _, _ = control.lqe(A, np.eye(4), C, np.diag(ranges**2) * rate, [[3.0**2 / rate]])
+
+    law = design.output_law
+    assert isinstance(law, OutputFeedback)
+    margins = []
+    for gain, observer in ((design.gains.mean(axis=0), law.L[0]), (K, L)):
+        controller = control.ss(A - B @ gain - observer @ C, observer, gain, 0)
+        loop = controller * control.ss(A, B, C, 0)
+        w = np.logspace(-2, 3, 3000)
+        response = loop(1j * w)
+        margins.append(np.abs(2 * (1 + response) / (1 - response)).min())
+    assert margins[0] >= 0.99 * margins[1]
+    # An observer by LMIs alone, which the design was before, has a third of it.
+    assert margins[0] > 0.6

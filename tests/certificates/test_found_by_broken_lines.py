@@ -6,12 +6,9 @@ import random
 from fractions import Fraction
 from itertools import permutations, product
 from math import prod
-from typing import Any
 
 import pytest
 
-from takagi.certificates import Verdict
-from takagi.certificates.checker import check_document
 from takagi.certificates.checker.arithmetic.dual import Dual, chained, greater, lesser
 from takagi.certificates.checker.arithmetic.interval import Interval, enclose
 from takagi.certificates.checker.kernel.matrices import Matrix
@@ -22,7 +19,6 @@ from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.words.ellipsoid_size import _determinant
-from takagi.certificates.document.certificate_file import certificate_document
 
 Exact = tuple[Fraction, tuple[Fraction, ...]]
 
@@ -37,48 +33,6 @@ def leibniz(rows: list[list[Fraction]]) -> Fraction:
 
 
 # ------------------------------------------------------------------ determinants
-
-
-def implicit_plant(mass: list[list[int]]) -> dict[str, Any]:
-    """M x' = -M x, whose entries A = -I are right whatever M is: M alone may be at fault."""
-    names = ["a", "b", "c"]
-    states = [{"name": n, "unit": "-", "range": [-1, 1], "rest": 0} for n in names]
-    rows = [" + ".join(f"({-m})*{n}" for m, n in zip(row, names, strict=True)) for row in mass]
-    A = [[f"{-int(i == j)}" for j in range(3)] for i in range(3)]
-    model: dict[str, Any] = {"kind": "plant", "name": "implicit", "sample_time": None}
-    model |= {
-        "source": "",
-        "states": states,
-        "inputs": [],
-        "disturbances": [],
-        "parameters": {},
-        "outputs": [],
-    }
-    model |= {"equations": rows, "mass": [[str(m) for m in row] for row in mass]}
-    return {**model, "embedding": {"premises": [], "A": A}}
-
-
-@pytest.mark.parametrize(
-    ("mass", "regular"),
-    [
-        ([[1, 1, 0], [0, 1, 1], [1, 0, -1]], False),
-        ([[1, 1, 0], [0, 1, 1], [1, 0, 1]], True),
-        ([[0, 1, 2], [1, 0, 3], [4, -3, 8]], True),
-        ([[1, 2, 3], [4, 5, 6], [7, 8, 9]], False),
-    ],
-)
-def test_a_mass_matrix_without_an_inverse_says_nothing_about_the_rates(
-    mass: list[list[int]], regular: bool
-) -> None:
-    """Where a permutation of two inversions counted as odd, the first was called regular."""
-    claims = [{"name": "plant", "kind": "sector-embedding"}]
-    model = implicit_plant(mass)
-    document = certificate_document(model=model, gains=None, claims=claims, provenance={})
-
-    found = check_document(document)
-
-    assert (leibniz([[Fraction(m) for m in row] for row in mass]) != 0) is regular
-    assert found.verdict is (Verdict.PROVED if regular else Verdict.UNDECIDED)
 
 
 def test_the_size_of_an_ellipsoid_rests_on_the_determinant() -> None:

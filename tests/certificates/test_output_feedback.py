@@ -84,7 +84,7 @@ def test_starts_at_the_edge_settle_in_another_simulation() -> None:
     file = tomllib.loads(FILE.read_text(encoding="utf-8"))
     names = list(file["states"])
     f = _rates(file)
-    K = np.array(document["gains"]["K"], dtype=float)
+    K = np.resize(np.array(document["gains"]["K"], dtype=float), (2, 1, 4))  # one for all, or two
     L = np.array(document["gains"]["observer"]["L"], dtype=float)[0]
     (premise,) = document["gains"]["premises"]
     low, high = float(premise["lower"]), float(premise["upper"])

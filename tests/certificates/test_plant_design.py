@@ -39,7 +39,7 @@ def done(found: PlantDesign | NoDesign) -> PlantDesign:
     return found
 
 
-QUICK = ("duffing", "truck_trailer", "mass_spring_damper")
+QUICK = ("truck_trailer", "mass_spring_damper")
 PLANTS = sorted(name for name, kind in built_in_kinds().items() if kind == "plant")
 
 
@@ -180,6 +180,7 @@ def test_starts_may_name_some_states_alone() -> None:
     assert found.verdict is Verdict.PROVED and claim["P"][0][0] * 0.25 <= claim["level"]
 
 
+@pytest.mark.slow
 def test_a_fast_pole_does_not_make_the_default_fast() -> None:
     """A motor with a pole of 1.5e6 1/s: its ranges say 3 rad at 60 rad/s, so some 20 1/s.
 
@@ -244,6 +245,7 @@ def test_the_time_in_which_inputs_reach_the_ends() -> None:
     assert reach_rates(TSModel([[[0]]], [[[0]]]), np.array([1.0]), limit) == ([], np.inf)
 
 
+@pytest.mark.slow
 def test_an_equation_that_the_checker_does_not_see_through_is_told_how_to_write() -> None:
     """sin(theta + asin(y/2)) - y/2 vanishes with theta, by a rule that no checker has.
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi import Answer, Design
+from takagi.lmi.varying.robust_gain import robust_hinf_norm
 from takagi.models import Premise, TSModel
 
 Floats = NDArray[np.float64]
@@ -60,8 +62,7 @@ def masses_and_spring() -> TSModel:
 def tanaka_wang_rules(a: float = 2.5, b: float = 25.0) -> TSModel:
     """Tanaka and Wang (2001), pages 58 to 60: two rules with parameters a and b."""
     return TSModel(
-        [[[2.0, -10.0], [1.0, 0.0]], [[a, -10.0], [1.0, 0.0]]],
-        [[[1.0], [0.0]], [[b], [0.0]]],
+        [[[2.0, -10.0], [1.0, 0.0]], [[a, -10.0], [1.0, 0.0]]], [[[1.0], [0.0]], [[b], [0.0]]]
     )
 
 
@@ -117,3 +118,10 @@ def cost_of(design: Design) -> float:
     assert design.status == "candidate", design.answer.diagnosis
     assert design.cost is not None
     return design.cost
+
+
+def family_gain(model: TSModel, F: float = 0.0, **options: Any) -> Answer:
+    """Return ``robust_hinf_norm`` from E to C of the model as it is, with the direct path F."""
+    r, p, q = len(model.A), model.C.shape[1], model.E.shape[2]
+    channel = model.E, model.C, np.zeros((r, p, 0)), np.full((r, p, q), F)
+    return robust_hinf_norm(model, None, channel, **options)

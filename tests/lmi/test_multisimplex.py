@@ -10,12 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi.polynomials import (
-    Basis,
-    Known,
-    UnknownPolynomial,
-    contributions,
-)
+from takagi.lmi.polynomials import Basis, Known, UnknownPolynomial, contributions
 
 Floats = NDArray[np.float64]
 simplexes = st.lists(st.tuples(st.integers(1, 4), st.integers(0, 3)), min_size=1, max_size=3)

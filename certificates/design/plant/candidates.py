@@ -31,7 +31,7 @@ Source: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weig
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +51,7 @@ from takagi.certificates.design.plant.gains import (
 from takagi.certificates.design.plant.many_rules import work_of
 from takagi.certificates.design.plant.plain_words import in_file_rates
 from takagi.certificates.design.plant.wishes import NO_RATE, TRIED_RATES
-from takagi.certificates.document.plant_embedding import blend_of, plant_and_claim
+from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.invariant_ellipsoid import set_in_floats, withstood_share
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import Answer, Design
@@ -224,14 +224,10 @@ class Contest:
     def times(self, K: Floats, P: Floats) -> tuple[float, float]:
         """Return the settling times [s] from the set, under the law and under the regulator."""
         A, B = self.at_rest
-        reach = np.sqrt(np.diag(np.linalg.inv(P)))
-        values, axes = np.linalg.eigh(P * reach * reach[:, None])
-        ends = JUST_INSIDE * reach[:, None] * axes / np.sqrt(values)
-        starts = np.concatenate([ends, -ends], axis=1)
+        starts, reach = ends_of_axes(P)
         regulator = np.broadcast_to(self.regulator, K.shape)
-        step = self.model.sample_time
-        rates = [_slowest(A - B @ gain, step) for gain in (K.mean(axis=0), regulator[0])]
-        horizon = HORIZONS / max(min(rates), max(rates) / 100)
+        loops = [A - B @ gain for gain in (K.mean(axis=0), regulator[0])]
+        horizon = horizon_of(loops, self.model.sample_time)
         law, other = (
             float(self.motions.settling_times(gain, starts, reach, horizon).max())
             for gain in (K, regulator)
@@ -246,10 +242,11 @@ def laws_beside_regulator(
 
     Parameters
     ----------
-    first : the law that was found already, with one gain for all rules; None finds it.
+    first : the law that was found already, beside which others have one gain for all rules; None
+        finds it.
 
     The first that was found alone, where something is asked, or where there is no regulator to
-    compare with: a blend, a plant with tables, one that it cannot stabilise.
+    compare with: a plant with tables, one that it cannot stabilise.
 
     Raises
     ------
@@ -257,7 +254,7 @@ def laws_beside_regulator(
     """
     common = first is not None
     first = first or find_gains(plant, model, settings)
-    contest = _contest(plant, model, settings, first) if first.design.found else None
+    contest = contest_of(plant, model, settings, first) if first.design.found else None
     if contest is None:
         return (first,)
     if common:
@@ -301,11 +298,12 @@ def _nothing_asked(settings: PlantSettings) -> bool:
     return settings == PlantSettings(**{name: getattr(settings, name) for name in kept})
 
 
-def _contest(
+def contest_of(
     plant: Plant, model: TSModel, settings: PlantSettings, first: FoundGains
 ) -> Contest | None:
+    """Return what candidates are judged by beside the first law; None where there is nothing."""
     # A regulator of all states would have those of a controller as well.
-    if not _nothing_asked(settings) or blend_of(model) is not None or plant.integrators:
+    if not _nothing_asked(settings) or plant.integrators:
         return None
     named = input_limits(plant, model, settings)
     limits = np.array([named[v.name] for v in plant.inputs]) if named else None
@@ -425,27 +423,34 @@ def _with_rate(notes: tuple[str, ...], used: str) -> tuple[str, ...]:
 
 def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
     """Yield the regulator of each rule, where the gains may differ, and that at rest."""
+    for words, K in regulator_gains(contest):
+        law = contest.judged(first, K)
+        if law is not None:
+            yield replace(law, gains=used_gains(K, law.P, words))
+
+
+def regulator_gains(contest: Contest) -> list[tuple[str, Floats]]:
+    """Return words and K (r, m, n) of the regulator of each rule, and last of that at rest."""
     model, step = contest.model, contest.model.sample_time
     rules, (m, n) = len(model.rules), contest.regulator.shape
     at_rules = [
         regulator_gain(np.asarray(A), np.asarray(B), contest.sizes, contest.inputs, step)
         for A, B in zip(model.A, model.B, strict=True)
     ]
-    scheduled = contest.relaxation != ONE_GAIN
     kinds = [("at rest, one for all rules", np.broadcast_to(contest.regulator, (rules, m, n)))]
-    if scheduled and rules > 1 and all(gain is not None for gain in at_rules):
+    if contest.relaxation != ONE_GAIN and rules > 1 and all(K is not None for K in at_rules):
         kinds.insert(0, ("of each rule", np.array(at_rules)))
-    for words, gains in kinds:
-        K = rounded_gains(np.asarray(gains, dtype=np.float64), DIGITS)
-        law = contest.judged(first, K)
-        if law is None:
-            continue
-        answer = Answer(status="candidate", P=law.P, margin=np.nan)
-        design = Design(
-            gains=K, P=law.P, decay_rate=0.0, margin=np.nan, relaxation="", answer=answer
-        )
-        used = f"LQR's gains {words} were used"
-        yield replace(law, gains=FoundGains(design, (used,), {}, explainable=False))
+    return [
+        (f"LQR's gains {words} were used", rounded_gains(np.array(K, dtype=np.float64), DIGITS))
+        for words, K in kinds
+    ]
+
+
+def used_gains(K: Floats, P: Floats, words: str) -> FoundGains:
+    """Return gains that no LMI was asked for, with the note that says so."""
+    answer = Answer(status="candidate", P=P, margin=np.nan)
+    design = Design(gains=K, P=P, decay_rate=0.0, margin=np.nan, relaxation="", answer=answer)
+    return FoundGains(design, (words,), {}, explainable=False)
 
 
 def _note(best: Judged, contest: Contest) -> tuple[str, ...]:
@@ -470,7 +475,21 @@ def _note(best: Judged, contest: Contest) -> tuple[str, ...]:
     return (f"{BESIDE} {' and '.join(worse)}; {why}; {ask}",)
 
 
-def _slowest(A: Floats, step: float | None) -> float:
+def ends_of_axes(P: Floats) -> tuple[Floats, Floats]:
+    """Return both ends (n, 2 n) of every axis of {x' P x <= 1}, and its half-widths (n,)."""
+    reach = np.sqrt(np.diag(np.linalg.inv(P)))
+    values, axes = np.linalg.eigh(P * reach * reach[:, None])
+    ends = JUST_INSIDE * reach[:, None] * axes / np.sqrt(values)
+    return np.concatenate([ends, -ends], axis=1), reach
+
+
+def horizon_of(loops: Sequence[Floats], step: float | None) -> float:
+    """Return the time [s] to simulate loops for, by their slowest modes at rest."""
+    rates = [slowest_rate(A, step) for A in loops]
+    return HORIZONS / max(min(rates), max(rates) / 100)
+
+
+def slowest_rate(A: Floats, step: float | None) -> float:
     """Return the least decay rate [1/s] of the modes of A."""
     values = np.linalg.eigvals(A)
     if step is None:

@@ -19,6 +19,7 @@ from takagi.certificates.controller.content import plain
 from takagi.certificates.design.design import NoDesign, Tell
 from takagi.certificates.design.plant.candidates import laws_beside_regulator
 from takagi.certificates.design.plant.gains import (
+    GAIN_OF_EACH_REGION,
     FoundGains,
     one_gain,
     regional_gains,
@@ -97,9 +98,9 @@ def design_plant(
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
     require_sensible(plant, model, chosen)
-    _, by_regions = work.searched("gains", regional_gains)
-    if by_regions is not None and by_regions.proved:
-        return by_regions
+    regional, by_regions = work.searched("gains", regional_gains)
+    if regional is not None and by_regions is not None and by_regions.proved:
+        return _beside_regulator(work, regional, by_regions)
     choice = gain_choice(model, one_gain(model, chosen)[0], budget)
     if choice.announcement and announce is not None:
         announce(choice.announcement)
@@ -117,6 +118,17 @@ def design_plant(
     with clock("what would help"):
         reason = _reason(gains, work)
         return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
+
+
+def _beside_regulator(work: PlantWork, gains: FoundGains, proved: PlantDesign) -> PlantDesign:
+    """Return the proved design of these gains, or another that is better beside LQR."""
+    with work.clock("gains"), in_plant_words(work.plant):
+        law = laws_beside_regulator(work.plant, work.model, work.settings, gains)[0]
+    if law.design is gains.design:
+        return proved
+    notes = tuple(note for note in law.notes if note != GAIN_OF_EACH_REGION)
+    other = work.rounded(replace(law, notes=notes))
+    return other if other.proved else proved
 
 
 def _best_of_candidates(

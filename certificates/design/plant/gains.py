@@ -65,6 +65,7 @@ SHARE = 0.9
 # Of the initial box, and the accuracy of the least share of the inputs' limits, relative.
 ROOM, SHARE_STEP = 1.005, 0.03
 ALL_PAIRS, ONE_GAIN = "wang-tanaka-griffin", "common-gain"
+GAIN_OF_EACH_REGION = "one gain for each region, sought without the actuators' errors"
 # Where limits leave no gains to all pairs; of more rules it takes minutes.
 RICHER, MOST_RICHER = "liu-zhang", 8
 
@@ -75,9 +76,8 @@ class FoundGains:
 
     ``options`` are those of ``pdc``, so that it can be asked again; ``explainable`` says whether
     it was ``pdc`` that was asked.  ``sizes`` of states (n,) and inputs (m,) make the weights of the
-    regulator that the law was chosen beside; None where it was not.
-    it was ``pdc`` that was asked.  ``input_share`` is the share of the inputs' limits that is to be
-    proved, on the set of the design.
+    regulator that the law was chosen beside; None where it was not.  ``input_share`` is the share
+    of the inputs' limits that is to be proved, on the set of the design.
     """
 
     design: Design
@@ -305,8 +305,8 @@ def regional_gains(plant: Plant, model: TSModel, settings: PlantSettings) -> Fou
     design = find_gains(nominal_plant, nominal_model, settings)
     if not design.design.found:
         return None
-    note = "one gain for each region, sought without the actuators' errors"
-    return replace(design, design=expanded(design.design, rules), notes=(*design.notes, note))
+    notes = (*design.notes, GAIN_OF_EACH_REGION)
+    return replace(design, design=expanded(design.design, rules), notes=notes)
 
 
 def requirements_of(plant: Plant, model: TSModel, settings: PlantSettings) -> ClaimRequirements:

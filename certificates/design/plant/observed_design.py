@@ -14,7 +14,24 @@ from takagi.certificates.claims.certification import Certificate
 from takagi.certificates.controller.content import bound
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import NoDesign
-from takagi.certificates.design.plant.gains import find_gains, rounded_gains, weights_at_rest
+from takagi.certificates.design.plant.candidates import (
+    contest_of,
+    regulator_gains,
+    used_gains,
+)
+from takagi.certificates.design.plant.gains import (
+    FoundGains,
+    find_gains,
+    rounded_gains,
+    weights_at_rest,
+)
+from takagi.certificates.design.plant.observed_candidates import (
+    MOST_LOOPS,
+    MOST_STATES,
+    ObserverPair,
+    best_pair,
+    kalman_gains,
+)
 from takagi.certificates.design.plant.plain_words import obstacle
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
@@ -57,7 +74,7 @@ RATE_FACTOR = 1.02
 # Share of the gains' own rate for the search of the set, if no rate is required.
 SHARE_OF_RATE = 0.5
 # With more matrices than this, all rules get one gain, which reduces the number.
-MOST_LOOPS = 600
+MOST_MATRICES = 600
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,41 +151,33 @@ def design_observed(work: PlantWork) -> PlantDesign | NoDesign:
         settings = replace(settings, decay_rate=RATE_FACTOR * rate)
     with work.clock("gains"):
         found_gains = find_gains(work.plant, work.model, settings)
-        if found_gains.design.found and _count(observed) > MOST_LOOPS:
+        if found_gains.design.found and _count(observed) > MOST_MATRICES:
             common = replace(settings, relaxation="common-gain")
             found_gains = find_gains(work.plant, work.model, common)
     if not found_gains.design.found:
         cause = obstacle(found_gains.design.answer, work.plant, work.model, settings)
         return NoDesign("\n".join(filter(None, (cause, found_gains.design.answer.diagnosis))))
-    K = np.asarray(found_gains.design.require()[0])
-    gain_rate = float(found_gains.design.decay_rate)
-    notes = (*found_gains.notes, observed.question.note)
     with work.clock("observer"):
-        choice = _observer(observed, rounded_gains(K, DIGITS[0]), gain_rate)
-    if isinstance(choice, NoDesign):
-        return choice
+        pairs = _pairs(observed, found_gains)
+    if isinstance(pairs, NoDesign):
+        return pairs
     last: PlantDesign | None = None
-    for count in DIGITS:
-        L = rounded_gains(choice.L, count)
-        all_notes = (*notes, choice.note, f"gains to {count} significant digits")
-        P = choice.P if count == DIGITS[0] else None
-        gains = rounded_gains(K, count)
-        last = observed.certified_pair(gains, L, found_gains.design, all_notes, P, choice.design)
-        if last.proved:
-            break
-    assert last is not None  # there is always a number of digits
+    for pair in pairs:
+        K = np.asarray(pair.gains.design.require()[0])
+        for count in DIGITS:
+            notes = (*pair.gains.notes, observed.question.note, pair.note)
+            last = observed.certified_pair(
+                rounded_gains(K, count),
+                rounded_gains(pair.L, count),
+                pair.gains.design,
+                (*notes, f"gains to {count} significant digits"),
+                pair.P if count == DIGITS[0] else None,
+                pair.observer,
+            )
+            if last.proved:
+                return last
+    assert last is not None  # there is always a pair, and a number of digits
     return last
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Choice:
-    """Gains of an observer before rounding; P of the loop with the rounded ones; its starts."""
-
-    L: Floats
-    P: Floats
-    size: float
-    note: str
-    design: Design
 
 
 def _count(work: ObservedWork) -> int:
@@ -178,31 +187,80 @@ def _count(work: ObservedWork) -> int:
     return rules * (rules + 1) // 2 * slopes
 
 
-def _observer(work: ObservedWork, K: Floats, gain_rate: float) -> _Choice | NoDesign:
-    """Return the slowest observer whose set of starts is nearly the largest."""
+def _pairs(work: ObservedWork, first: FoundGains) -> list[ObserverPair] | NoDesign:
+    """Return the pair of gains and observer to be proved, and behind it the one to fall back to.
+
+    The latter is of the first gains, with the slowest observer by LMIs whose set of starts is
+    nearly the largest.
+    """
     tried: list[str] = []
-    choices = list(_candidates(work, K, gain_rate, tried))
-    if not choices:
-        return NoDesign(
-            "gains were found for the states, but no observer with which the loop is proved "
-            f"within the ranges; tried: {'; '.join(tried)}. Ask for a lower decay rate, narrow "
-            "the ranges of what is not measured, or measure more"
-        )
-    best = max(choice.size for choice in choices)
-    return next(choice for choice in choices if choice.size >= NEARLY_BEST * best)
+    pairs = list(_by_lmis(work, first, tried))
+    largest = max((pair.size for pair in pairs), default=0.0)
+    chosen = [next(pair for pair in pairs if pair.size >= NEARLY_BEST * largest)] if pairs else []
+    beside = _beside_regulator(work, first, pairs)
+    if beside is not None:
+        chosen.insert(0, beside)
+    return chosen or NoDesign(
+        "gains were found for the states, but no observer with which the loop is proved "
+        f"within the ranges; tried: {'; '.join(tried)}. Ask for a lower decay rate, narrow "
+        "the ranges of what is not measured, or measure more"
+    )
 
 
-def _candidates(
-    work: ObservedWork, K: Floats, gain_rate: float, tried: list[str]
-) -> Iterator[_Choice]:
-    from takagi.lmi import observer
+def _beside_regulator(
+    work: ObservedWork, first: FoundGains, pairs: list[ObserverPair]
+) -> ObserverPair | None:
+    """Return the best of pairs by LMIs, and gains with Kalman filters; None: no choice."""
+    plant, model, settings = work.base.plant, work.base.model, work.base.settings
+    if len(model.states) > MOST_STATES or _count(work) > MOST_LOOPS:
+        return None
+    contest = contest_of(plant, model, settings, first)
+    if contest is None:
+        return None
+    rows = work.question.rows
+    C = np.tensordot(weights_at_rest(model), model.C[:, list(rows)], axes=1)
+    P = np.asarray(first.design.P)
+    words, K = regulator_gains(contest)[-1]  # at rest
+    gains = [first, used_gains(K, P, words)]
+    set_rate = SHARE_OF_RATE * float(first.design.decay_rate)
+    filtered = [
+        pair
+        for law in gains
+        for words, L in kalman_gains(contest, C)
+        if isinstance(pair := _pair(work, law, L, set_rate, words), ObserverPair)
+    ]
+    return best_pair(contest, [*pairs, *filtered], rows, at_estimate=work.question.at_estimate)
+
+
+def _pair(
+    work: ObservedWork,
+    gains: FoundGains,
+    L: Floats,
+    rate: float,
+    note: str,
+    observer: Design | None = None,
+) -> ObserverPair | str:
+    """Return gains and observer with their set at a decay rate [1/s], or why there is none."""
     from takagi.lmi.analysis.start_set import start_set
 
-    question, model, asked = work.question, work.base.model, work.base.requirements
-    limits = {}
-    if asked.input_limits is not None:
-        limits = {"input_limits": np.asarray(asked.input_limits).tolist()}
-    rate = asked.decay_rate
+    model, limits = work.base.model, work.base.requirements.input_limits
+    K = rounded_gains(np.asarray(gains.design.require()[0]), DIGITS[0])
+    loop = work.loop(K, rounded_gains(L, DIGITS[0]))
+    limited = {} if limits is None else {"input_limits": np.asarray(limits).tolist()}
+    matrices, rows = loops_and_limits(loop, limited)
+    starts = starts_of(loop)
+    ellipsoid = start_set(matrices, rows, starts, decay_rate=rate, sample_time=model.sample_time)
+    if ellipsoid.P is None:
+        return ellipsoid.diagnosis
+    return ObserverPair(gains, K, L, ellipsoid.P, starts, note, observer)
+
+
+def _by_lmis(work: ObservedWork, gains: FoundGains, tried: list[str]) -> Iterator[ObserverPair]:
+    """Yield the gains with observers by LMIs, the slowest first; ``tried`` gets why others fail."""
+    from takagi.lmi import observer
+
+    question, model = work.question, work.base.model
+    rate, gain_rate = work.base.requirements.decay_rate, float(gains.design.decay_rate)
     if question.slopes is not None:
         S, R = slope_vertices(question)
         observed = SimpleNamespace(A=S, C=R, sample_time=model.sample_time, states=model.states)
@@ -229,18 +287,12 @@ def _candidates(
         L = np.asarray(design.require()[0])
         if question.slopes is not None:
             L = L[:1]
-        loop = work.loop(K, rounded_gains(L, DIGITS[0]))
-        G, rows = loops_and_limits(loop, limits)
-        N = starts_of(loop)
         set_rate = SHARE_OF_RATE * gain_rate if rate is None else 1.0001 * rate
-        step = model.sample_time
-        ellipsoid = start_set(G, rows, N, decay_rate=set_rate, sample_time=step)
-        if ellipsoid.P is None:
-            tried.append(f"{words}: {ellipsoid.diagnosis}")
-            continue
-        shape = N.T @ ellipsoid.P @ N
-        size = float(np.exp(-0.5 * np.linalg.slogdet(shape)[1] / len(shape)))
-        yield _Choice(L, ellipsoid.P, size, f"observer: {words}", design)
+        pair = _pair(work, gains, L, set_rate, f"observer: {words}", design)
+        if isinstance(pair, ObserverPair):
+            yield pair
+        else:
+            tried.append(f"{words}: {pair}")
 
 
 # Options that are not proved for a loop with an observer.

@@ -82,9 +82,7 @@ class ChannelUnits:
         In discrete time V changes by a share |A - I| in a sample, and |w|^2 and |y|^2 in units of
         V are of that size, for P of order one.
 
-        Parameters
-        ----------
-        noise : w is white noise, whose effect in one sample is the root of that share of time.
+        ``noise`` : w is white noise, whose effect in one sample is the root of that share of time.
         """
         s, step = states, channel.sample_time
         speed = float(nearest_power(vertex_weight(motion(channel.A * s / s[:, None], step)) / 2))
@@ -124,10 +122,8 @@ def disturbance_channel(
     sample_time : T in s of x+ = A x + B w, where arrays cannot say; None for continuous time, or
         the model's own.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance, no output, a path that is
-        zero at every vertex, or a sample time that is not positive or not the model's.
+    Raises ModelError: shapes, entries that are not finite, no disturbance, no output, a path that
+    is zero at every vertex, or a sample time that is not positive or not the model's.
     """
     A = vertex_stack(model).astype(np.float64)
     step = sample_time_of(model, sample_time)

@@ -63,7 +63,6 @@ from takagi.lmi.condition.statements import pose, positive_definite
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import added, block, matrix
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -92,8 +91,6 @@ def hinf_norm_condition(
     Raises
     ------
     ModelError : as ``hinf_norm``.
-
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     r, n, q = path.B.shape
@@ -115,7 +112,6 @@ def hinf_norm_condition(
     )
 
 
-@limited
 def hinf_norm(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -125,7 +121,6 @@ def hinf_norm(
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
     tolerance: float = 1e-6,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return the least gamma, and its P, with |y|_2 <= gamma |w|_2 for every blend of the vertices.
 
@@ -141,8 +136,6 @@ def hinf_norm(
         energies are then sums over samples.  gamma does not depend on T.
     scales : (n,) engineering range of each state; None looks for units itself.
     tolerance : how far above the least gamma the answer may be, relative: P has a margin then.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -224,8 +217,6 @@ def h2_norm_condition(
     ------
     ModelError : as ``h2_norm``; or, in continuous time, a D that is not zero: then there is no
         bound to pose.
-
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1.
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     why = infinite_variance(path.D, path.sample_time)
@@ -251,7 +242,6 @@ def h2_norm_condition(
     )
 
 
-@limited
 def h2_norm(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -261,7 +251,6 @@ def h2_norm(
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
     tolerance: float = 5e-7,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return the least sqrt(nu), and its P, with mean |y|^2 <= nu for unit white noise w.
 
@@ -275,8 +264,6 @@ def h2_norm(
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
     tolerance : how far above the least sqrt(nu) the answer may be, relative: P has a margin then.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -332,9 +319,7 @@ def infinite_variance(D: Floats, sample_time: float | None) -> str:
 
     In discrete time it adds to the variance, and no more.
 
-    Parameters
-    ----------
-    D : (r, p, q), from disturbance to output.
+    ``D`` : (r, p, q), from disturbance to output.
     """
     through = np.abs(D).max(axis=(1, 2), initial=0.0)
     if sample_time is not None or not through.any():

@@ -69,12 +69,8 @@ SHARE = 0.5
 def bounded_real(A: Floats, B: Floats, C: Floats, D: Floats, *, tolerance: float) -> Floats | None:
     """Return P that shows a gamma about the tolerance above the norm, relative.
 
-    Parameters
-    ----------
-    A, B, C, D : (n, n), (n, q), (p, n), (p, q) of one vertex in continuous time.
+    ``A``, ``B``, ``C``, ``D`` : (n, n), (n, q), (p, n), (p, q) of one vertex in continuous time.
 
-    Returns
-    -------
     P > 0 but for rounding; None where A is not stable, or no such P was found in floating point.
     """
     s = state_units(A[None], None)
@@ -159,13 +155,9 @@ def gramian_with_room(
     P solves the equation with C'C + delta R in the place of C'C, R of the size of P in every state,
     and delta so that tr B' P B is ``tolerance`` above the least, relative.
 
-    Parameters
-    ----------
-    A, B, C : (n, n), (n, q), (p, n) of one vertex.
-    sample_time : T in s; None for continuous time.
+    ``A``, ``B``, ``C`` : (n, n), (n, q), (p, n) of one vertex.
+    ``sample_time`` : T in s; None for continuous time.
 
-    Returns
-    -------
     P > 0 but for rounding; None where A is not stable, or no such P was found in floating point.
     """
     s = state_units(A[None], None, step=sample_time)
@@ -321,8 +313,6 @@ class OneVertex:
         Q solves the equation with B B' / sigma + delta R in the place of B B' / sigma, R of the
         size of Q in every state, and delta so that gamma grows by the tolerance, relative.
 
-        Returns
-        -------
         P > 0 but for rounding, in the model's states; None where the vertex decays more slowly,
         or no such P was found in floating point.
         """

@@ -10,11 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
-from takagi.lmi.analysis.disturbance.channel import (
-    ChannelUnits,
-    DisturbanceChannel,
-    hiding_states,
-)
+from takagi.lmi.analysis.disturbance.channel import ChannelUnits, DisturbanceChannel, hiding_states
 from takagi.lmi.answer import Answer, ObjectiveUnit, Try
 from takagi.lmi.argument_checks import slow_vertex
 from takagi.lmi.condition.term import Condition
@@ -63,9 +59,7 @@ def least_gain(
     guess : of P; asked first, without scales.
     tolerance : how far above the least the objective may be, relative, so that P keeps a margin.
 
-    Raises
-    ------
-    ModelError : scales that are not positive.
+    Raises ModelError: scales that are not positive.
     """
     s = state_units(path.A, scales, step=path.sample_time)
     why = _hopeless_vertex(path, s, decay_rate) or infinite

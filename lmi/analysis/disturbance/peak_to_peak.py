@@ -60,7 +60,6 @@ from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.rounds import first_vertices
 from takagi.lmi.expressions.expression import block
 from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -91,8 +90,6 @@ def peak_gain_condition(
     Raises
     ------
     ModelError : as ``peak_gain``.
-
-    Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     rate = decay_parameter(positive_rate(decay_rate), path.sample_time)
@@ -125,9 +122,7 @@ def peak_gain_condition(
 def positive_rate(decay_rate: float) -> float:
     """Return the decay rate in 1/s.
 
-    Raises
-    ------
-    ModelError : not a positive number.
+    Raises ModelError: not a positive number.
     """
     rate = float(number("decay_rate", decay_rate))
     if rate <= 0:
@@ -151,7 +146,6 @@ ROOM = 1e-5
 SMALLEST = 1e-6
 
 
-@limited
 def peak_gain(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -161,7 +155,6 @@ def peak_gain(
     decay_rate: float | None = None,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return gamma, and its P, with sup |y| <= gamma sup |w| from rest, for every blend.
 
@@ -176,8 +169,6 @@ def peak_gain(
         several between 2 and 98 per cent of the largest common decay rate.
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

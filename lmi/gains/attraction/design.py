@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.actuator_rates import gain_stack, pairs_of
 from takagi.lmi.analysis.decay_rate import vertex_weight
+from takagi.lmi.analysis.gain_pairs import gain_stack, pairs_of
 from takagi.lmi.answer import Answer, Design
 from takagi.lmi.argument_checks import Vertices, check_stabilisable, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition
@@ -18,12 +18,9 @@ from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_de
 from takagi.lmi.gains.attraction.condition import attraction_condition
 from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
 from takagi.lmi.gains.decay.condition import Controlled
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-# Slopes that the secant is tried with, from 1 / overdrive to 1, and nearer and nearer the best.
-SLOPES, ZOOMS = 5, 3
 ROUNDS = 4
 # The measure is within this share of its largest value, so that the LMIs keep a margin.
 SLACK = 1e-4
@@ -32,25 +29,8 @@ SLACK = 1e-4
 def largest_ellipsoid(task: AttractionRequest) -> tuple[Condition, Outcome, Floats, Floats]:
     """Return the condition, its outcome, and the units of states and inputs it is posed in.
 
-    The best of the slopes that are tried, one where there is nothing to try.
+    Solved in coordinates of the ellipsoid's own size, found in a few rounds.
     """
-    if task.saturation != "secant" or task.overdrive == 1.0:
-        return _rounds(task)
-    tried = list(np.geomspace(1.0, task.overdrive, SLOPES))
-    results = [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in tried]
-    for _ in range(ZOOMS):
-        best = max(range(len(tried)), key=lambda k: _size(results[k], task))
-        order = np.sort(tried)
-        position = int(np.searchsorted(order, tried[best]))
-        low, high = order[max(position - 1, 0)], order[min(position + 1, len(order) - 1)]
-        finer = np.geomspace(low, high, SLOPES)[1:-1]
-        results += [_rounds(replace(task, overdrive=float(overdrive))) for overdrive in finer]
-        tried += list(finer)
-    return max(results, key=lambda result: _size(result, task))
-
-
-def _rounds(task: AttractionRequest) -> tuple[Condition, Outcome, Floats, Floats]:
-    """Solve in coordinates of the ellipsoid's own size, found in a few rounds."""
     tau = np.ones(task.B.shape[2])
     if task.input_limit is not None:
         tau = nearest_power(task.input_limit)
@@ -87,10 +67,6 @@ def _first_units(task: AttractionRequest) -> Floats:
     elif task.input_limit is not None:
         pushed = np.abs(task.B * task.input_limit / s[:, None]).max()
         sizes.append(2 * pushed / vertex_weight(task.A * s / s[:, None]))
-    if task.rate_rows is not None and task.rate_limit is not None:
-        sizes.append(
-            np.min(task.rate_limit / np.maximum(np.abs(task.rate_rows * s).max(1), 1e-300))
-        )
     usable = [size for size in sizes if np.isfinite(size) and 0 < size < 1e200]
     return s * float(nearest_power(np.array(min(usable, default=1.0))))
 
@@ -101,36 +77,18 @@ def _closed(task: AttractionRequest) -> Floats:
     return pairs_of(task.A, task.B, K)
 
 
-def _size(result: tuple[Condition, Outcome, Floats, Floats], task: AttractionRequest) -> float:
-    """Return the measure in the model's states; -inf where there is no ellipsoid."""
-    _, outcome, s, _ = result
-    if outcome.status != "candidate":
-        return -np.inf
-    Q = outcome.values["Q"][0] * s * s[:, None]
-    if isinstance(task.measure, str):
-        axes = float((np.diag(Q) / task.units**2).sum())
-        return axes if task.measure == "trace" else float(np.linalg.slogdet(Q)[1])
-    reach = np.einsum("ki,ij,kj->k", task.measure, np.linalg.inv(Q), task.measure)
-    return -float(reach.max())
-
-
-@limited
 def attraction_ellipsoid(
     model: Vertices,
     *,
     gains: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     input_limit: ArrayLike | None = None,
-    input_rate_limit: ArrayLike | None = None,
-    rate_bounds: ArrayLike | None = None,
     saturation: str | None = None,
-    overdrive: float = 10.0,
     decay_rate: float = 0.0,
     saturated_decay_rate: float = 0.0,
     relaxation: str = "tanaka-wang",
     measure: str | ArrayLike = "volume",
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return P of the largest {x' P x <= 1} that no trajectory leaves, with V' <= -2 alpha V in it.
 
@@ -144,13 +102,8 @@ def attraction_ellipsoid(
     state_box : (n,) half-widths, inf for none, that the ellipsoid lies in; None takes the box of
         the model, outside which the vertices say nothing about the plant.
     input_limit : (m,) ubar with |u_k| <= ubar_k.
-    input_rate_limit : (m,) bounds on |u_k'| in 1/s of the input's unit, or on |u_k(x+) - u_k(x)|;
-        without saturation only.
-    rate_bounds : phi, (r,), |h_j'| <= phi_j in 1/s; needed with input_rate_limit in continuous
-        time where the gains differ.
-    saturation : None asks that the command never exceeds the limit in the ellipsoid; "secant",
-        "polytope" and "dead-zone" let it, and count with the saturated input (``saturation``).
-    overdrive : of the secant, the largest ratio of command to limit; fourteen are tried.
+    saturation : None asks that the command never exceeds the limit in the ellipsoid; "polytope"
+        lets it, and counts with the saturated input (``condition``).
     decay_rate : alpha in 1/s; V(x+) <= e^(-2 alpha T) V(x) in discrete time.
     saturated_decay_rate : alpha in 1/s where an input saturates; then this is the answer's.
     relaxation : as for ``pdc``; "common-gain" only for gains that do not differ.
@@ -158,8 +111,6 @@ def attraction_ellipsoid(
         the states where none exists; or points (k, n), whose largest multiple in the ellipsoid,
         1 / max_k (x_k' P x_k)^(1/2), counts.  (n,) half-widths stand for the corners of a box.
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -189,7 +140,7 @@ def attraction_ellipsoid(
                 'the gains differ from rule to rule, which the relaxation "common-gain" does not '
                 'allow; take another, such as "tanaka-wang"'
             )
-    elif any(limit is not None for limit in (input_limit, input_rate_limit, saturation)):
+    elif input_limit is not None or saturation is not None:
         raise ModelError("limits on inputs and saturation are about u = -K x; give gains")
     task = attraction_request(
         model,
@@ -199,15 +150,14 @@ def attraction_ellipsoid(
         state_box=state_box,
         input_limit=input_limit,
         saturation=saturation,
-        overdrive=overdrive,
-        rates=(input_rate_limit, rate_bounds),
+        overdrive=1.0,
         decay_rate=decay_rate,
         saturated_decay_rate=saturated_decay_rate,
         relaxation=relaxation,
         measure=measure,
         sample_time=sample_time,
     )
-    if all(limit is None for limit in (task.state_box, task.input_limit, task.rate_limit)):
+    if task.state_box is None and task.input_limit is None:
         raise ModelError(
             "nothing limits the ellipsoid; give state_box, or input_limit with gains (for a loop "
             "without limits common_lyapunov shows that it decays from everywhere)"
@@ -216,7 +166,6 @@ def attraction_ellipsoid(
     return _answer(condition, outcome, s, task)
 
 
-@limited
 def attraction_pdc(
     model: Controlled,
     *,
@@ -229,7 +178,6 @@ def attraction_pdc(
     relaxation: str = "wang-tanaka-griffin",
     measure: str | ArrayLike = "volume",
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sat(sum_i h_i K_i x) with the largest {x' P x <= 1} to start from.
 
@@ -241,8 +189,6 @@ def attraction_pdc(
     overdrive : bound on |v_k| / input_limit_k for the command v = sum_i h_i K_i x in the
         ellipsoid; larger ones make harder gains.
     others : as for ``attraction_ellipsoid``.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.actuator_rates import input_rate_rows, membership_rates, velocity_corners
 from takagi.lmi.argument_checks import corners_of, number, positive_vector, sample_time_of
 from takagi.lmi.condition.term import Array
 from takagi.lmi.gains.requirements.limits import limits_of
@@ -23,10 +22,8 @@ def state_box_of(
 ) -> Array | None:
     """Return (n,) half-widths, inf for none: those given, within the model's own box.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, a model whose domain is not a box, a box of the model without 0
-        inside, or with the range of an input that no limit keeps.
+    Raises ModelError: shapes, numbers, a model whose domain is not a box, a box of the model
+    without 0 inside, or with the range of an input that no limit keeps.
     """
     if getattr(model, "domain", None) is not None:
         raise ModelError(
@@ -59,9 +56,7 @@ def state_box_of(
 def measure_of(measure: str | ArrayLike, n: int) -> str | Array:
     """Return "volume", "trace" or points, (k, n); half-widths (n,) become corners of the box.
 
-    Raises
-    ------
-    ModelError : an unknown name, a shape, entries that are not finite, points that are all 0.
+    Raises ModelError: an unknown name, a shape, entries that are not finite, points that are all 0.
     """
     if isinstance(measure, str):
         if measure not in MEASURES:
@@ -89,11 +84,6 @@ def measure_of(measure: str | ArrayLike, n: int) -> str | Array:
     return points
 
 
-SATURATIONS = ("secant", "polytope", "dead-zone")
-# Rows of a rate limit, one LMI each, that are still listed.
-MOST_ROWS = 20_000
-
-
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class AttractionRequest:
     """What is asked, in one set of coordinates.
@@ -104,11 +94,9 @@ class AttractionRequest:
     gains : K, (r, m, n) or (1, m, n); None where they are sought.
     sought : whether gains are sought; without gains and not sought, u = 0.
     input_limit : (m,) or None.
-    saturation : None, |u| <= limit everywhere; "secant", "polytope" or "dead-zone".
-    overdrive : |v_k| <= overdrive input_limit_k for the command v before saturation; the secant's
-        smallest slope is 1 / overdrive, gains that are sought are bounded by it.
+    saturation : None, |u| <= limit everywhere; or "polytope".
+    overdrive : |v_k| <= overdrive input_limit_k for the command v of gains that are sought.
     state_box : (n,), inf for none; or None.
-    rate_rows, rate_limit : (T, n), (T,) further rows with |c x| <= limit; or None.
     decay_rate, saturated_decay_rate : alpha in 1/s where no input saturates, and where one does.
     step : sample time in s or None.
     relaxation : name; measure : "volume", "trace" or points (k, n).
@@ -124,8 +112,6 @@ class AttractionRequest:
     saturation: str | None
     overdrive: float
     state_box: Array | None
-    rate_rows: Array | None
-    rate_limit: Array | None
     decay_rate: float
     saturated_decay_rate: float
     step: float | None
@@ -148,7 +134,6 @@ class AttractionRequest:
             gains=None if self.gains is None else self.gains * s / tau[:, None],
             input_limit=None if self.input_limit is None else self.input_limit / tau,
             state_box=None if self.state_box is None else self.state_box / s,
-            rate_rows=None if self.rate_rows is None else self.rate_rows * s,
             units=self.units / s,
             measure=self.measure if isinstance(self.measure, str) else self.measure / s,
         )
@@ -169,35 +154,18 @@ def attraction_request(
     relaxation: str,
     measure: str | ArrayLike,
     sample_time: float | None,
-    rates: tuple[ArrayLike | None, ArrayLike | None] = (None, None),
 ) -> AttractionRequest:
     """Return the task in the model's own coordinates, for gains that are known.
 
-    Parameters
-    ----------
-    rates : limit of the inputs' rates, and bounds of those of the memberships.
-    others : as in ``attraction_ellipsoid``.
-
-    Raises
-    ------
-    ModelError : whatever ``attraction_ellipsoid`` raises.
+    Parameters and errors are those of ``attraction_ellipsoid``.
     """
     relaxation_named(relaxation)
     n, m = B.shape[1:]
-    if saturation is not None and saturation not in SATURATIONS:
-        raise ModelError(
-            f"saturation {saturation!r} is not known; there are None, "
-            + ", ".join(SATURATIONS)
-            + did_you_mean(str(saturation), list(SATURATIONS))
-        )
+    if saturation not in (None, "polytope"):
+        raise ModelError(f'saturation {saturation!r} is not known; there are None and "polytope"')
     limit = None if input_limit is None else positive_vector("input_limit", input_limit, m)
     if saturation is not None and limit is None:
         raise ModelError(f"saturation {saturation!r} needs input_limit, where the inputs saturate")
-    if saturation is not None and rates[0] is not None:
-        raise ModelError(
-            "input_rate_limit is about a law that does not saturate; leave saturation out, or "
-            "make the inputs states (with_input_states)"
-        )
     step = sample_time_of(model, sample_time)
     fast = float(number("decay_rate", decay_rate, at_least=0.0))
     slow = float(number("saturated_decay_rate", saturated_decay_rate, at_least=0.0))
@@ -209,7 +177,6 @@ def attraction_request(
     # Without inputs u = 0, which every box of the inputs holds.
     input_bound = np.zeros(len(getattr(model, "inputs", ()))) if m == 0 else limit
     box = state_box_of(model, state_box, n, input_bound)
-    rows, rate_limit = _rate_rows(A, B, gains, rates, discrete=step is not None)
     return AttractionRequest(
         A=A,
         B=B,
@@ -219,8 +186,6 @@ def attraction_request(
         saturation=saturation,
         overdrive=float(number("overdrive", overdrive, at_least=1.0)),
         state_box=box,
-        rate_rows=rows,
-        rate_limit=rate_limit,
         decay_rate=fast,
         saturated_decay_rate=slow,
         step=step,
@@ -229,30 +194,3 @@ def attraction_request(
         units=np.ones(n) if box is None else np.where(np.isfinite(box), box, 1.0),
         corners=corners_of(model),
     )
-
-
-def _rate_rows(
-    A: Array,
-    B: Array,
-    K: Array | None,
-    rates: tuple[ArrayLike | None, ArrayLike | None],
-    *,
-    discrete: bool,
-) -> tuple[Array | None, Array | None]:
-    """Return rows c, (T, n), and limits, (T,), so that |c x| <= limit keeps the rate limits."""
-    limit, bounds = rates
-    if limit is None or K is None:
-        return None, None
-    m = B.shape[2]
-    allowed = positive_vector("input_rate_limit", limit, m)
-    phi = membership_rates(bounds, K, discrete=discrete)
-    rows = input_rate_rows(A, B, K, discrete=discrete)
-    if phi is not None:
-        moving = np.tensordot(np.unique(velocity_corners(phi), axis=0), K, axes=1)
-        if len(rows) * len(moving) * m > MOST_ROWS:
-            raise ModelError(
-                f"{len(A)} rules make {len(rows) * len(moving) * m} rows of the rate limit, more "
-                f"than {MOST_ROWS}; scale an ellipsoid by input_rate_bound instead"
-            )
-        rows = (rows[:, None] + moving).reshape(-1, m, A.shape[1])
-    return rows.reshape(-1, A.shape[1]), np.tile(allowed, len(rows))

@@ -124,8 +124,6 @@ def lqr_pdc_condition(
     ------
     ModelError : shapes, entries that are not finite, weights that are not symmetric or not
         definite, an unknown relaxation.
-
-    Source: Tanaka and Wang (2001), chapter 6.
     """
     relaxed = relaxation_named(relaxation)
     A = vertex_stack(model).astype(np.float64)
@@ -162,9 +160,7 @@ def largest_lmi(S: Unknown) -> LMI:
 def initial_factor(deviations: ArrayLike, size: int) -> Array:
     """Return L, (size, size): the covariance of x(0) is L L'.
 
-    Raises
-    ------
-    ModelError : a shape, or an entry, that makes no sense.
+    Raises ModelError: a shape, or an entry, that makes no sense.
     """
     if np.ndim(deviations) < 2:
         return np.diag(positive_vector("deviations", deviations, size))

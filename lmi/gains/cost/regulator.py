@@ -23,7 +23,6 @@ from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -40,7 +39,6 @@ UNSETTLED = (
 
 
 @warns_of_zero_gains
-@limited
 def lqr_pdc(
     model: Controlled,
     Q: ArrayLike,
@@ -50,7 +48,6 @@ def lqr_pdc(
     deviations: ArrayLike = 1.0,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least bound on the quadratic cost.
 
@@ -69,8 +66,6 @@ def lqr_pdc(
         (n, n), where they are correlated with covariance L L'.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -292,9 +287,7 @@ SLACK = 1e-4
 def guaranteed_cost_condition(A: Floats, B: Floats) -> Condition:
     """Return ``lqr_pdc_condition`` with one gain and unit weights.
 
-    Parameters
-    ----------
-    A, B : (r, n, n), (r, n, m), in states and inputs of order one.
+    ``A``, ``B`` : (r, n, n), (r, n, m), in states and inputs of order one.
     """
     eye, inputs = np.eye(A.shape[2]), np.eye(B.shape[2])
     return lqr_pdc_condition(TSModel(A, B), eye, inputs, relaxation="common-gain")
@@ -310,14 +303,10 @@ def guaranteed_cost_gain(
     It is ``lqr_pdc`` of the relaxation "common-gain", solved in the ranges themselves, and
     centred a little farther from the least cost: for gains that are made by the dozen.
 
-    Parameters
-    ----------
-    A : (r, n, n);  B : (r, n, m), one gain for all.
-    state_ranges, input_ranges : (n,), (m,) engineering ranges.
+    ``A`` : (r, n, n);  B : (r, n, m), one gain for all.
+    ``state_ranges``, ``input_ranges`` : (n,), (m,) engineering ranges.
 
-    Raises
-    ------
-    ModelError : shapes, or a range that is not positive.
+    Raises ModelError: shapes, or a range that is not positive.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.4.1; the ranges are Bryson's
     rule.

@@ -21,6 +21,7 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.statements import lmi_of, pose, positive_definite, scale_bound
 from takagi.lmi.condition.term import LMI, Array, Condition
 from takagi.lmi.condition.unknown import Unknown
@@ -32,14 +33,8 @@ from takagi.lmi.cone.balance import (
     state_units,
 )
 from takagi.lmi.expressions.expression import block, identity
-from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_unknown
-from takagi.lmi.gains.requirements.limits import (
-    GivenLimits,
-    Limits,
-    Requirements,
-    limit_lmis,
-    required_sums,
-)
+from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_unknown, region_sums
+from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
 from takagi.models.arrays import Floats
@@ -62,7 +57,8 @@ class DecayRequest:
     A, B : (r, n, n), (r, n, m), scaled by powers of two: no digit is touched.
     sample_time : T in s; None for continuous time.
     premises, rules : the model's, for relaxations that know products of memberships.
-    limits, requirements : in the model's own units.
+    limits : in the model's own units.
+    region : of the eigenvalues, in 1/s; of x+ = A x without unit.
     decay_rate : alpha in 1/s that is asked for.
     s, tau : (n,), (m,).
     """
@@ -73,7 +69,7 @@ class DecayRequest:
     premises: Sequence[Premise]
     rules: Sequence[tuple[int, ...]]
     limits: Limits
-    requirements: Requirements
+    region: EigenvalueRegion | None
     decay_rate: float
     s: Floats
     tau: Floats
@@ -90,13 +86,13 @@ class DecayRequest:
             decay_rate=decay_rate,
             relaxation=relaxation,
             limits=self.limits.scaled(self.s, self.tau),
-            requirements=self.requirements.scaled(len(self.A), self.s, self.tau),
+            region=self.region,
         )
 
     def double_sums(self, relaxation: str) -> tuple[DoubleSum, ...]:
         """Return what a relaxation is posed of, to know its size before it is."""
-        requirements = self.requirements.scaled(len(self.A), self.s, self.tau)
-        return double_sums(self, self.decay_rate, relaxation, requirements, self.sample_time).sums
+        step = self.sample_time
+        return double_sums(self, self.decay_rate, relaxation, self.region, step)[2]
 
     def in_units_of(self, Q: Floats) -> DecayRequest:
         """Return the task in states where Q, found in the present ones, has a diagonal near 1.
@@ -115,7 +111,7 @@ class DecayRequest:
 
     def without_limits(self) -> DecayRequest:
         """Return the task without limits on states and inputs, in balanced states."""
-        limits = replace(self.limits, inputs=None, initial=None, states=None, ball=None)
+        limits = replace(self.limits, inputs=None, initial=None, states=None)
         A, B, d = _balanced(self.A, self.B / self.tau, self.sample_time)
         tau = _inputs(A, B, limits, self.decay_rate, self.sample_time)
         return replace(self, A=A, B=B * tau, s=self.s * d, tau=tau, limits=limits)
@@ -138,15 +134,12 @@ def decay_request(
 ) -> DecayRequest:
     """Return the task in coordinates of order one; ``model`` and ``decay_rate`` as for ``pdc``.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, inputs that are dependent or do nothing, a vertex with an
-        unstable mode that no input moves.
+    Raises ModelError: shapes, numbers, inputs that are dependent or do nothing, a vertex with an
+    unstable mode that no input moves.
     """
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
     limits = limits_given.limits(A.shape[1], B.shape[2])
-    requirements = limits_given.requirements(*B.shape)
     step = sample_time_of(model, limits_given.sample_time)
     s = _states(motion(A, step), limits, limits_given.scales)
     scaled = A * s / s[:, None]
@@ -158,7 +151,7 @@ def decay_request(
         premises=tuple(getattr(model, "premises", ())),
         rules=tuple(getattr(model, "rules", ())),
         limits=limits,
-        requirements=requirements,
+        region=limits_given.region,
         decay_rate=decay_rate,
         s=s,
         tau=tau,
@@ -173,8 +166,8 @@ def _states(motions: Array, limits: Limits, scales: ArrayLike | None) -> Floats:
     """Return powers of two, so that the scaled vertices are exactly the given ones."""
     if scales is None and limits.states is not None and np.isfinite(limits.states).all():
         return nearest_power(limits.states)
-    initial = limits.initial_extent
-    if scales is None and initial is not None:
+    if scales is None and limits.initial is not None:
+        initial = np.abs(limits.initial).max(axis=0)
         shape = balanced_states(motions)
         # An ellipsoid that holds the box is never flat where the box is: states move each other.
         size = np.maximum(initial, FLATTEST * float((initial / shape).max()) * shape)
@@ -215,7 +208,7 @@ def pdc_condition(
     decay_rate: float = 0.0,
     relaxation: str | Relaxation = "wang-tanaka-griffin",
     limits: Limits | None = None,
-    requirements: Requirements | None = None,
+    region: EigenvalueRegion | None = None,
     sample_time: float | None = None,
 ) -> Condition:
     """Pose sum_ij h_i h_j Theta_ij < 0, Theta_ij = He(A_i Q - B_i M_j) + 2 alpha Q, Q > 0.
@@ -230,7 +223,7 @@ def pdc_condition(
     decay_rate : alpha in 1/s.
     relaxation : how the double sum is made LMIs; see ``relaxations``.  Or what poses it.
     limits : on inputs, states and gains, in the model's coordinates.
-    requirements : eigenvalues, uncertain plants, known memberships; in those coordinates.
+    region : of the eigenvalues while the memberships stand still.
     sample_time : T in s; None takes the model's own, continuous where it has none.
 
     Returns
@@ -247,10 +240,9 @@ def pdc_condition(
     relaxed = relaxation if callable(relaxation) else relaxation_named(relaxation)
     alpha = number("decay_rate", decay_rate)
     step = sample_time_of(model, sample_time)
-    posed = double_sums(model, alpha, name, requirements, step)
-    Q, M = posed.Q, posed.M
+    Q, M, loops = double_sums(model, alpha, name, region, step)
     nu = Unknown("nu", 1, 1, latex=r"\nu")
-    results = [relaxed(loop) for loop in posed.sums]
+    results = [relaxed(loop) for loop in loops]
     slack = tuple(unknown for unknowns, _ in results for unknown in unknowns)
     sums = tuple(lmi for _, lmis in results for lmi in lmis)
     limit_unknowns, restrictions = limit_lmis(Q, M, limits)
@@ -261,47 +253,27 @@ def pdc_condition(
         positive_definite(Q),
         scale_bound(Q, largest),
         *sums,
-        *posed.lmis,
         effort_lmi(Q, M, nu),
         *restrictions,
         minimise=nu,
-        unknowns=(Q, M, nu, *posed.unknowns, *slack, *limit_unknowns),
+        unknowns=(Q, M, nu, *slack, *limit_unknowns),
         parameters=(decay_parameter(alpha, step),),
         name=", ".join(words for words in ("parallel distributed compensation", name) if words),
         source="Tanaka and Wang (2001), section 3.3",
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DoubleSums:
-    """All double sums of a design, the first that of the decay rate, before they are relaxed.
-
-    Attributes
-    ----------
-    Q, M : the unknowns that they share.
-    unknowns, lmis : that they need in addition.
-    """
-
-    Q: Unknown
-    M: Unknown
-    sums: tuple[DoubleSum, ...]
-    unknowns: tuple[Unknown, ...]
-    lmis: tuple[LMI, ...]
-
-
 def double_sums(
     model: Controlled,
     alpha: float | Fraction,
     relaxation: str,
-    requirements: Requirements | None,
+    region: EigenvalueRegion | None,
     step: float | None,
-) -> DoubleSums:
-    """Return the double sums of ``pdc_condition``.
+) -> tuple[Unknown, Unknown, tuple[DoubleSum, ...]]:
+    """Return Q, M and the double sums of ``pdc_condition``, the first that of the decay rate.
 
-    Parameters
-    ----------
-    relaxation : for "common-gain" M has one member, for all others one a rule.
-    step : T in s; None for continuous time.
+    ``relaxation`` : for "common-gain" M has one member, for all others one a rule.
+    ``step`` : T in s; None for continuous time.
     """
     A = vertex_stack(model)
     B = input_stack(model, A)
@@ -317,10 +289,10 @@ def double_sums(
         discrete=step is not None,
         corners=corners_of(model),
     )
-    if requirements is None:
-        return DoubleSums(Q, M, (loop,), (), ())
-    sums = required_sums(loop, A, B, Q, M, requirements, discrete=step is not None)
-    return DoubleSums(Q, M, *sums)
+    if region is None:
+        return Q, M, (loop,)
+    corners = loop.corners
+    return Q, M, (loop, *region_sums(A, B, Q, M, region, corners=corners))  # type: ignore[arg-type]
 
 
 def size_of_motion(A: Array, alpha: float, step: float | None) -> float:

@@ -82,20 +82,17 @@ def in_fitting_size(
     Without limits every multiple of Q is as good: in the coordinates d x, d u the condition is the
     same for all d > 0 but for the limits, |d x| and |d u| against theirs.
 
-    Parameters
-    ----------
-    plain : a candidate of ``limited`` without its limits.
+    ``plain`` : a candidate of ``limited`` without its limits.
 
-    Returns
-    -------
     A candidate where some power of two d serves all limits; "unknown" otherwise.
     """
     task, outcome = plain.task, plain.outcome
     limits = limited.limits.scaled(task.s, task.tau)
     Q, M = outcome.values["Q"][0], outcome.values["M"]
     low, high = 0.0, np.inf
-    if limits.holds_starts:
-        low = float(np.sqrt(INSIDE * limits.share_of_starts(Q)))
+    if limits.initial is not None:
+        solved = np.linalg.solve(Q, limits.initial.T).T
+        low = float(np.sqrt(INSIDE * np.einsum("ki,ki->k", limits.initial, solved).max()))
     if limits.states is not None:
         high = min(high, float((limits.states / np.sqrt(INSIDE * np.diag(Q))).min()))
     if limits.inputs is not None:

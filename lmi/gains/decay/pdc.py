@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Design, RelaxationResult
-from takagi.lmi.condition.region import EigenvalueRegion, Uncertainty
+from takagi.lmi.answer import Design
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.gains.decay.condition import Controlled, DecayRequest, decay_request
 from takagi.lmi.gains.decay.design import design_at
 from takagi.lmi.gains.decay.relaxation_search import (
     Goal,
     RelaxationSearch,
-    default_relaxations,
     design_at_largest,
     goal_of,
     search_relaxations,
 )
 from takagi.lmi.gains.requirements.limits import GivenLimits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.models.arrays import ShortRepr
 from takagi.models.errors import ModelError
 
 
 @warns_of_zero_gains
-@limited
 def pdc(
     model: Controlled,
     *,
@@ -36,16 +31,11 @@ def pdc(
     relaxation: str = "wang-tanaka-griffin",
     input_limit: ArrayLike | None = None,
     initial_box: ArrayLike | None = None,
-    initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
     region: EigenvalueRegion | None = None,
-    uncertainty: Uncertainty | None = None,
-    overlap: ArrayLike | None = None,
-    active_rules: int | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with V' <= -2 alpha V, V = x' P x.
 
@@ -57,7 +47,7 @@ def pdc(
     ----------
     model : A (r, n, n) and B (r, n, m).
     decay_rate : alpha in 1/s that must hold; or "max", for the largest.  That needs bounded gains
-        (gain_bound, or input_limit with initial_box or initial_ball), for without a bound there
+        (gain_bound, or input_limit with initial_box), for without a bound there
         may be no largest; the gains are designed 1e-4 below it.
     relaxation : "common-gain", "wang-tanaka-griffin" (all pairs), "tanaka-wang", "tuan",
         "kim-lee", "liu-zhang" or "polya-<d>", roughly from cheap to rich; "product-<d>" or
@@ -65,8 +55,6 @@ def pdc(
         the first that has gains (of decay rate "max": of the largest rate).
     input_limit : (m,) with |u_k| <= input_limit_k wherever x' P x <= 1.
     initial_box : (n,) half-widths, 0 for a state at rest; the box lies inside x' P x <= 1.
-    initial_ball : the radius of a ball in the model's units that lies inside x' P x <= 1; where
-        states have different units, (n,) semi-axes a_k of sum_k (x_k / a_k)^2 <= 1.
     state_box : (n,) half-widths, inf for none; x' P x <= 1 lies inside the box.  In discrete time
         nothing is said of a plant between its samples.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition: "max" is the
@@ -76,11 +64,6 @@ def pdc(
     region : where all eigenvalues lie while the memberships stand still, an
         ``EigenvalueRegion``; in 1/s, of
         x+ = A x without unit.  Of moving memberships it says what its quadratic function does.
-    uncertainty : ``NormBounded``, or several: the decay holds for every plant that they allow.
-    overlap : (r, r) bounds on h_i h_j, 0 for rules that never act together, inf for not known.
-    active_rules : at most this many rules act at a time.  Of other memberships nothing is said.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -105,15 +88,11 @@ def pdc(
     limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
-        initial_ball=initial_ball,
         state_box=state_box,
         gain_bound=gain_bound,
         scales=scales,
         sample_time=sample_time,
         region=region,
-        uncertainty=uncertainty,
-        overlap=overlap,
-        active_rules=active_rules,
     )
     task = decay_request(model, limits, decay_rate=0.0 if goal == "max" else goal)
     if goal == "max":
@@ -128,15 +107,15 @@ def pdc(
 def require_bounded_gains(task: DecayRequest) -> None:
     """Raise ModelError where the largest decay rate may not exist."""
     limits = task.limits
-    if limits.gain is None and (limits.inputs is None or not limits.holds_starts):
+    if limits.gain is None and (limits.inputs is None or limits.initial is None):
         raise ModelError(
             'decay_rate is "max", but nothing bounds the gains, so there may be no largest decay '
-            "rate; give gain_bound, or input_limit with initial_box or initial_ball"
+            "rate; give gain_bound, or input_limit with initial_box"
         )
 
 
 def _first_gains(task: DecayRequest, goal: Goal) -> Design:
-    search = search_relaxations(task, goal, default_relaxations(task), stop=True)
+    search = search_relaxations(task, goal)
     best = search.best
     if best is None:
         best = search.designs[-1] if search.no is None else search.no
@@ -153,150 +132,3 @@ def _why_none(search: RelaxationSearch, last: Design) -> str:
     skipped_text = f" (not tried: {', '.join(not_tried)})" if not_tried else ""
     names = ", ".join(tried)
     return f"no gains by any of {names}{skipped_text}; of the last, {last.answer.diagnosis}"
-
-
-HEADS = (
-    "relaxation",
-    "status",
-    "LMIs",
-    "variables",
-    "width",
-    "time [s]",
-    "margin",
-    "rate [1/s]",
-    "note",
-)
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Ladder(ShortRepr):
-    """Relaxations of one design, in the order in which they were tried.
-
-    Attributes
-    ----------
-    results : one each; "any relaxation" is the condition at single blends, which each implies.
-    best : the design of the largest decay rate that was asked for, by the cheapest relaxation that
-        has it; None without gains.
-    """
-
-    results: tuple[RelaxationResult, ...]
-    best: Design | None
-
-    @property
-    def rows(self) -> tuple[Mapping[str, object], ...]:
-        """Return the table, one mapping from the heads for each relaxation."""
-        return tuple(dict(zip(HEADS, _cells(result), strict=True)) for result in self.results)
-
-    def __str__(self) -> str:
-        lines = [HEADS, *(tuple(_text(cell) for cell in _cells(result)) for result in self.results)]
-        widths = [max(len(line[k]) for line in lines) for k in range(len(HEADS))]
-        # Numbers to the right, words to the left.
-        left_aligned = {0, 1, len(HEADS) - 1}
-        return "\n".join(
-            "  ".join(
-                cell.ljust(wide) if k in left_aligned else cell.rjust(wide)
-                for k, (cell, wide) in enumerate(zip(line, widths, strict=True))
-            ).rstrip()
-            for line in lines
-        )
-
-
-def relaxation_ladder(
-    model: Controlled,
-    *,
-    decay_rate: Goal = 0.0,
-    relaxations: Sequence[str] | None = None,
-    input_limit: ArrayLike | None = None,
-    initial_box: ArrayLike | None = None,
-    initial_ball: ArrayLike | None = None,
-    state_box: ArrayLike | None = None,
-    gain_bound: float | None = None,
-    scales: ArrayLike | None = None,
-    sample_time: float | None = None,
-    region: EigenvalueRegion | None = None,
-    uncertainty: Uncertainty | None = None,
-    overlap: ArrayLike | None = None,
-    active_rules: int | None = None,
-) -> Ladder:
-    """Return, for each relaxation, its size, its time, and what it has: gains, or the largest rate.
-
-    Parameters
-    ----------
-    decay_rate : alpha in 1/s, then a row says whether the relaxation has gains; or "max", then how
-    fast they
-        can be, for bounded gains (see ``pdc``).
-    relaxations : by name, in the order in which they are tried; None takes all that apply, by
-        the work of one iteration of the solver, Polya's up to degree 8.
-    model and the others : as for ``pdc``.
-
-    A relaxation that is too large, by an estimate made before it is posed, is left out, and its row
-    reports that; so is one that another relaxation, or the condition at single blends, has settled
-    by a theorem.
-
-    Not promised: that a relaxation without gains has none in exact arithmetic (``rigorous_no`` of a
-    single design may prove that); times are those of one run.
-
-    Raises
-    ------
-    ModelError : as ``pdc``; no relaxations, or one twice.
-    """
-    names = None if relaxations is None else checked_names(relaxations)
-    goal = goal_of(decay_rate)
-    limits = GivenLimits(
-        input_limit=input_limit,
-        initial_box=initial_box,
-        initial_ball=initial_ball,
-        state_box=state_box,
-        gain_bound=gain_bound,
-        scales=scales,
-        sample_time=sample_time,
-        region=region,
-        uncertainty=uncertainty,
-        overlap=overlap,
-        active_rules=active_rules,
-    )
-    task = decay_request(model, limits, decay_rate=0.0 if goal == "max" else goal)
-    if goal == "max":
-        require_bounded_gains(task)
-    search = search_relaxations(
-        task, goal, default_relaxations(task) if names is None else names, stop=False
-    )
-    return Ladder(tuple(search.results), search.best)
-
-
-def checked_names(relaxations: Sequence[str]) -> tuple[str, ...]:
-    """Return the relaxations that were named.
-
-    Raises
-    ------
-    ModelError : none, an unknown one, or one twice.
-    """
-    names = (relaxations,) if isinstance(relaxations, str) else tuple(relaxations)
-    if not names:
-        raise ModelError("relaxations is empty; name at least one, or leave it out")
-    for position, name in enumerate(names):
-        relaxation_named(name)
-        if name in names[:position]:
-            raise ModelError(f"relaxations: {name!r} is named twice; name each once")
-    return names
-
-
-def _cells(result: RelaxationResult) -> tuple[object, ...]:
-    tried = result.status != "not tried"
-    return (
-        result.relaxation,
-        result.status,
-        result.lmis,
-        result.variables,
-        result.width,
-        result.seconds if tried else None,
-        result.margin if tried else None,
-        result.decay_rate,
-        result.note,
-    )
-
-
-def _text(cell: object) -> str:
-    if cell is None:
-        return "-"
-    return f"{cell:.3g}" if isinstance(cell, float) else str(cell)

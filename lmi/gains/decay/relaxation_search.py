@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
@@ -206,9 +205,7 @@ class RelaxationSearch:
 def goal_of(decay_rate: object) -> Goal:
     """Return a decay rate in 1/s, or "max".
 
-    Raises
-    ------
-    ModelError : neither.
+    Raises ModelError: neither.
     """
     if isinstance(decay_rate, str) and decay_rate == "max":
         return "max"
@@ -223,26 +220,21 @@ def default_relaxations(task: DecayRequest) -> tuple[str, ...]:
     return tuple(sorted(names, key=lambda name: work_of(_size(task, name))))
 
 
-def search_relaxations(
-    task: DecayRequest, goal: Goal, names: Iterable[str], *, stop: bool
-) -> RelaxationSearch:
-    """Try the relaxations in the given order.
+def search_relaxations(task: DecayRequest, goal: Goal) -> RelaxationSearch:
+    """Try the relaxations until there are gains; for "max", until none can have 0.1 % more.
 
     A relaxation is left out where a theorem settles it or its size is too large.  After two, the
-    condition at single
-    blends is looked at where it can say something: every relaxation implies it, so where it has
-    no unknowns, no further relaxation has gains, and the rate that it has, none exceeds.
+    condition at single blends is looked at where it can say something: every relaxation implies it,
+    so where it has no unknowns, no further relaxation has gains, and the rate that it has, none
+    exceeds.
 
-    Parameters
-    ----------
-    goal : decay rate in 1/s, or "max".
-    stop : at the first gains; for "max", where no relaxation can have 0.1 % more.
+    ``goal`` : decay rate in 1/s, or "max".
     """
     search = RelaxationSearch()
-    for position, name in enumerate(names):
+    for position, name in enumerate(default_relaxations(task)):
         if position == BEFORE_OUTER and len(task.A) > 1 and (goal == "max" or search.best is None):
             _look_outside(search, task, goal)
-        if stop and _enough(search, goal):
+        if _enough(search, goal):
             break
         reason = _reason_to_skip(search, task, name)
         if reason:
@@ -250,11 +242,6 @@ def search_relaxations(
         else:
             _try(search, task, goal, name)
     return search
-
-
-def _contains(task: DecayRequest, rich: str, poor: str) -> bool:
-    few = task.requirements.active_rules
-    return contains(rich, poor, few_active=few is not None and few < len(task.A))
 
 
 def _enough(search: RelaxationSearch, goal: Goal) -> bool:
@@ -271,7 +258,7 @@ def _reason_to_skip(search: RelaxationSearch, task: DecayRequest, name: str) -> 
     if search.no is not None:
         return "no relaxation has gains"
     for result in search.results:
-        if result.status == "infeasible" and _contains(task, result.relaxation, name):
+        if result.status == "infeasible" and contains(result.relaxation, name):
             return f"{result.relaxation} contains it and has no gains"
     return ""
 
@@ -279,7 +266,7 @@ def _reason_to_skip(search: RelaxationSearch, task: DecayRequest, name: str) -> 
 def _try(search: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) -> None:
     started = time.perf_counter()
     # Gains of a relaxation that this one contains are gains for this one.
-    served = [d for d in search.designs if d.found and _contains(task, name, d.relaxation)]
+    served = [d for d in search.designs if d.found and contains(name, d.relaxation)]
     if goal == "max":
         start = max((design.decay_rate for design in served), default=0.0)
         design, _ = design_at_largest(task, name, start=start)

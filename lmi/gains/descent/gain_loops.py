@@ -67,12 +67,8 @@ class Peak(NamedTuple):
 def largest_gain(A: Floats, B: Floats, C: Floats, D: Floats) -> Peak:
     """Return the H-infinity norm of x' = A x + B w, z = C x + D w; inf where A is not stable.
 
-    Parameters
-    ----------
-    A, B, C, D : (n, n), (n, q), (p, n), (p, q).
+    ``A``, ``B``, ``C``, ``D`` : (n, n), (n, q), (p, n), (p, q).
 
-    Returns
-    -------
     A ``Peak``, in floating point: a candidate, accurate to about 1e-8 where the gain has one
     peak that is wider than rounding.
     """

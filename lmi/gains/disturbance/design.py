@@ -11,6 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from takagi.lmi.answer import Answer, Design, ObjectiveUnit, Try
+from takagi.lmi.argument_checks import positive_number
 from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
 from takagi.lmi.condition.statements import condition_of, pose
 from takagi.lmi.condition.term import Condition
@@ -32,7 +33,6 @@ from takagi.lmi.gains.disturbance.request import (
     _guesses,
     guessed_regulator,
     is_definite,
-    positive_number,
 )
 from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.parameter_search.parameter_sweep import least_objective
@@ -89,9 +89,7 @@ def asked_or_least(
 def tamed(task: DisturbanceRequest, design: Design, redesign: Callable[[float], Design]) -> Design:
     """Return the design with a note where its gains are absurd; others where its norm is zero.
 
-    Parameters
-    ----------
-    redesign : the gains with a norm of at most a value.
+    ``redesign`` : the gains with a norm of at most a value.
     """
     natural = None if design.gain is None else guessed_regulator(task.plant, 1.0)
     size = 0.0 if natural is None else _size_of(task, natural, design)
@@ -116,16 +114,11 @@ def _size_of(task: DisturbanceRequest, natural: Regulator, design: Design) -> fl
     return float(np.abs(units.scaled_gains(design.gains)).max())
 
 
-def designed(
-    task: DisturbanceRequest,
-    known_solution: KnownSolution | None = None,
-) -> Design:
+def designed(task: DisturbanceRequest, known_solution: KnownSolution | None = None) -> Design:
     """Return the gains with the least objective, or why there are none.
 
-    Parameters
-    ----------
-    known_solution : what needs no program, coordinates with the condition and its outcome in them;
-        None where there is no such answer.
+    ``known_solution`` : what needs no program, coordinates with the condition and its outcome in
+    them; None where there is no such answer.
 
     Posed where the cost of a regulator at the mean vertex is |x|^2, and counted from its gains: as
     a rule one solve there is all.  Where it shows no gains, plain compensation says whether there
@@ -231,9 +224,7 @@ def hidden(task: DisturbanceRequest) -> Design | None:
 def below(task: DisturbanceRequest, value: float) -> Design:
     """Return gains with a norm of at most the value and the largest margin, or why there are none.
 
-    Raises
-    ------
-    ModelError : a value that no norm has, such as one below the direct path's.
+    Raises ModelError: a value that no norm has, such as one below the direct path's.
     """
     tries: tuple[Try, ...] = ()
     plain: Design | None = None
@@ -266,9 +257,7 @@ def _bounded(
 ) -> _Solved:
     """Return what is found with a norm of at most the value, the output in units of that.
 
-    Parameters
-    ----------
-    leaving : (k, m), of inputs that are not to be used: leaving M = 0.
+    ``leaving`` : (k, m), of inputs that are not to be used: leaving M = 0.
     """
     unit = ObjectiveUnit.of("norm", lambda objective: task.gain(units, objective))
     limit = unit.objective(value)
@@ -369,9 +358,7 @@ def _solved(
 
     In these coordinates both the margin and what it costs are of that size.
 
-    Parameters
-    ----------
-    may_exist : asked where no unknowns are seen at once; False ends the search.
+    ``may_exist`` : asked where no unknowns are seen at once; False ends the search.
     """
     slack, data = task.tolerance, assemble(condition)
     outcome = least_inside(data, slack, slack)
@@ -410,9 +397,7 @@ def _confirmed(task: DisturbanceRequest, solution: _Solved) -> _Solved:
 
 
 def _design(
-    task: DisturbanceRequest,
-    solution: _Solved,
-    earlier_gains: Floats | None = None,
+    task: DisturbanceRequest, solution: _Solved, earlier_gains: Floats | None = None
 ) -> Design:
     """Return the design; its gains are added to ``earlier_gains``, (r, m, n), in the plant."""
     outcome, units = solution.outcome, solution.units

@@ -106,10 +106,8 @@ def plant_of(
         may be None or left out.
     sample_time : T in s where the model cannot say; see ``sample_time_of``.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance, no output, an input that does
-        nothing, a path that is zero.
+    Raises ModelError: shapes, entries that are not finite, no disturbance, no output, an input that
+    does nothing, a path that is zero.
     """
     if isinstance(model, DisturbedPlant):
         return model

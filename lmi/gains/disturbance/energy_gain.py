@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import number
+from takagi.lmi.argument_checks import number, positive_number
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import He, block, identity, matrix
@@ -47,13 +47,11 @@ from takagi.lmi.gains.disturbance.request import (
     DisturbanceRequest,
     Norm,
     disturbance_request,
-    positive_number,
 )
 from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models.errors import ModelError
 
@@ -90,8 +88,6 @@ def hinf_pdc_condition(
     ------
     ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
         relaxation.
-
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001).
     """
     plant = plant_of(model, performance, sample_time)
     alpha = number("decay_rate", decay_rate)
@@ -140,7 +136,6 @@ def _loop(
 
 
 @warns_of_zero_gains
-@limited
 def hinf_pdc(
     model: Disturbed,
     *,
@@ -150,13 +145,11 @@ def hinf_pdc(
     disturbance_energy: float | None = None,
     input_limit: ArrayLike | None = None,
     initial_box: ArrayLike | None = None,
-    initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
     norm_below: float | None = None,
     tolerance: float = 1e-4,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least gamma in |z|_2 <= gamma |w|_2.
 
@@ -172,7 +165,7 @@ def hinf_pdc(
     relaxation : as for ``pdc``.
     decay_rate : alpha in 1/s that the undisturbed loop must also show.
     disturbance_energy : integral (or sum) of |w|^2 for which the limits below must hold.
-    input_limit, initial_box, initial_ball, state_box : as for ``pdc``, on x' P x <= 1, which holds
+    input_limit, initial_box, state_box : as for ``pdc``, on x' P x <= 1, which holds
         all states that disturbances of that energy reach from rest, and those that the undisturbed
         loop reaches from the initial box and ball.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
@@ -182,8 +175,6 @@ def hinf_pdc(
         approached only as the gains grow without bound; 1e-2 usually makes them a thousand times
         smaller.  Of many rules or states it may be a thousandth where less was asked for.
     sample_time : T in s where the model cannot say.  Energies are then sums over samples.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -206,7 +197,6 @@ def hinf_pdc(
     limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
-        initial_ball=initial_ball,
         state_box=state_box,
         gain_bound=gain_bound,
         sample_time=sample_time,
@@ -252,6 +242,6 @@ def _energy(energy: float | None, level: bool) -> float | None:
     if not level:
         raise ModelError(
             "disturbance_energy was given, but no limit that must hold for it; give input_limit, "
-            "state_box, initial_box or initial_ball, or leave it out"
+            "state_box or initial_box, or leave it out"
         )
     return positive_number("disturbance_energy", energy)

@@ -33,6 +33,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.disturbance.peak_to_peak import positive_rate
 from takagi.lmi.answer import Design
+from takagi.lmi.argument_checks import positive_number
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
@@ -51,14 +52,13 @@ from takagi.lmi.gains.disturbance.request import (
     disturbance_request,
     guessed_regulator,
     is_definite,
-    positive_number,
 )
 from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, root_share, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
-from takagi.lmi.solver.time_limit import limited, out_of_time
+from takagi.lmi.solver.time_limit import out_of_time
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models.arrays import Floats
 
@@ -98,9 +98,6 @@ def peak_pdc_condition(
     ------
     ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
         relaxation, a decay rate that is not positive.
-
-    Source: Abedor, Nagpal, Poolla (1996); Boyd, El Ghaoui, Feron, Balakrishnan (1994), section
-    6.1.3; Tanaka and Wang (2001).
     """
     plant = plant_of(model, performance, sample_time)
     rate = positive_rate(decay_rate)
@@ -165,7 +162,6 @@ RATE_TOLERANCE = 1e-2
 
 
 @warns_of_zero_gains
-@limited
 def peak_pdc(
     model: Disturbed,
     *,
@@ -175,13 +171,11 @@ def peak_pdc(
     disturbance_peak: float = 1.0,
     input_limit: ArrayLike | None = None,
     initial_box: ArrayLike | None = None,
-    initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
     norm_below: float | None = None,
     tolerance: float = 1e-6,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least gamma in sup |z| <= gamma sup |w|.
 
@@ -197,7 +191,7 @@ def peak_pdc(
         that no rate was found the status is "unknown".
     disturbance_peak : the |w| for which the limits below must hold; it does not change gamma
         where there are none.
-    input_limit, initial_box, initial_ball, state_box : as for ``pdc``, on x' P x <= 1, which no
+    input_limit, initial_box, state_box : as for ``pdc``, on x' P x <= 1, which no
         state leaves for |w| <= disturbance_peak.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
     norm_below : gamma of at most this is enough: the gains are those with the largest margin, and
@@ -205,8 +199,6 @@ def peak_pdc(
     tolerance : how far above the least gamma of its alpha the gains may be, relative; see
         ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -229,7 +221,6 @@ def peak_pdc(
     limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
-        initial_ball=initial_ball,
         state_box=state_box,
         gain_bound=gain_bound,
         sample_time=sample_time,

@@ -31,7 +31,6 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Complex, Floats
-from takagi.models.errors import ModelError
 
 # Share of the largest weight that a state or an input has where the output does not show it, and
 # how far the states' units may lie apart when it is added.  The second is for outputs that leave
@@ -322,7 +321,6 @@ class DisturbanceRequest:
             relaxation=self.relaxation,
             input_limit=limits.input_limit if same_inputs else None,
             initial_box=limits.initial_box,
-            initial_ball=limits.initial_ball,
             state_box=limits.state_box,
             gain_bound=limits.gain_bound if same_inputs else None,
         )
@@ -346,11 +344,9 @@ def disturbance_request(
 ) -> DisturbanceRequest:
     """Return the checked task.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
-        dependent or do nothing, a vertex with an unstable mode that no input moves, a tolerance
-        below 1e-7, which no solver keeps.
+    Raises ModelError: shapes, numbers, an unknown relaxation, no disturbance, no output, inputs
+    that are dependent or do nothing, a vertex with an unstable mode that no input moves, a
+    tolerance below 1e-7, which no solver keeps.
     """
     relaxation_named(relaxation)
     plant = plant_of(model, performance, limits_given.sample_time)
@@ -365,19 +361,6 @@ def disturbance_request(
         tolerance=float(number("tolerance", tolerance, at_least=1e-7)),
         given=limits_given,
     )
-
-
-def positive_number(name: str, value: float) -> float:
-    """Return a positive number.
-
-    Raises
-    ------
-    ModelError : it is not one.
-    """
-    number_read = float(number(name, value))
-    if number_read <= 0:
-        raise ModelError(f"{name} is {number_read:g}; it must be positive")
-    return number_read
 
 
 # Shares of the rate of the loop at the mean vertex, at which a peak is bounded.

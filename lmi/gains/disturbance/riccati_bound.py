@@ -134,9 +134,7 @@ SHARES = (0.25, 0.05, 0.05)
 ALL, NOTHING = 1.0, 1e-9
 
 
-def regulated(
-    task: DisturbanceRequest,
-) -> tuple[DisturbanceCoordinates, Condition, Outcome] | None:
+def regulated(task: DisturbanceRequest) -> tuple[DisturbanceCoordinates, Condition, Outcome] | None:
     """Return gains within the tolerance of the least objective, or of nothing where that is zero.
 
     None where the task is another one (several rules, discrete time, limits, a rate or region), or

@@ -2,8 +2,8 @@
 
 Gains together with a Lyapunov matrix for each rule, as double sums: u = -M(h) G^-1 x.
 
-    discrete     [ rho^2 (S_i - G_j - G_j')   *    ]
-                 [ A_i G_j - B_i M_j          -S_l ]        for every next rule l
+    discrete     [ rho^2 (S_i - G - G')   *    ]
+                 [ A_i G - B_i M_j        -S_l ]        for every next rule l
 
     continuous   [ He(A_i G - B_i M_j) + dP/dt + 2 alpha P_i                  *               ]
                  [ c (P_i - G') + d (A_i G - B_i M_j)                         -kappa (G + G') ]
@@ -11,8 +11,7 @@ Gains together with a Lyapunov matrix for each rule, as double sums: u = -M(h) G
 with c = kappa / sqrt(eps), d = sqrt(eps), each summed with h_i h_j and negative definite.
 
 Discrete time: V = x' S(h)^-1 x.  With G' S^-1 G >= G + G' - S the first says that
-(A G - B M)' S(h+)^-1 (A G - B M) < rho^2 G' S(h)^-1 G, which is V(x+) < rho^2 V(x).  G may have a
-member a rule; then u = -M(h) G(h)^-1 x.
+(A G - B M)' S(h+)^-1 (A G - B M) < rho^2 G' S(h)^-1 G, which is V(x+) < rho^2 V(x).
 
 Continuous time: V = x' N' P(h) N x, N = G^-1, and eps / kappa a time that is searched over.  With
 z = N x on both sides of the first block row, and (sqrt(eps) / kappa) N x' on those of the second,
@@ -28,7 +27,6 @@ Information Sciences 179, for continuous time.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -47,7 +45,6 @@ from takagi.lmi.varying.parameter_space import Space
 from takagi.models.arrays import Floats, Indices
 
 LARGEST_SLACK = 16.0
-SlackKind: TypeAlias = Literal["common", "rules"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -61,7 +58,6 @@ class FuzzyRequest:
     rates : bounds of |dw/dt| in 1/s, one array for each simplex; ignored in discrete time.
     sample_time : T in s; None for continuous time.
     relaxation : name of the double-sum relaxation.
-    slack : G the same in all rules, or one a rule.
     """
 
     A: Array
@@ -70,7 +66,6 @@ class FuzzyRequest:
     rates: tuple[Floats, ...]
     sample_time: float | None
     relaxation: str
-    slack: SlackKind
 
     @property
     def discrete(self) -> bool:
@@ -97,9 +92,8 @@ class FuzzyRequest:
 
     @property
     def G(self) -> Unknown:
-        """Return the slack, one or one a rule."""
-        r, n = self.A.shape[:2]
-        return Unknown("G", n, n, count=r if self.slack == "rules" else 1)
+        """Return the slack."""
+        return Unknown("G", *self.A.shape[1:])
 
     @property
     def M(self) -> Unknown:
@@ -144,14 +138,14 @@ class FuzzyRequest:
 
     @property
     def closed(self) -> Expression:
-        """Return A_i G_j - B_i M_j."""
+        """Return A_i G - B_i M_j."""
         A_i, B_i = matrix(self.A, "A_{i}", over="i"), matrix(self.B, "B_{i}", over="i")
-        return A_i @ self.G.over("j") - B_i @ self.M.over("j")
+        return A_i @ self.G - B_i @ self.M.over("j")
 
     def next_rules(self, contraction: Parameter) -> list[Expression]:
         """Return the module's Theta_ij of discrete time, one for each next rule."""
         S, r = self.P, len(self.A)
-        first = contraction * (self.P_i - He(self.G.over("j")))
+        first = contraction * (self.P_i - He(self.G))
         following = [
             S.members(np.full((r, r), member), f"S_{{{number + 1}}}")
             for number, member in enumerate(self.members)
@@ -174,14 +168,11 @@ class FuzzyRequest:
         return [block([[first + rate, None], [across, last]]) for rate in rates]
 
     def effort_bound(self, nu: Unknown) -> Inequality:
-        """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; He(G_j) - S_i in discrete time."""
-        r = len(self.A)
+        """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; He(G) - S_i in discrete time."""
+        r, M = len(self.A), self.M
         i, j = (index.ravel() for index in np.indices((r, r)))
-
-        def of_gain(X: Unknown) -> Expression:
-            return X.members(j, f"{X.symbol}_{{j}}") if X.count > 1 else X.as_expression()
-
+        M_j = M.members(j, f"{M.symbol}_{{j}}") if M.count > 1 else M.as_expression()
         P_i = self.P.members(self.members[i], f"{self.P.symbol}_i")
-        first = -P_i + He(of_gain(self.G)) if self.discrete else P_i
-        effort = block([[first, None], [of_gain(self.M), nu * np.eye(self.M.rows)]]) >= 0
+        first = -P_i + He(self.G) if self.discrete else P_i
+        effort = block([[first, None], [M_j, nu * np.eye(M.rows)]]) >= 0
         return effort.named("input effort", rf"i, j = 1, \dots, {r}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 
@@ -15,6 +14,7 @@ from takagi.lmi.argument_checks import (
     fixed_mode,
     input_stack,
     number,
+    positive_number,
     sample_time_of,
     vertex_stack,
 )
@@ -25,8 +25,7 @@ from takagi.lmi.cone.cone_program import assemble
 from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.gains.decay.condition import Controlled, size_of_motion
-from takagi.lmi.gains.fuzzy.condition import FuzzyRequest, SlackKind
-from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.gains.fuzzy.condition import FuzzyRequest
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_space import RateBounds, membership_rates, space_of
 from takagi.models.arrays import Floats, ShortRepr
@@ -35,14 +34,11 @@ from takagi.models.errors import ModelError
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
 class FuzzyDesign(ShortRepr, WithAnswer):
-    """u = -M(h) G(h)^-1 x with M(h) = sum_i h_i M_i and G(h) likewise, and V = x' P(h) x.
+    """u = -sum_i h_i K_i x and V = x' P(h) x.
 
     Attributes
     ----------
-    gains : (r, m, n) for u = -sum_i h_i K_i x, K_i = M_i G^-1; None where G changes with the rule
-        (the law is then no blend of gains), and where there are none.
-    numerators : M, (r, m, n); None unless found.
-    slacks : G, (r, n, n), the same in every rule where it is common; None unless found.
+    gains : (r, m, n), K_i = M_i G^-1; None unless found.
     matrices : (r, n, n): P_i of P(h) = sum_i h_i P_i; in discrete time S_i of P(h) = S(h)^-1.
     discrete : whether time is.
     decay_rate : alpha in 1/s that was asked for and holds; the answer's own is what was found.
@@ -52,50 +48,12 @@ class FuzzyDesign(ShortRepr, WithAnswer):
     """
 
     gains: Floats | None = None
-    numerators: Floats | None = None
-    slacks: Floats | None = None
     matrices: Floats | None = None
     discrete: bool
     decay_rate: float
     margin: float
     relaxation: str
     answer: Answer
-
-    def gain(self, h: ArrayLike) -> Floats:
-        """Return K(h) of u = -K(h) x, (..., m, n), for memberships h, (..., r).
-
-        Raises
-        ------
-        ModelError : there are none, or another number of memberships.
-        """
-        numerators, slacks, _ = self._require()
-        M, G = self._blend(numerators, h), self._blend(slacks, h)
-        transposed_gain = np.linalg.solve(np.swapaxes(G, -1, -2), np.swapaxes(M, -1, -2))
-        return np.asarray(np.swapaxes(transposed_gain, -1, -2))
-
-    def P(self, h: ArrayLike) -> Floats:
-        """Return P(h) of V = x' P(h) x, (..., n, n), for memberships h, (..., r).
-
-        Raises
-        ------
-        ModelError : there is none, or another number of memberships.
-        """
-        blend = self._blend(self._require()[2], h)
-        return np.asarray(np.linalg.inv(blend)) if self.discrete else blend
-
-    def _blend(self, stack: Floats, h: ArrayLike) -> Floats:
-        weights = np.asarray(h, dtype=np.float64)
-        if weights.shape[-1:] != (len(stack),):
-            raise ModelError(
-                f"h has shape {weights.shape}; (..., {len(stack)}) is needed, one membership for "
-                "each rule"
-            )
-        return np.asarray(np.tensordot(weights, stack, axes=1))
-
-    def _require(self) -> tuple[Floats, Floats, Floats]:
-        if self.numerators is None or self.slacks is None or self.matrices is None:
-            raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")
-        return self.numerators, self.slacks, self.matrices
 
 
 # Bound on the effort nu: the largest margin exists only if every unknown is bounded.
@@ -122,9 +80,8 @@ def units_of(
 ) -> FuzzyUnits:
     """Return units in which states and inputs are of order one.
 
-    Raises
-    ------
-    ModelError : scales that are not positive, a vertex with an unstable mode that no input moves.
+    Raises ModelError: scales that are not positive, a vertex with an unstable mode that no input
+    moves.
     """
     s = state_units(A, scales, step=step)
     size = size_of_motion(A * s / s[:, None], 0.0, step) / 2
@@ -133,19 +90,16 @@ def units_of(
     return units
 
 
-def searched(
-    task: FuzzyRequest, units: FuzzyUnits, alpha: float, epsilons: Sequence[float]
-) -> FuzzyDesign:
+def searched(task: FuzzyRequest, units: FuzzyUnits, alpha: float) -> FuzzyDesign:
     """Return the first design that has gains, with the least effort at half its margin.
 
-    Parameters
-    ----------
-    task : in these units.
+    ``task`` : in these units.
     """
     fixed = fixed_mode(task.A, task.B, alpha, step=task.sample_time)
     if fixed is not None:
         return _no_by_fixed_mode(task, units, alpha, fixed[:2])
     tries: tuple[Try, ...] = ()
+    epsilons = (1.0,) if task.discrete else EPSILONS
     # Many solvers for one epsilon only: the last, or the first that a single one left open.
     undecided: list[float] = []
     # The list is read when all epsilons have been tried.
@@ -192,17 +146,15 @@ def _with_gains(
     lyapunov_members = outcome.values[task.P.name][task.members]
     slacks = np.broadcast_to(G * s[:, None], (r, *G.shape[1:])).copy()
     numerators = np.broadcast_to(M * tau[:, None], (r, *M.shape[1:])).copy()
-    gains = None
-    if task.slack == "common":
-        K = np.linalg.solve(slacks.transpose(0, 2, 1), numerators.transpose(0, 2, 1))
-        gains = np.asarray(K.transpose(0, 2, 1), dtype=np.float64)
+    K = np.linalg.solve(slacks.transpose(0, 2, 1), numerators.transpose(0, 2, 1))
+    gains = np.asarray(K.transpose(0, 2, 1), dtype=np.float64)
     if task.discrete:
         matrices = lyapunov_members * s * s[:, None]
     else:
         back = np.linalg.inv(slacks)
         matrices = back.transpose(0, 2, 1) @ lyapunov_members @ back
         matrices = (matrices + matrices.transpose(0, 2, 1)) / 2
-    return replace(plain, gains=gains, numerators=numerators, slacks=slacks, matrices=matrices)
+    return replace(plain, gains=gains, matrices=matrices)
 
 
 def _no_by_fixed_mode(
@@ -229,8 +181,6 @@ def _diagnosis(task: FuzzyRequest, condition: Condition, outcome: Outcome) -> st
     names = [lmi.name for lmi in condition.lmis if lmi.strict][1:]
     advice = ['take a richer relaxation ("liu-zhang", "polya-2")']
     advice += ["lower the decay rate"] if asks_for_decay(condition) else []
-    if task.discrete and task.slack == "common":
-        advice.insert(0, 'take slack="rules"')
     if not task.discrete:
         advice.insert(0, "lower the rate bounds")
     binding = binding_items(condition, outcome.multipliers, *names)
@@ -250,7 +200,6 @@ def fuzzy_pdc_condition(
     rate_bounds: RateBounds | None = None,
     decay_rate: float = 0.0,
     relaxation: str = "wang-tanaka-griffin",
-    slack: SlackKind = "common",
     epsilon: float = 1.0,
     sample_time: float | None = None,
 ) -> Condition:
@@ -258,7 +207,7 @@ def fuzzy_pdc_condition(
 
     Parameters
     ----------
-    model, rate_bounds, decay_rate, relaxation, slack, sample_time : as for ``fuzzy_pdc``.
+    model, rate_bounds, decay_rate, relaxation, sample_time : as for ``fuzzy_pdc``.
     epsilon : the scalar of continuous time, relative to the time of the vertices.
 
     Returns
@@ -276,22 +225,20 @@ def fuzzy_pdc_condition(
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
     step = sample_time_of(model, sample_time)
-    task = _task(model, A, B, step, rate_bounds, relaxation, slack)
-    return task.condition(float(number("decay_rate", decay_rate)), _epsilon(epsilon))
+    task = _task(model, A, B, step, rate_bounds, relaxation)
+    return task.condition(
+        float(number("decay_rate", decay_rate)), positive_number("epsilon", epsilon)
+    )
 
 
-@limited
 def fuzzy_pdc(
     model: Controlled,
     *,
     rate_bounds: RateBounds | None = None,
     decay_rate: float = 0.0,
     relaxation: str = "wang-tanaka-griffin",
-    slack: SlackKind = "common",
-    epsilons: Sequence[float] = EPSILONS,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> FuzzyDesign:
     """Return gains K_i for u = -sum_i h_i K_i x with V' <= -2 alpha V, V = x' P(h) x.
 
@@ -304,14 +251,8 @@ def fuzzy_pdc(
         ``fuzzy_lyapunov``; in discrete time left out.
     decay_rate : alpha in 1/s that must hold.
     relaxation : as for ``pdc``.
-    slack : "common", one G for all rules; "rules", one a rule, in discrete time: the law is
-        then u = -M(h) G(h)^-1 x, which is not a blend of gains.
-    epsilons : tried in this order in continuous time until there are gains; relative to the time
-        of the vertices.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -319,7 +260,7 @@ def fuzzy_pdc(
     proved here.
 
     Not promised: that the closed loop keeps the memberships to their rates; in continuous time
-    that a no for all epsilons is one for those between them.
+    that a no for the scalars epsilon that are tried is one for those between them.
 
     Raises
     ------
@@ -334,11 +275,8 @@ def fuzzy_pdc(
     B = input_stack(model, A).astype(np.float64)
     step = sample_time_of(model, sample_time)
     units = units_of(A, B, step, scales, tuple(getattr(model, "states", ())))
-    task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation, slack)
-    tried = (1.0,) if task.discrete else tuple(_epsilon(epsilon) for epsilon in epsilons)
-    if not tried:
-        raise ModelError("epsilons is empty; give at least one positive number")
-    return searched(task, units, alpha, tried)
+    task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation)
+    return searched(task, units, alpha)
 
 
 def _task(
@@ -348,7 +286,6 @@ def _task(
     step: float | None,
     rate_bounds: RateBounds | None,
     relaxation: str,
-    slack: SlackKind,
 ) -> FuzzyRequest:
     relaxation_named(relaxation)
     if step is not None and rate_bounds is not None:
@@ -360,23 +297,8 @@ def _task(
         raise ModelError(
             "rate_bounds is missing; give how fast the memberships may move (inf: at any rate)"
         )
-    if slack not in ("common", "rules") or (slack == "rules" and step is None):
-        raise ModelError(f'slack is {slack!r}; there are "common" and, in discrete time, "rules"')
     space = space_of(model, len(A))
     bounds = membership_rates(space, np.inf if rate_bounds is None else rate_bounds)
     return FuzzyRequest(
-        A=A,
-        B=B,
-        space=space,
-        rates=bounds,
-        sample_time=step,
-        relaxation=relaxation,
-        slack=slack,
+        A=A, B=B, space=space, rates=bounds, sample_time=step, relaxation=relaxation
     )
-
-
-def _epsilon(epsilon: float) -> float:
-    value = float(number("epsilon", epsilon))
-    if value <= 0:
-        raise ModelError(f"epsilon is {value:g}; it must be positive")
-    return value

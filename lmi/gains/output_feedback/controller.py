@@ -23,10 +23,9 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.guessed_function import norm_seen
 from takagi.lmi.answer import Answer, ObjectiveUnit, Status, Try
-from takagi.lmi.argument_checks import fixed_mode
+from takagi.lmi.argument_checks import fixed_mode, positive_number
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide, optimise
-from takagi.lmi.gains.disturbance.request import positive_number
 from takagi.lmi.gains.output_feedback.generalised_plant import (
     ControllerFound,
     GeneralisedPlant,
@@ -47,7 +46,7 @@ from takagi.lmi.gains.output_feedback.moderate import (
 )
 from takagi.lmi.refutation.refutation import objective_below
 from takagi.lmi.solver.solve import quick
-from takagi.lmi.solver.time_limit import limited, out_of_time
+from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
 
@@ -98,13 +97,11 @@ class OutputFeedback(ShortRepr, ControllerFound):
         return self.answer.diagnosis
 
 
-@limited
 def hinf_output_feedback(
     plant: GeneralisedPlant,
     *,
     norm_below: float | None = None,
     tolerance: float = ABOVE,
-    time_limit: float | None = None,
 ) -> OutputFeedback:
     """Return a controller u = K(s) y with the least |z|_2 <= gamma |w|_2, within the tolerance.
 
@@ -115,7 +112,6 @@ def hinf_output_feedback(
         the least.
     tolerance : how far above the least gamma the controller may be, relative.  Nearer to it the
         controller gets faster poles.
-    time_limit : seconds for all solver calls together.
 
     Returns
     -------
@@ -205,9 +201,7 @@ def _without_absurd(
 ) -> OutputFeedback:
     """Return a controller with entries of at most ``largest_entry``, or the same with a note.
 
-    Parameters
-    ----------
-    zero : a norm that is zero but for the tolerance.
+    ``zero`` : a norm that is zero but for the tolerance.
     """
     controller, gain = best.controller, best.gain
     assert controller is not None and gain is not None  # asked by the caller
@@ -381,7 +375,6 @@ def mixed_sensitivity(
     *,
     norm_below: float | None = None,
     tolerance: float = ABOVE,
-    time_limit: float | None = None,
 ) -> OutputFeedback:
     """Return the controller u = K(s) (r - y) with the least norm of [W1 S; W2 K S; W3 T].
 
@@ -392,7 +385,6 @@ def mixed_sensitivity(
     W1, W2, W3 : weights of r - y (p columns), of u (m columns) and of y (p columns): as the plant,
         or a number for that number in every channel; at least one.  Stable and proper.
     norm_below, tolerance : as for ``hinf_output_feedback``.
-    time_limit : seconds for all solver calls together.
 
     Returns
     -------
@@ -425,7 +417,6 @@ def mixed_sensitivity(
         augmented(G, loop_weights),
         norm_below=norm_below,
         tolerance=tolerance,
-        time_limit=time_limit,
     )
 
 

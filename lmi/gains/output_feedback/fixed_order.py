@@ -36,7 +36,6 @@ from takagi.lmi.gains.output_feedback.generalised_plant import (
     StateSpace,
 )
 from takagi.lmi.gains.structured.structure import pattern_of
-from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.ts.model import TSModel
 
@@ -107,7 +106,6 @@ class LawParts(NamedTuple):
     exact: bool
 
 
-@limited
 def hinf_fixed_order(
     plant: GeneralisedPlant,
     order: int = 0,
@@ -115,7 +113,6 @@ def hinf_fixed_order(
     pattern: ArrayLike | None = None,
     starts: int = 10,
     seed: int = 0,
-    time_limit: float | None = None,
 ) -> FixedOrderDesign:
     """Return a controller of the given order with |z|_2 <= gamma |w|_2, gamma least of many starts.
 
@@ -128,7 +125,6 @@ def hinf_fixed_order(
     starts : the number of random starts, besides no control.  More take longer and may find less
         gain.
     seed : of the random numbers: the same seed, the same starts.
-    time_limit : seconds for the whole search; the best that was found by then is returned.
 
     Returns
     -------

@@ -168,9 +168,7 @@ class ControllerFound:
     def require(self) -> StateSpace:
         """Return the controller.
 
-        Raises
-        ------
-        ModelError : there is none; the message is the diagnosis.
+        Raises ModelError: there is none; the message is the diagnosis.
         """
         if self.controller is None:
             raise ModelError(f"no controller was found ({self.status}): {self.diagnosis}")
@@ -180,14 +178,10 @@ class ControllerFound:
 def state_space(name: str, system: Any) -> StateSpace:
     """Return a system in state space, from what the user has.
 
-    Parameters
-    ----------
-    system : a transfer function or a state space of python-control; (A, B, C, D); a number or a
-        matrix, which has no states.
+    ``system`` : a transfer function or a state space of python-control; (A, B, C, D); a number or a
+    matrix, which has no states.
 
-    Raises
-    ------
-    ModelError : none of these, of discrete time, or improper.
+    Raises ModelError: none of these, of discrete time, or improper.
     """
     if isinstance(system, StateSpace):
         return system
@@ -289,8 +283,6 @@ def hinf_output_feedback_condition(plant: GeneralisedPlant) -> Condition:
     Raises
     ------
     ModelError : none; the plant has been checked.
-
-    Source: Scherer, Gahinet, Chilali (1997), IEEE Trans. Automatic Control 42.
     """
     n, q, m = len(plant.A), plant.B1.shape[1], plant.B2.shape[1]
     p, outputs = len(plant.C1), len(plant.C2)

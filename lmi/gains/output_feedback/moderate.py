@@ -51,10 +51,8 @@ def nearer_controller(
 ) -> tuple[StateSpace, float] | None:
     """Return the central controller with the least norm that a bisection finds, and the norm.
 
-    Parameters
-    ----------
-    low, high : norms between which it is sought.
-    enough : relative; the bisection ends where low and high are as near.
+    ``low``, ``high`` : norms between which it is sought.
+    ``enough`` : relative; the bisection ends where low and high are as near.
     """
     best: tuple[StateSpace, float] | None = None
     full = _with_little(plant, LITTLE)

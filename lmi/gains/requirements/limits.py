@@ -1,32 +1,22 @@
-"""Requirements on a design in addition to decay, as double sums.
+"""Limits of a design as LMIs.
 
 Limits hold on the ellipsoid x' P x <= 1: inputs and states on it, initial states inside it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
-from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.argument_checks import number, positive_vector
-from takagi.lmi.condition.region import (
-    EigenvalueRegion,
-    NormBounded,
-    Uncertainty,
-    blocks_of,
-)
+from takagi.lmi.argument_checks import positive_number, positive_vector
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.term import LMI, Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import block, matrix
-from takagi.lmi.gains.requirements.closed_loop import region_sums, with_uncertainty
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.membership_shape import with_overlap
 from takagi.models.errors import ModelError
 
 MOST_CORNERS = 4096
@@ -42,8 +32,6 @@ class Limits:
     ----------
     inputs : (m,), |K_i x|_k <= inputs_k on the ellipsoid.
     initial : (points, n), all inside the ellipsoid.
-    ball : (n,) semi-axes of an ellipsoid along the states that is inside; a ball in the model's
-        units where the radius is one number.
     states : (n,), |x_k| <= states_k on the ellipsoid; inf for no limit.
     gain : spectral norm of K_i in the model's units.
     state_units, input_units : (n,), (m,) of the coordinates, x = s xhat, u = tau uhat.
@@ -55,35 +43,11 @@ class Limits:
     gain: float | None
     state_units: Array
     input_units: Array
-    ball: Array | None = None
 
     @property
     def level(self) -> bool:
         """Return whether the size of the ellipsoid matters, not only its shape."""
-        return not (self.inputs is None and self.states is None) or self.holds_starts
-
-    @property
-    def holds_starts(self) -> bool:
-        """Return whether the ellipsoid holds a box or a ball of initial states."""
-        return self.initial is not None or self.ball is not None
-
-    @property
-    def initial_extent(self) -> Array | None:
-        """Return (n,), how far the initial states go along each state; None without any."""
-        extents = [] if self.initial is None else [np.abs(self.initial).max(axis=0)]
-        extents += [] if self.ball is None else [self.ball]
-        return np.max(extents, axis=0) if extents else None
-
-    def share_of_starts(self, Q: Array) -> float:
-        """Return the largest x' Q^-1 x over the initial states to be inside; 0 for none."""
-        shares = [0.0]
-        if self.initial is not None:
-            solved = np.linalg.solve(Q, self.initial.T).T
-            shares.append(float(np.einsum("ki,ki->k", self.initial, solved).max()))
-        if self.ball is not None:
-            inside = np.linalg.inv(Q) * self.ball * self.ball[:, None]
-            shares.append(float(np.linalg.eigvalsh((inside + inside.T) / 2)[-1]))
-        return max(shares)
+        return any(limit is not None for limit in (self.inputs, self.states, self.initial))
 
     def scaled(self, s: Array, tau: Array) -> Limits:
         """Return the limits in the coordinates x = s xhat, u = tau uhat."""
@@ -94,7 +58,6 @@ class Limits:
             self.gain,
             self.state_units * s,
             self.input_units * tau,
-            None if self.ball is None else self.ball / s,
         )
 
 
@@ -106,14 +69,10 @@ def limits_of(
     initial_box: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
-    initial_ball: ArrayLike | None = None,
 ) -> Limits:
     """Return checked limits in the model's own units.
 
-    Raises
-    ------
-    ModelError : lengths, entries that are not positive, an initial box or ball outside the state
-        box.
+    Raises ModelError: lengths, entries that are not positive, an initial box outside the state box.
     """
     inputs = None if input_limit is None else positive_vector("input_limit", input_limit, m)
     initial = None if initial_box is None else _initial(initial_box, n)
@@ -122,19 +81,15 @@ def limits_of(
         states = np.asarray(state_box, dtype=np.float64)
         finite = positive_vector("state_box", np.where(np.isposinf(states), 1.0, states), n)
         states = np.where(np.isposinf(np.broadcast_to(states, (n,))), np.inf, finite)
-    ball = None if initial_ball is None else positive_vector("initial_ball", initial_ball, n)
-    for region_name, starts in (("box", initial), ("ball", ball)):
-        if starts is not None and states is not None and np.any(starts >= states):
-            k = int(np.argmax(starts / states))
-            raise ModelError(
-                f"state {k + 1}: the initial {region_name} reaches to {starts[k]:g}, the state box "
-                f"only to {states[k]:g}; an ellipsoid between them needs the first to be smaller"
-            )
-    gain = None if gain_bound is None else float(number("gain_bound", gain_bound))
-    if gain is not None and gain <= 0:
-        raise ModelError(f"gain_bound is {gain:g}; it must be positive")
+    if initial is not None and states is not None and np.any(initial >= states):
+        k = int(np.argmax(initial / states))
+        raise ModelError(
+            f"state {k + 1}: the initial box reaches to {initial[k]:g}, the state box only to "
+            f"{states[k]:g}; an ellipsoid between them needs the first to be smaller"
+        )
+    gain = None if gain_bound is None else positive_number("gain_bound", gain_bound)
     points = None if initial is None else corners_of_box(initial)
-    return Limits(inputs, points, states, gain, np.ones(n), np.ones(m), ball)
+    return Limits(inputs, points, states, gain, np.ones(n), np.ones(m))
 
 
 def _initial(half_widths: ArrayLike, n: int) -> Array:
@@ -157,11 +112,9 @@ def input_lmis(
 
     By convexity every blend of the gains then keeps the limit too.
 
-    Parameters
-    ----------
-    limit : (m,).
-    name, symbol : of the LMI and of its limit, in LaTeX; two LMIs of one name in a condition would
-        share their multipliers.
+    ``limit`` : (m,).
+    ``name``, ``symbol`` : of the LMI and of its limit, in LaTeX; two LMIs of one name in a
+    condition would share their multipliers.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
     """
@@ -185,17 +138,6 @@ def initial_lmis(Q: Unknown, points: Array) -> tuple[LMI, ...]:
     return (lmi_of(lmi.named("initial state", index, weight=LIMIT_WEIGHT)),)
 
 
-def ball_lmis(Q: Unknown, ball: Array) -> tuple[LMI, ...]:
-    """Pose Q > diag(a)^2: all x with sum_k (x_k / a_k)^2 <= 1 lie in x' P x < 1.
-
-    x' P x <= x' diag(a)^-2 x is P <= diag(a)^-2, which is Q >= diag(a)^2.
-
-    Source: Tanaka and Wang (2001), section 3.4.1, for a ball (phi^2 I <= X there).
-    """
-    lmi = Q >> matrix(np.diag(ball**2), r"\operatorname{diag}(a_k^2)")
-    return (lmi_of(lmi.named("initial ball", weight=LIMIT_WEIGHT)),)
-
-
 def state_lmis(Q: Unknown, box: Array) -> tuple[LMI, ...]:
     """Pose Q_kk < b_k^2: |x_k| <= b_k where x' P x <= 1."""
     k = np.flatnonzero(np.isfinite(box))
@@ -211,10 +153,8 @@ def state_lmis(Q: Unknown, box: Array) -> tuple[LMI, ...]:
 def row_lmis(Q: Unknown, rows: Array, limit: Array, *, name: str) -> tuple[LMI, ...]:
     """Pose c_t Q c_t' < b_t^2: |c_t x| <= b_t where x' P x <= 1, for known rows c_t.
 
-    Parameters
-    ----------
-    rows : (T, n), e.g. the rows of known gains.
-    limit : (T,) b.
+    ``rows`` : (T, n), e.g. the rows of known gains.
+    ``limit`` : (T,) b.
     """
     c_t = matrix(rows[:, None, :], "c_t")
     lmi = c_t @ Q @ c_t.T << matrix((limit**2)[:, None, None], "b_t^2")
@@ -247,9 +187,7 @@ def gain_lmis(
 def corners_of_box(box: Array) -> Array:
     """Return (k, n), of every pair of opposite corners one; half-widths may be 0, but not all.
 
-    Raises
-    ------
-    ModelError : more corners than LMIs that can be solved.
+    Raises ModelError: more corners than LMIs that can be solved.
     """
     some = np.flatnonzero(box)
     if 2 ** (len(some) - 1) > MOST_CORNERS:
@@ -278,8 +216,6 @@ def limit_lmis(
         lmis += input_lmis(Q, M, limits.inputs)
     if limits.initial is not None:
         lmis += initial_lmis(Q, limits.initial)
-    if limits.ball is not None:
-        lmis += ball_lmis(Q, limits.ball)
     if limits.states is not None:
         lmis += state_lmis(Q, limits.states)
     if limits.gain is not None:
@@ -293,141 +229,32 @@ class GivenLimits:
     """Limits in the model's units, not checked yet; None where nothing is asked.
 
     The members are those arguments of ``pdc`` that have the same names.
+
+    Raises ModelError: a region that is none.
     """
 
     input_limit: ArrayLike | None = None
     initial_box: ArrayLike | None = None
-    initial_ball: ArrayLike | None = None
     state_box: ArrayLike | None = None
     gain_bound: float | None = None
     scales: ArrayLike | None = None
     sample_time: float | None = None
     region: EigenvalueRegion | None = None
-    uncertainty: Uncertainty | None = None
-    overlap: ArrayLike | None = None
-    active_rules: int | None = None
 
     def limits(self, n: int, m: int) -> Limits:
-        """Return the checked limits on n states, m inputs and the gains.
-
-        Raises
-        ------
-        ModelError : as ``limits_of``.
-        """
+        """Return the checked limits on n states, m inputs and the gains, as ``limits_of``."""
         return limits_of(
             n,
             m,
             input_limit=self.input_limit,
             initial_box=self.initial_box,
-            initial_ball=self.initial_ball,
             state_box=self.state_box,
             gain_bound=self.gain_bound,
         )
 
-    def requirements(self, r: int, n: int, m: int) -> Requirements:
-        """Return the checked requirements on the blends of r rules, in the model's units.
-
-        Raises
-        ------
-        ModelError : no region, uncertainty that does not fit, active rules that are none of 1 to r.
-        """
-        region, active_rules, blocks = self.region, self.active_rules, None
-        if region is not None and not isinstance(region, EigenvalueRegion):
+    def __post_init__(self) -> None:
+        if self.region is not None and not isinstance(self.region, EigenvalueRegion):
             raise ModelError(
-                f"region is {region!r}; an EigenvalueRegion is needed, e.g. "
+                f"region is {self.region!r}; an EigenvalueRegion is needed, e.g. "
                 "EigenvalueRegion.disc(5.0)"
             )
-        if self.uncertainty is not None:
-            checked_blocks = blocks_of(self.uncertainty, r, n, m)
-            blocks = tuple(NormBounded(block.D, block.E, block.F) for block in checked_blocks)
-        if active_rules is not None and (
-            isinstance(active_rules, bool)
-            or not isinstance(active_rules, Integral)
-            or not 1 <= active_rules <= r
-        ):
-            raise ModelError(f"active_rules is {active_rules!r}; a number from 1 to {r} is needed")
-        return Requirements(
-            region=region, uncertainty=blocks, overlap=self.overlap, active_rules=active_rules
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Requirements:
-    """Each None where nothing is required or known.
-
-    Attributes
-    ----------
-    region : of the closed loop's eigenvalues, in 1/s; of x+ = A x without unit.
-    uncertainty : blocks D Delta [E, F] of the model, in the coordinates of the condition.
-    overlap : (r, r), bounds on h_i h_j.
-    active_rules : at most this many rules act at a time.
-    """
-
-    region: EigenvalueRegion | None = None
-    uncertainty: tuple[NormBounded, ...] | None = None
-    overlap: ArrayLike | None = None
-    active_rules: int | None = None
-
-    def scaled(self, r: int, s: Array, tau: Array) -> Requirements:
-        """Return them in x = s xhat, u = tau uhat; regions are the same in all units."""
-        if self.uncertainty is None:
-            return self
-        blocks = blocks_of(self.uncertainty, r, len(s), len(tau))
-        scaled_blocks = tuple(
-            NormBounded(c.D, c.E, c.F) for c in (block.scaled(s, tau) for block in blocks)
-        )
-        return replace(self, uncertainty=scaled_blocks)
-
-
-def required_sums(
-    loop: DoubleSum,
-    A: Array,
-    B: Array,
-    Q: Unknown,
-    M: Unknown,
-    requirements: Requirements,
-    *,
-    discrete: bool,
-) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
-    """Return all double sums, for every uncertainty and the memberships that are possible.
-
-    Parameters
-    ----------
-    loop : that of the decay rate.
-    A, B : (r, n, n), (r, n, m).
-    Q, M : unknowns as in ``closed_loop``.
-    discrete : x+ = A x + B u.
-
-    Returns
-    -------
-    The double sums, the first that of the decay rate; unknowns and LMIs that they need besides
-    what a relaxation adds.
-    """
-    sums: list[DoubleSum] = []
-    unknowns: tuple[Unknown, ...] = ()
-    lmis: tuple[LMI, ...] = ()
-    for plain, carrier in _with_carriers(loop, A, B, Q, M, requirements.region):
-        double_sum = plain
-        # A part of a region without the loop in it, L < 0, is the same for every plant.
-        if requirements.uncertainty is not None and (carrier is None or carrier.any()):
-            double_sum, new_unknowns = with_uncertainty(
-                double_sum, Q, M, requirements.uncertainty, carrier=carrier, discrete=discrete
-            )
-            unknowns += new_unknowns
-        if requirements.overlap is not None or requirements.active_rules is not None:
-            double_sum, new_unknowns, bounds = with_overlap(
-                double_sum, requirements.overlap, active_rules=requirements.active_rules
-            )
-            unknowns, lmis = unknowns + new_unknowns, lmis + bounds
-        sums.append(double_sum)
-    return tuple(sums), unknowns, lmis
-
-
-def _with_carriers(
-    loop: DoubleSum, A: Array, B: Array, Q: Unknown, M: Unknown, region: EigenvalueRegion | None
-) -> Iterator[tuple[DoubleSum, Array | None]]:
-    yield loop, None
-    if region is not None:
-        parts = region_sums(A, B, Q, M, region, corners=loop.corners)  # type: ignore[arg-type]
-        for double_sum, part in zip(parts, region.parts, strict=True):
-            yield double_sum, np.asarray(part.matrices[1], dtype=np.float64)

@@ -13,6 +13,7 @@ from takagi.lmi.answer import Answer, Design, GainsWithAnswer
 from takagi.lmi.argument_checks import (
     check_stabilisable,
     input_stack,
+    positive_number,
     sample_time_of,
     symmetric,
     vertex_stack,
@@ -25,7 +26,6 @@ from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, Performance, plant_of
 from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
-from takagi.lmi.gains.disturbance.request import positive_number
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.local_search import (
     LocalSearch,
@@ -33,10 +33,8 @@ from takagi.lmi.gains.structured.local_search import (
     LocalStep,
     descended,
     shown,
-    slack_start,
 )
 from takagi.lmi.gains.structured.structure import Objective, check_movable, structure_of
-from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError, did_you_mean
@@ -57,10 +55,8 @@ def plant_for(
     For "cost" the output is z = [F x; G u] with Q = F' F, R = G' G, so that |z|^2 is the cost's
     integrand.
 
-    Raises
-    ------
-    ModelError : an argument that the objective needs is missing, or one that it does not use is
-        given; otherwise as ``lqr_pdc`` and ``hinf_pdc``.
+    Raises ModelError: an argument that the objective needs is missing, or one that it does not use
+    is given; otherwise as ``lqr_pdc`` and ``hinf_pdc``.
     """
     _check_given(objective, {"Q": Q, "R": R}, performance)
     A = vertex_stack(model).astype(np.float64)
@@ -136,9 +132,7 @@ def found_at(
 ) -> StructuredDesign:
     """Return the design of the best spot.
 
-    Parameters
-    ----------
-    unstructured : the best value known without the structure.
+    ``unstructured`` : the best value known without the structure.
     """
     value = spot.value
     ratio = value / unstructured
@@ -191,7 +185,6 @@ MODEST = (1e-1, 1e-2)
 DESCENTS = 2
 
 
-@limited
 def structured_pdc(
     model: Controlled,
     pattern: ArrayLike | None = None,
@@ -209,12 +202,11 @@ def structured_pdc(
     starts: int = 0,
     seed: int = 0,
     sample_time: float | None = None,
-    time_limit: float | None = None,
 ) -> StructuredDesign:
     """Return gains F_i for u = -sum_i h_i F_i C x, F_i zero off the pattern, of the best value.
 
     The result is the best point that a local search reaches from several starts: the projected
-    unstructured design, a slack-matrix form, and u = 0.  Each step changes gains and V = x' P x
+    unstructured design, and u = 0.  Each step changes gains and V = x' P x
     together inside a convex inner approximation, then finds the best P for the new gains; so the
     value never gets worse.  Use it for static output feedback, decentralised laws, and gains that
     some rules share.
@@ -240,8 +232,6 @@ def structured_pdc(
         with several they are starts of these steps.  0 for the convex steps alone.
     seed : of the random numbers of ``starts``.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    time_limit : seconds for all solver calls together, in their order; an answer stopped by it is
-        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -259,7 +249,7 @@ def structured_pdc(
         objective, a missing argument of an objective, or a vertex with an undamped mode that no
         input moves, or that no gain of the pattern moves.
 
-    Source: derived in ``structured.sums`` and ``structured.slack_matrix``, with the literature.
+    Source: derived in ``structure``, with the literature.
     """
     relaxation_named(relaxation)
     if objective not in get_args(Objective):
@@ -316,10 +306,7 @@ def structured_pdc(
 
 
 def _best(
-    local: LocalSearch,
-    named_starts: list[LocalStart],
-    tolerance: float,
-    descents: tuple[int, int],
+    local: LocalSearch, named_starts: list[LocalStart], tolerance: float, descents: tuple[int, int]
 ) -> StructuredPoint | None:
     """Return the best point from the known starts, and from descents on the norm if asked for."""
     starts, seed = descents
@@ -393,7 +380,6 @@ def _starts(search: StepSearch, plain: list[Design]) -> Iterator[LocalStart]:
         for metric, name in ((np.linalg.inv(design.P), "by P"), (np.diag(s**2), "by size")):
             F = search.structure.projected(design.gains, (metric + metric.T) / 2)
             yield LocalStart(f"unstructured {number + 1}, projected {name}", F, design.P)
-    yield from slack_start(search)
     zero = np.zeros((search.structure.groups, *search.structure.pattern.shape))
     yield LocalStart("no control", zero, np.diag(s ** (-2.0)) + np.zeros((n, n)))
 

@@ -16,14 +16,7 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.expressions.expression import (
-    Inequality,
-    block,
-    identity,
-    matrix,
-    placement,
-    trace,
-)
+from takagi.lmi.expressions.expression import Inequality, block, identity, matrix, placement, trace
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Objective, Structure, StructuredGains, loop_sum
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
@@ -195,10 +188,8 @@ class StepSearch:
         The problem is posed in states in which the given P is I, so that the solver's numbers are
         near 1.
 
-        Parameters
-        ----------
-        value : an expected gamma, which only sets units.
-        settle : True for the final answer: no margin is kept, and more solvers are tried.
+        ``value`` : an expected gamma, which only sets units.
+        ``settle`` : True for the final answer: no margin is kept, and more solvers are tried.
         """
         K = self.structure.gains(F)
         units = LocalUnits.of(self.plant, self.objective, P, K, value=value)

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from takagi.lmi.analysis.disturbance.guessed_function import bounded_real
-from takagi.lmi.argument_checks import corners_of
-from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.decide import decide
+from takagi.lmi.cone.balance import state_units
 from takagi.lmi.gains.descent.gain_loops import GainLoops
 from takagi.lmi.gains.descent.many_starts import Found, best_gains
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
-from takagi.lmi.gains.structured.slack_matrix import slack_condition, slack_gains
 from takagi.models.arrays import Floats
 
 # The number of steps to find a stable loop, and the number of steps to give it a decay margin.
@@ -35,8 +32,6 @@ SPREAD_FACTORS = (1.0, 3.0, 1.0 / 3.0)
 GOOD = 1e-2
 # How often a step is doubled.
 DOUBLED = 3
-# The values of mu that ``slack_start`` tries, in units of 1 / size of the vertices.
-MUS = (0.1, 0.3, 1.0, 3.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,39 +159,6 @@ def _further(search: StepSearch, spot: StructuredPoint, best: StructuredPoint) -
             break
         best = new
     return best
-
-
-def slack_start(search: StepSearch) -> Iterator[LocalStart]:
-    """Yield the gains of largest margin by ``slack_condition`` over a few mu, if any exist."""
-    plant, structure = search.plant, search.structure
-    step = plant.sample_time
-    s = state_units(plant.A, None, step=step)
-    A, B = plant.A * s / s[:, None], plant.B / s[:, None]
-    size = float(np.linalg.norm(motion(A, step), 2, axis=(1, 2)).max()) or 1.0
-    reach = np.abs(B).max(axis=(0, 1))
-    tau = size / np.where(reach > 0, reach, 1.0)
-    C = structure.C * s
-    sizes = np.linalg.norm(C, axis=1)
-    same = np.array_equal(structure.C, np.eye(len(s)))
-    inside = replace(structure, C=np.eye(len(s)) if same else C / sizes[:, None])
-    scale = np.ones(len(s)) / s if same else 1.0 / sizes
-    best, F = 0.0, None
-    for mu in MUS if step is None else MUS[:1]:
-        condition = slack_condition(
-            A,
-            B * tau,
-            inside,
-            search.relaxation,
-            mu=mu / size,
-            step=step,
-            corners=corners_of(plant),
-        )
-        outcome = decide(condition, most=1)
-        search.tries.extend(outcome.tries)
-        if outcome.status == "candidate" and outcome.margin > best:
-            best, F = outcome.margin, slack_gains(outcome.values, inside)
-    if F is not None:
-        yield LocalStart("slack matrix", F * tau[:, None] * scale, np.diag(s**-2.0))
 
 
 # How far above the norm the first function may be, relative; it only sets units.

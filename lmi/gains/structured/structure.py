@@ -40,14 +40,7 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.lmi.argument_checks import corners_of, decay_parameter
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.expression import (
-    Expression,
-    He,
-    block,
-    identity,
-    matrix,
-    placement,
-)
+from takagi.lmi.expressions.expression import Expression, He, block, identity, matrix, placement
 from takagi.lmi.expressions.piece import turned
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
@@ -145,18 +138,6 @@ class Structure:
                 )[0]
         return F
 
-    def slack_pattern(self) -> NDArray[np.bool_]:
-        """Return (n, n), True where G may differ from zero; the first p of the states are C x.
-
-        G_ab = 0 where some input depends on a but not on b.  Then F [I 0] G has the pattern of F,
-        and zeros in all columns beyond the p-th; and M G^-1 has this pattern if M has it.
-        """
-        p, n = self.C.shape
-        measured = np.zeros((len(self.pattern), n), dtype=bool)
-        measured[:, :p] = self.pattern
-        measured = measured[list(self.rows)]
-        return np.asarray(~np.einsum("ka,kb->ab", measured, ~measured), dtype=bool)
-
 
 def structure_of(
     sizes: tuple[int, int, int],
@@ -173,10 +154,8 @@ def structure_of(
     output : (p, n); None for the states.
     shared : (r,) labels; rules of one label share a gain. None gives each rule its own gain.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not true or false, a pattern without a free entry,
-        linearly dependent outputs.
+    Raises ModelError: shapes, entries that are not true or false, a pattern without a free entry,
+    linearly dependent outputs.
     """
     r, n, m = sizes
     C = np.eye(n) if output is None else _outputs(output, n)
@@ -191,9 +170,7 @@ def structure_of(
 def pattern_of(pattern: ArrayLike, m: int, p: int) -> NDArray[np.bool_]:
     """Return the checked pattern, (m, p).
 
-    Raises
-    ------
-    ModelError : its shape, entries that are not true or false, no free entry.
+    Raises ModelError: its shape, entries that are not true or false, no free entry.
     """
     try:
         entries = np.asarray(pattern)
@@ -265,9 +242,7 @@ def check_movable(
     A fixed mode is an eigenvalue of A_i - B_i F C for every F of the pattern.  With probability 1
     an eigenvalue that a few random F share is a fixed mode (Wang and Davison, 1973).
 
-    Parameters
-    ----------
-    A, B : in states x = units xhat, inputs of order one.
+    ``A``, ``B`` : in states x = units xhat, inputs of order one.
     """
     rng = np.random.default_rng(0)
     C = structure.C * units
@@ -337,18 +312,13 @@ class StructuredGains:
 
 
 def loop_sum(
-    plant: DisturbedPlant,
-    objective: Objective,
-    P: Unknown,
-    gamma: Unknown,
-    gains: StructuredGains,
+    plant: DisturbedPlant, objective: Objective, P: Unknown, gamma: Unknown, gains: StructuredGains
 ) -> DoubleSum:
     """Return the module's double sum.
 
-    Parameters
-    ----------
-    gamma : the unknown of the energy gain; unused for the other objectives.
-    gains : known gains give a sum in P alone; unknown ones that of the inner convex step at P = I.
+    ``gamma`` : the unknown of the energy gain; unused for the other objectives.
+    ``gains`` : known gains give a sum in P alone; unknown ones that of the inner convex step at P =
+    I.
     """
     step = plant.sample_time is not None
     rate = decay_parameter(0.0, 1.0 if step else None)

@@ -33,14 +33,7 @@ import numpy as np
 from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.term import LMI
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.expression import (
-    He,
-    added,
-    block,
-    identity,
-    matrix,
-    symmetric_block,
-)
+from takagi.lmi.expressions.expression import He, added, block, identity, matrix, symmetric_block
 from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
 from takagi.models.arrays import Floats, Indices
 
@@ -125,10 +118,9 @@ def motion_lmi(
 
     The division gives all cells margins of the same order, although their alphas differ.
 
-    Parameters
-    ----------
-    u : scalars, one per gain; None if the gains are fixed.
-    pace, wider : scalars, the relative changes a of ``around.speed`` and c of ``around.scale``.
+    ``u`` : scalars, one per gain; None if the gains are fixed.
+    ``pace``, ``wider`` : scalars, the relative changes a of ``around.speed`` and c of
+    ``around.scale``.
     """
     moving, index = around.moving, around.pace[chosen]
     speed = around.speed[chosen][:, None, None]

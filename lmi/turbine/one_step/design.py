@@ -72,9 +72,7 @@ NO_WIND = "in some cell of wind speeds the loop tolerates no error of the wind e
 def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint:
     """Return the point at given gains; its functions are found without a first guess.
 
-    Raises
-    ------
-    ModelError : no function was found; the message says what to change.
+    Raises ModelError: no function was found; the message says what to change.
     """
     windy, calm = loop.corners(theta)
     directions = loop.box.directions
@@ -221,9 +219,7 @@ def _settled(
 ) -> LoopFunctions:
     """Return the functions after at most ``step_count`` improvements at fixed gains.
 
-    Parameters
-    ----------
-    floor : lower limits; functions below them are first raised towards them.
+    ``floor`` : lower limits; functions below them are first raised towards them.
     """
     directions, shares = loop.box.directions, shares_of(loop)
     value, mean = function_value(loop, functions, aim), mean_error(loop, functions)
@@ -301,9 +297,7 @@ def one_step_gains(
     steps : largest number of joint steps, accepted or not; 0 only analyses the given gains.
     tell : called with a line of text before each step.
 
-    Raises
-    ------
-    ModelError : no function was found at the given gains, or ``steps`` is below 0.
+    Raises ModelError: no function was found at the given gains, or ``steps`` is below 0.
     """
     if steps < 0:
         raise ModelError(f"steps = {steps} was given; 0 or more are needed")

@@ -147,9 +147,7 @@ OBJECTIVES: Mapping[str, Objective] = MappingProxyType(
 def objective_named(name: str) -> Objective:
     """Return the weights that belong to a name.
 
-    Raises
-    ------
-    ModelError : the name is unknown; the message lists the known names.
+    Raises ModelError: the name is unknown; the message lists the known names.
     """
     if name not in OBJECTIVES:
         raise ModelError(

@@ -62,15 +62,11 @@ def functions_at(
 ) -> LoopFunctions | None:
     """Return the functions with multiples and decay rate recomputed at these corners.
 
-    Parameters
-    ----------
-    functions : P with its set inside the box, and R.  Its multiples and multipliers are kept where
-        they hold at the corners and are better than the result of the search over multipliers;
-        zeros if there are none.
-    limit : (K - 1,) largest multiple for which the corners are valid.
+    ``functions`` : P with its set inside the box, and R.  Its multiples and multipliers are kept
+    where they hold at the corners and are better than the result of the search over multipliers;
+    zeros if there are none.
+    ``limit`` : (K - 1,) largest multiple for which the corners are valid.
 
-    Returns
-    -------
     None if a cell tolerates no wind error.
     """
     multiples = []
@@ -190,10 +186,8 @@ class LoopOfGains:
     def corners(self, theta: Floats) -> tuple[WindCellCorners, WindCellCorners]:
         """Return the corners of all cells under the wind class, and undisturbed.
 
-        Raises
-        ------
-        ModelError : at these gains a cell leaves a table or an actuator limit; the message names
-            the cell.
+        Raises ModelError: at these gains a cell leaves a table or an actuator limit; the message
+        names the cell.
         """
         gains = self.at(theta).gains
         cells = [self._rows(self.enclosed(gains, k), k) for k in range(self.cells)]
@@ -205,13 +199,9 @@ class LoopOfGains:
     ) -> tuple[MovingCorners, MovingCorners, NDArray[np.bool_]]:
         """Return the corners with their secants, and the directions in which gains may change.
 
-        Parameters
-        ----------
-        reach : change of each logarithm between the two ends of a secant; it is smaller in narrow
-            cells (``bends``).
+        ``reach`` : change of each logarithm between the two ends of a secant; it is smaller in
+        narrow cells (``bends``).
 
-        Returns
-        -------
         Corners under the wind class, undisturbed corners, and (G, 2) booleans for a smaller and a
         larger gain: False if that change makes a cell leave a table or a limit.
         """

@@ -10,16 +10,15 @@ import pytest
 
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 from takagi.certificates.cross_check.comparison import cross_checked_document
-from tests.certificates.cross.documents import PLANTS, all_kinds, mutants, plant_certificate
+from tests.certificates.cross.documents import documents, mutants
 from tests.certificates.kinds.claims import resealed, verdicts
 
 Data = dict[str, Any]
 
 
-@pytest.fixture(scope="module")
-def documents() -> dict[str, Data]:
-    """Return a certificate of every kind of claim about loops, and of some plants."""
-    return dict(all_kinds()) | {name: plant_certificate(name) for name in PLANTS}
+@pytest.fixture(scope="module", name="documents")
+def _documents() -> dict[str, Data]:
+    return documents()
 
 
 def test_every_true_claim_is_seen_by_all(documents: dict[str, Data]) -> None:

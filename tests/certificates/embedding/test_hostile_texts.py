@@ -127,62 +127,7 @@ def many_states(count: int, entry: str) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("entry", ["1", "x0", "1 + x0"])
-def test_a_large_full_mass_matrix_is_not_proved(entry: str) -> None:
-    """2^40 minors are not tried."""
-    assert said_of(many_states(40, entry)).verdict is Verdict.UNDECIDED
-
-
 @pytest.mark.parametrize("count", [0, 65])
 def test_too_few_or_too_many_states_are_refused(count: int) -> None:
     with pytest.raises(CertificateError):
         said_of(many_states(count, "1"))
-
-
-def misshapen(key: str, value: object) -> dict[str, Any]:
-    return one_state("x*sin(x)", "sin(x)", -1, 1) | {key: value}
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("states", {}),
-        ("states", [3]),
-        ("states", [{"name": "x"}]),
-        ("states", [{"name": "x", "unit": "-", "rest": 0, "range": [2, 1]}]),
-        ("states", [{"name": "x", "unit": "-", "rest": 0, "range": [1, 2]}]),
-        ("states", [{"name": "x", "unit": "-", "rest": 0, "range": ["x", 2]}]),
-        ("states", [{"name": "x", "unit": "-", "rest": 1, "range": [0, 2]}]),
-        ("states", [{"name": "x", "unit": "-", "rest": 1, "symbol": "x", "range": [0, 2]}]),
-        ("states", [{"name": "sin", "unit": "-", "rest": 0, "range": [-1, 2]}]),
-        ("states", [{"name": "x y", "unit": "-", "rest": 0, "range": [-1, 2]}]),
-        ("inputs", [{"name": "x", "unit": "-", "rest": 0}]),
-        ("states", [{"name": "x", "unit": "-", "rest": 0, "range": ["-10^64", "10^64*10^64"]}]),
-        ("inputs", "u"),
-        ("parameters", {"x": 1}),
-        ("parameters", {"p": "pi"}),
-        ("parameters", {"p": "y"}),
-        ("parameters", []),
-        ("tables", {"t": {"knots": [], "coefficients": []}}),
-        ("tables", {"t": {"knots": [[0, 1]], "coefficients": [1]}}),
-        ("tables", {"t": 1}),
-        ("sample_time", 0),
-        ("sample_time", "1"),
-        ("equations", []),
-        ("equations", ["x", "x"]),
-        ("equations", [["x"]]),
-        ("equations", None),
-        ("mass", [["1", "0"]]),
-        ("mass", 1),
-        ("outputs", ["x"]),
-        ("outputs", [{"expression": "x"}]),
-        ("embedding", {}),
-        ("embedding", {"premises": [], "A": [["z"]]}),
-        ("embedding", {"premises": [1], "A": [["0"]]}),
-        ("kind", "turbine"),
-    ],
-)
-def test_misshapen_plants_are_refused(key: str, value: object) -> None:
-    """A CertificateError with the place; nothing is guessed."""
-    with pytest.raises(CertificateError):
-        said_of(misshapen(key, value))

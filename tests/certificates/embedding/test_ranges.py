@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,26 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.checker import CertificateError
-from takagi.certificates.document.certificate_file import certificate_document
-from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import (
-    Curve,
-    Domain,
     Interval,
     Plant,
-    Surface,
-    TSModel,
     Variable,
-    interpolate_curve,
     sector_model,
-    table_function,
 )
-from takagi.models.splines.spline import interpolate
-from tests.certificates.embedding.plants import changed, one_state, said_of
-from tests.certificates.kinds.claims import verdicts
-
-Data = dict[str, Any]
+from tests.certificates.embedding.plants import one_state, said_of
 
 # Premise, its exact range over -1 <= x <= 2 as rationals, and the equation x times the premise.
 ATTAINED = [
@@ -92,30 +78,6 @@ def test_removable_singularities_count_with_their_limit(
     assert said_of(without).verdict is Verdict.UNDECIDED
 
 
-def test_two_variables_may_vanish_in_one_denominator() -> None:
-    """sin(x) sin(y)/(x y) lies in [sin(1)^2, 1] on the square."""
-    data: Data = {
-        "kind": "plant",
-        "sample_time": None,
-        "states": [{"name": n, "unit": "-", "rest": 0, "range": [-1, 1]} for n in ("x", "y")],
-        "equations": ["sin(x)*sin(y)/y", "x - y"],
-        "embedding": {
-            "premises": [
-                {
-                    "name": "z",
-                    "expression": "sin(x)*sin(y)/(x*y)",
-                    "lower": 0.708,
-                    "upper": 1,
-                }
-            ],
-            "A": [["z", "0"], ["1", "-1"]],
-        },
-    }
-    assert said_of(data).verdict is Verdict.PROVED
-    data["embedding"]["premises"][0]["lower"] = 0.7081
-    assert said_of(data).verdict is Verdict.UNDECIDED
-
-
 @given(
     a=st.fractions(-2, 2, max_denominator=20),
     b=st.fractions(-2, 2, max_denominator=20),
@@ -145,104 +107,10 @@ def test_cubics_between_their_extremes(a: Fraction, b: Fraction, c: Fraction) ->
 # ---------------------------------------------------------------------- tables
 
 
-def spring() -> Curve:
-    """Return a hardening spring, N over m, through the origin."""
-    s = np.linspace(-0.5, 0.5, 11)
-    return interpolate_curve(s, 4000 * s + 90000 * s**3)
-
-
-def plane() -> Surface:
-    """Return a bicubic table of two arguments."""
-    a, b = np.linspace(-1, 1, 6), np.linspace(0, 40, 7)
-    return interpolate(a, b, np.outer(np.cos(a), 1 + 0.01 * b))
-
-
-def table_model(table: Any, arguments: tuple[sp.Expr, ...]) -> TSModel:
-    x, v = sp.symbols("x v", real=True)
-    f = table_function("force", table)
-    return sector_model(
-        Plant(
-            equations=(v, -x * f(*arguments) - v),
-            states=(
-                Variable(x, "m", Interval.of("-0.4", "0.3")),
-                Variable(v, "m/s", Interval.of(-1, 1)),
-            ),
-            name="spring",
-        )
-    )
-
-
 X, V = sp.symbols("x v", real=True)
 
 
-@pytest.mark.parametrize(
-    ("table", "arguments"), [(spring(), (X,)), (plane(), (2 * X, 20 + 15 * V))]
-)
-def test_tables_are_bounded_as_splines(table: Any, arguments: tuple[sp.Expr, ...]) -> None:
-    """Curves and surfaces; a coefficient changed, or a box that leaves the table, is not proved."""
-    data = plant_data(table_model(table, arguments))
-    assert said_of(data).verdict is Verdict.PROVED
-
-    def bend(copy: Data) -> None:
-        rows = copy["tables"]["force"]["coefficients"]
-        (rows[3] if isinstance(rows[3], list) else rows).__setitem__(3, 1e5)
-
-    assert said_of(changed(data, bend)).verdict is Verdict.UNDECIDED
-    wide = changed(data, lambda copy: copy["states"][0].update({"range": [-0.6, 0.3]}))
-    assert said_of(wide).verdict is Verdict.UNDECIDED
-
-
-@pytest.mark.parametrize(("middle", "verdict"), [(0, Verdict.PROVED), (1e-30, Verdict.UNDECIDED)])
-def test_a_table_that_vanishes_at_rest_is_divided_by_its_state(
-    middle: float, verdict: Verdict
-) -> None:
-    """f(0) = 0 by symmetry, in exact arithmetic: f(x)/x has a limit, which 1e-30 takes away."""
-    knots = [-1, -1, -1, -1, 0, 1, 1, 1, 1]
-    data = one_state("t(x)", "t(x)/x", -10, 10, range=[-1, 1])
-    data["tables"] = {"t": {"knots": [knots], "coefficients": [-1, -1, middle, 1, 1]}}
-    assert said_of(data).verdict is verdict
-
-
 # ---------------------------------------------------------------------- trim
-
-
-def test_a_rest_that_is_no_decimal_is_exact() -> None:
-    """x' = u - x^2 about x = 1/3, u = 1/9: the deviation form is x' = u - (2/3 + dx) dx."""
-    data: Data = {
-        "kind": "plant",
-        "sample_time": None,
-        "states": [
-            {"name": "x", "symbol": "dx", "unit": "-", "rest": "1/3", "range": [0, 1]},
-        ],
-        "inputs": [{"name": "u", "symbol": "du", "unit": "-", "rest": "1/9", "range": None}],
-        "equations": ["u - x^2"],
-        "embedding": {
-            "premises": [{"name": "z", "expression": "dx", "lower": "-1/3", "upper": "2/3"}],
-            "A": [["-2/3 - z"]],
-            "B": [["1"]],
-        },
-    }
-    assert said_of(data).verdict is Verdict.PROVED
-    in_names = changed(
-        data, lambda d: d["embedding"]["premises"][0].update({"expression": "x - 1/3"})
-    )
-    assert said_of(in_names).verdict is Verdict.PROVED
-    wrong = changed(data, lambda d: d["inputs"][0].update({"rest": "1/9 + 1/10^30"}))
-    assert said_of(wrong).verdict is Verdict.UNDECIDED
-
-
-def test_a_rest_that_is_irrational_is_exact() -> None:
-    """x' = u - x^2 - 1/2 about x = 1/2, u = 3/4; and sin(1/2) in the trim of another input."""
-    data = one_state("sin(x) - v", "(sin(x) - sin(1/2))/dx", 0, 1, range=[0, 1])
-    data["states"][0] |= {"rest": 0.5, "symbol": "dx"}
-    data["inputs"] = [{"name": "v", "symbol": "dv", "unit": "-", "rest": "sin(1/2)", "range": None}]
-    data["embedding"]["B"] = [["-1"]]
-    assert said_of(data).verdict is Verdict.PROVED
-    data["inputs"][0]["rest"] = "sin(0.5000000001)"
-    assert said_of(data).verdict is Verdict.UNDECIDED
-    data["inputs"][0]["range"] = [0, 1]
-    with pytest.raises(CertificateError, match="rational"):
-        said_of(data)
 
 
 def test_a_law_states_an_irrational_trim_to_its_last_digit() -> None:
@@ -264,57 +132,3 @@ def test_a_law_states_an_irrational_trim_to_its_last_digit() -> None:
     assert "about the exact trim, which the law has to" in certificate.checked.claims[0].text
     trim = certificate.document["gains"]["trim"]
     assert abs(trim["input"][0] - 19.62**0.5 / 10) < 1e-15
-
-
-@pytest.mark.parametrize("unit", ["e-12", "", "e9"])
-@pytest.mark.parametrize(
-    ("rest", "half", "stated", "is_the_plants"),
-    [
-        ("0", "2", "0", True),
-        ("0", "2", "1e-12", False),
-        ("3", "2", "3.0000000000029", True),
-        ("3", "2", "3.0000000000031", False),
-        ("3", "0.00003", "3.00000000000005", True),
-        ("3", "0.00003", "3.00000000000007", False),
-        ("3", None, "3.0000000000029", True),
-        ("3", None, "3.0000000000031", False),
-    ],
-)
-def test_a_trim_is_the_rest_in_every_unit(
-    unit: str, rest: str, half: str | None, stated: str, is_the_plants: bool
-) -> None:
-    """x' = u - x at rest: 1e-12 of the value, and 1e-9 of the range 2 half at most."""
-    own, found = (float(Fraction(one) * Fraction("1" + unit)) for one in (rest, stated))
-    wide = None if half is None else float(Fraction(half) * Fraction("1" + unit))
-    ends = None if wide is None else [f"{own!r} - {wide!r}", f"{own!r} + {wide!r}"]
-    row = {"unit": "C", "rest": own, "range": ends}
-    model: Data = {
-        "kind": "plant",
-        "sample_time": None,
-        "states": [{"name": "q", "symbol": "dq" if own else "q", **row}],
-        "inputs": [{"name": "u", "symbol": "du" if own else "u", **row, "range": None}],
-        "equations": ["u - q"],
-        "embedding": {"premises": [], "A": [["-1"]], "B": [["1"]]},
-    }
-    law = {"state_names": [f"{model['states'][0]['symbol']} [C]"], "K": [[[0]]], "rules": [[]]}
-    law |= {"input_names": [f"{model['inputs'][0]['symbol']} [C]"], "premises": []}
-    law["trim"] = {"state": [found], "input": [own]}
-    claims = [{"name": "e", "kind": "sector-embedding"}]
-    document = certificate_document(model=model, gains=law, claims=claims, provenance={})
-    assert verdicts(document) == ["PROVED" if is_the_plants else "REFUSED"]
-
-
-def test_a_model_on_less_than_the_plants_ranges_is_about_its_own_box() -> None:
-    """The pendulum's sin(x)/x within [-1, 1] of [-2, 2]: bounds and box are those of the domain."""
-    x, v = sp.symbols("x v", real=True)
-    plant = Plant(
-        equations=(v, -sp.sin(x)),
-        states=(Variable(x, "rad", Interval.of(-2, 2)), Variable(v, "rad/s")),
-        name="pendulum",
-    )
-    model = sector_model(plant, domain=Domain.of_box({x: Interval.of(-1, 1)}))
-
-    data = plant_data(model)
-
-    assert data["states"][0]["range"] == [-1, 1]
-    assert said_of(data).verdict is Verdict.PROVED

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
 import sympy as sp
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Interval, ModelError, Output, Parameter, Plant, Variable
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.embedding.plants import changed, embedding_outcome
 from tests.certificates.kinds.claims import as_read
 
 x, v, u, w = sp.symbols("x v u w", real=True)
-CLAIM = {"name": "secants", "kind": "secant-embedding"}
-Data = dict[str, Any]
 
 
 def pendulum(rest: str = "0") -> Plant:
@@ -37,10 +32,6 @@ def pendulum(rest: str = "0") -> Plant:
         outputs=(Output("height", sp.cos(x), "m"),),
         name="pendulum",
     )
-
-
-def said_of(data: Data) -> Any:
-    return embedding_outcome(as_read(data), claim=CLAIM)
 
 
 @pytest.mark.parametrize("rest", ["0", "0.5"])
@@ -66,66 +57,6 @@ def test_differences_are_blends_of_the_vertices() -> None:
         f = np.array([rate, -9 * np.sin(angle) - rate / 2 + wind * np.cos(angle)])
         ends = A @ [angle, rate] + E * wind
         assert np.all(ends.min(axis=0) <= f + 1e-9) and np.all(f <= ends.max(axis=0) + 1e-9)
-
-
-def cut(data: Data) -> None:
-    """Take a hundredth of its range from the upper end of the first premise."""
-    first = data["embedding"]["premises"][0]
-    first["upper"] -= (first["upper"] - first["lower"]) / 100
-
-
-WRONG = {
-    "a bound": cut,
-    "an entry": lambda d: d["embedding"]["A"][1].__setitem__(1, "-0.51"),
-    "the equation": lambda d: d["equations"].__setitem__(1, "u - 9*sin(x)"),
-    "not at rest": lambda d: d["equations"].__setitem__(1, d["equations"][1] + " + 1/1000000"),
-    "a larger box": lambda d: d["states"][0].update({"range": [-1, 1.1]}),
-    "a kink": lambda d: d["equations"].__setitem__(1, d["equations"][1] + " + abs(x) - abs(x)"),
-    "no range": lambda d: d["states"][0].update({"range": None}),
-}
-
-
-@pytest.mark.parametrize("what", WRONG)
-def test_wrong_secants_are_not_proved(what: str) -> None:
-    """Each differs from what is proved in one place."""
-    data = plant_data(secant_model(pendulum()))
-    assert said_of(data).verdict is Verdict.PROVED
-    assert said_of(changed(data, WRONG[what])).verdict is Verdict.UNDECIDED
-
-
-def test_products_of_premises_are_refused() -> None:
-    """The mean of a product is not a product of means."""
-    data = plant_data(secant_model(pendulum()))
-    name = data["embedding"]["premises"][0]["name"]
-    other = data["embedding"]["premises"][1]["name"]
-    data["embedding"]["A"][0][0] = f"{name}*{other}"
-    with pytest.raises(CertificateError, match="product of premises"):
-        said_of(data)
-
-
-def test_one_form_is_not_taken_for_the_other() -> None:
-    """Secants are no sectors: sin x = cos(z) x holds for no z that is x."""
-    secants = plant_data(secant_model(load_plant("flexible_joint")))
-    with pytest.raises(CertificateError, match="not 'sector'"):
-        embedding_outcome(as_read(secants))
-    secants["embedding"]["form"] = "sector"
-    assert embedding_outcome(as_read(secants)).verdict is Verdict.UNDECIDED
-    with pytest.raises(CertificateError, match="not 'secant'"):
-        said_of(secants)
-
-
-def test_a_law_cannot_have_the_weights_of_secants() -> None:
-    """Gains that differ from rule to rule are checked in all pairs."""
-    from takagi.certificates.checker.replay.loop_reading import read_model_loop
-
-    model = secant_model(load_plant("flexible_joint"))
-    gains = np.array([[[1.0, 0.0, 0.0, 0.0]], [[2.0, 0.0, 0.0, 0.0]]])
-    document = certify(model, gains).document
-
-    family = read_model_loop(as_read(document["model"]), as_read(document["gains"]))
-
-    assert not family.shared_weights
-    assert len(family.groups()) == 4
 
 
 @pytest.mark.parametrize("name", ["tora", "cart_pole_2rules"])

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import math
-from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,7 +17,6 @@ from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.cross_check.comparison import cross_checked_document
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import PlantFile, load_plant
@@ -121,121 +118,6 @@ def test_each_embedding_is_proved_and_says_where_it_rests(
 
     assert found is Verdict.PROVED
     assert "its own rest is proved to lie in" in words
-
-
-@pytest.mark.parametrize("name", ["tank", "fan"])
-def test_secants_are_proved_about_the_same_rest(tmp_path: Path, name: str) -> None:
-    given = document(secant_model(load_plant(filed(tmp_path, PLANTS[name]))))
-    assert verdict(given)[0] is Verdict.PROVED
-
-    forged = moved(given, ("states", 1), Fraction(1, 10**9))
-    assert verdict(forged)[0] is Verdict.UNDECIDED
-
-
-def moved(given: dict[str, Any], place: tuple[str, int], by: Fraction) -> dict[str, Any]:
-    """The document with one ball moved by a share of its value."""
-    found = copy.deepcopy(given)
-    rest = found["model"][place[0]][place[1]]["rest"]
-    rest["value"] = str(Fraction(repr(rest["value"])) * (1 + by))
-    return found
-
-
-@pytest.mark.parametrize(
-    ("name", "place"),
-    [
-        ("magnet", ("states", 2)),
-        ("magnet", ("inputs", 0)),
-        ("tank", ("states", 0)),
-        ("tank", ("states", 1)),
-        ("fan", ("states", 0)),
-        ("fan", ("states", 1)),
-        ("fan", ("inputs", 0)),
-        ("discrete", ("states", 0)),
-        ("arm", ("states", 0)),
-    ],
-)
-def test_a_ball_that_was_moved_is_not_proved(
-    documents: dict[str, dict[str, Any]], name: str, place: tuple[str, int]
-) -> None:
-    for share in (Fraction(1, 10**12), Fraction(-1, 10**12), Fraction(1, 1000)):
-        found, words = verdict(moved(documents[name], place, share))
-        assert found is Verdict.UNDECIDED
-        assert "ball" in words
-
-
-def test_a_parameter_s_ball_that_was_moved_is_not_proved(
-    documents: dict[str, dict[str, Any]],
-) -> None:
-    forged = copy.deepcopy(documents["fan"])
-    ball = forged["model"]["parameters"]["c"]
-    ball["value"] = str(Fraction(repr(ball["value"])) + 2 * Fraction(repr(ball["within"])))
-    assert verdict(forged) == (
-        Verdict.UNDECIDED,
-        "not proved: c is not shown to lie in its ball",
-    )
-
-    other = copy.deepcopy(documents["fan"])
-    other["model"]["parameters"]["c"]["equals"] = "1/(251*pi^3)"
-    assert verdict(other)[0] is Verdict.UNDECIDED
-
-
-def test_a_ball_narrower_than_what_is_known_is_not_proved(
-    documents: dict[str, dict[str, Any]],
-) -> None:
-    forged = copy.deepcopy(documents["tank"])
-    for state in forged["model"]["states"]:
-        state["rest"]["within"] = "1/10^25"
-    assert verdict(forged)[0] is Verdict.UNDECIDED
-
-
-def test_rows_that_do_not_vanish_are_no_rest(documents: dict[str, dict[str, Any]]) -> None:
-    """One more constant in an equation, one ball too few: no proof, whatever the balls say."""
-    forged = copy.deepcopy(documents["tank"])
-    forged["model"]["equations"][0] += " + 1/10^9"
-    assert verdict(forged)[0] is Verdict.UNDECIDED
-
-    fewer = copy.deepcopy(documents["tank"])
-    rest = fewer["model"]["states"][0]["rest"]
-    fewer["model"]["states"][0]["rest"] = rest["value"]
-    for premise in fewer["model"]["embedding"]["premises"]:
-        premise["expression"] = premise["expression"].replace("C_rest", str(rest["value"]))
-    found, words = verdict(fewer)
-    assert found is Verdict.UNDECIDED
-    assert "2 equations do not vanish by algebra at rest, for 1 values" in words
-
-
-@pytest.mark.parametrize(
-    ("ball", "message"),
-    [
-        ({"value": 0.5, "within": 0}, "within"),
-        ({"value": 0.5, "within": -1e-3}, "within"),
-        ({"value": 1e-3, "within": 1e-3}, "leaves 0 outside"),
-        ({"value": 0.5}, "within"),
-        ({"within": 1e-3}, "value"),
-        ({"value": "z", "within": 1e-3}, "value"),
-    ],
-)
-def test_a_ball_that_is_none_is_refused(
-    documents: dict[str, dict[str, Any]], ball: dict[str, Any], message: str
-) -> None:
-    forged = copy.deepcopy(documents["discrete"])
-    forged["model"]["states"][0]["rest"] = ball
-    with pytest.raises(CertificateError, match=message):
-        verdict(forged)
-
-
-def test_a_parameter_s_ball_needs_what_it_equals(documents: dict[str, dict[str, Any]]) -> None:
-    forged = copy.deepcopy(documents["fan"])
-    del forged["model"]["parameters"]["c"]["equals"]
-    with pytest.raises(CertificateError, match="an expression is needed"):
-        verdict(forged)
-
-
-def test_equations_may_not_use_a_rest_s_name(documents: dict[str, dict[str, Any]]) -> None:
-    forged = copy.deepcopy(documents["discrete"])
-    forged["model"]["equations"][0] += " + q_rest - q_rest"
-    with pytest.raises(CertificateError, match="q_rest"):
-        verdict(forged)
 
 
 @pytest.mark.parametrize(

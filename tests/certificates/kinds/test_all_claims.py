@@ -17,7 +17,6 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.cross.documents import sampled_loop
 from tests.certificates.kinds.claims import law_data, model_data, verdict_of
 
 Floats = Any
@@ -55,7 +54,18 @@ def test_an_observer_of_the_loop_is_proved_too() -> None:
 
 
 def test_sampled_loop() -> None:
-    certificate = certify(*sampled_loop(), claims="all")
+    """A sampled model with disturbance, box and output, and gains of three digits."""
+    model = TSModel(
+        [[[1.0, 0.1], [0.1, 1.0]], [[1.0, 0.1], [0.3, 0.95]]],
+        [[0.0], [0.1]],
+        C=[[1.0, 0.0]],
+        E=[[0.0], [0.02]],
+        states=["p [m]", "v [m/s]"],
+        box={"p [m]": (-1, 1), "v [m/s]": (-3, 3)},
+        sample_time=0.1,
+    )
+    gains = np.round(pdc(model, decay_rate=0.3).require()[0], 3)
+    certificate = certify(model, gains, claims="all")
 
     assert certificate.verdict is Verdict.PROVED
     assert len(certificate.document["claims"]) == 8

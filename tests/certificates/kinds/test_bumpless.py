@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from copy import deepcopy
 from fractions import Fraction
 from types import SimpleNamespace
@@ -11,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.turbine.effort_sharing.bumpless import Bumpless
@@ -173,27 +171,9 @@ def test_the_law_on_the_plant_moves_no_faster(built: Any, rates: dict[str, Any])
     assert max(turned_most) > 0.7
 
 
-DAMAGES: dict[str, Callable[[dict[str, float]], float]] = {
-    "pitch_rate": lambda cell: cell["pitch_rate"] * 0.999,
-    "signal_rate": lambda cell: cell["signal_rate"] * 0.9999,
-    "torque_rate": lambda cell: cell["torque_rate"] * 0.9999,
-}
-
-
 def test_the_short_certificate_is_proved(short_rates: dict[str, Any]) -> None:
     """What the damages below begin from."""
     assert verdict_on_rates(short_rates) == PROVED
-
-
-@pytest.mark.parametrize("name", DAMAGES)
-@pytest.mark.parametrize("k", [0, pytest.param(2, marks=pytest.mark.slow)])
-def test_each_number_of_a_cell_counts(short_rates: dict[str, Any], name: str, k: int) -> None:
-    """A little less than what is needed is not proved."""
-    changed = deepcopy(short_rates)
-    cell = changed["claims"][1]["cells"][k]
-    cell[name] = DAMAGES[name](cell)
-
-    assert verdict_on_rates(changed) == UNDECIDED
 
 
 def test_commands_are_continuous_across_every_node(built: Any) -> None:
@@ -212,22 +192,3 @@ def test_commands_are_continuous_across_every_node(built: Any) -> None:
         )
         assert abs(above.torque - below.torque) < 1e-2  # N m
         assert abs(above.pitch - below.pitch) < 1e-7  # rad
-
-
-def test_what_is_no_claim_is_refused(short_rates: dict[str, Any]) -> None:
-    """A cell too few, a turbine without a stated torque rate."""
-    few, bare = deepcopy(short_rates), deepcopy(short_rates)
-    few["claims"][1]["cells"].pop()
-    del bare["model"]["torque_rate_limit"]
-    with pytest.raises(CertificateError, match="cells: a list of"):
-        check_document(resealed(few))
-    with pytest.raises(CertificateError, match="torque_rate_limit"):
-        check_document(resealed(bare))
-
-
-def test_a_loop_that_is_not_proved_carries_no_rates(short_rates: dict[str, Any]) -> None:
-    """The loop's verdict comes first."""
-    changed = deepcopy(short_rates)
-    changed["claims"][0]["cells"][1]["decay_rate"] = 3.0
-
-    assert verdict_on_rates(changed) == UNDECIDED

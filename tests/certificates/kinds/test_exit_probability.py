@@ -18,7 +18,7 @@ from takagi.certificates.requests import ExitProbability
 from takagi.certificates.requests.attempts import attempted
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
-from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
+from tests.certificates.kinds.claims import model_data, said_of, verdict_of
 
 Data = dict[str, Any]
 Floats = Any
@@ -61,119 +61,6 @@ def test_thresholds_of_the_inequality(key: str, inside: Any, outside: Any) -> No
     assert verdict_of(model, None, claim | {key: outside}) == UNDECIDED
 
 
-FORGED: list[tuple[Data, Data]] = [
-    ({"A": [[[-0.999]]]}, {}),
-    ({"E": [[[1.001]]]}, {}),
-    ({"box": {"x1 [-]": [-1.999, 2]}}, {}),
-    ({"box": {"x1 [-]": [-2, 2], "w [-]": [-9, 9]}}, {}),
-    ({}, {"noise": [0.501]}),
-    ({}, {"horizon": 10.01}),
-    ({}, {"start": 0.01}),
-    ({}, {"probability": 1e-9}),
-    ({}, {"P": [[-0.25]]}),
-    ({}, {"disturbance_bounds": [0.001], "multipliers": [0]}),
-]
-
-
-@pytest.mark.parametrize(("changed", "claimed"), FORGED)
-def test_forged_claims_are_not_proved(changed: Data, claimed: Data) -> None:
-    model, claim = lag()
-    assert verdict_of(model | changed, None, claim | claimed) == UNDECIDED
-
-
-REFUSALS: list[tuple[Data, Data]] = [
-    ({"sample_time": 0.1}, {}),
-    ({}, {"noise": [0]}),
-    ({}, {"noise": [-0.5]}),
-    ({}, {"noise": [0.5, 0.5]}),
-    ({}, {"rate": 0}),
-    ({}, {"exponent": -1}),
-    ({}, {"exponent": 0}),
-    ({}, {"start": 1}),
-    ({}, {"start": -0.1}),
-    ({}, {"horizon": 0}),
-    ({}, {"probability": 0}),
-    ({}, {"probability": 1}),
-    ({}, {"disturbance": "inputs"}),
-    ({}, {"disturbance_bounds": [-1]}),
-    ({}, {"disturbance_bounds": [0.1]}),
-    ({}, {"disturbance_bounds": [0.1], "multipliers": [-1]}),
-]
-
-
-@pytest.mark.parametrize(("changed", "claimed"), REFUSALS)
-def test_malformed_claims_are_refused(changed: Data, claimed: Data) -> None:
-    model, claim = lag()
-    assert verdict_of(model | changed, None, claim | claimed) == REFUSED
-
-
-def test_two_noises_add_and_any_rule_may_be_the_one_that_counts() -> None:
-    """S = [1/2, 1/2] has twice the variance: k = 8 (2 - a) / 2, c = 1/8."""
-    model, claim = lag()
-    two = model | {"E": [[[1, 1]]], "disturbance_names": ["v [-]", "w [-]"]}
-    loud = claim | {"noise": [0.5, 0.5], "exponent": 6, "probability": 0.3}
-    assert verdict_of(two, None, loud) == PROVED
-    assert verdict_of(two, None, loud | {"exponent": 6.001}) == UNDECIDED
-    rules = model | {"A": [[[-1]], [[-1]]], "box": model["box"]}
-    for E in ([[[1]], [[1.01]]], [[[1.01]], [[1]]]):
-        assert verdict_of(rules | {"E": E}, None, claim) == UNDECIDED
-        slower = claim | {"exponent": 11.7, "probability": 1e-3}
-        assert verdict_of(rules | {"E": E}, None, slower) == PROVED
-
-
-def test_bounded_disturbance_has_its_multiplier() -> None:
-    """x' = -x + d + w/2, |d| <= 1/4: 2P - aP - P^2/(16 b) - 2 k P^2/4 >= 0 with P = 1/4."""
-    model, claim = lag()
-    pushed = model | {"E": [[[1, 1]]], "disturbance_names": ["d [-]", "w [-]"]}
-    held = claim | {"noise": [0, 0.5], "disturbance_bounds": [0.25, 0], "probability": 0.9}
-    least = Fraction(1, 256) / (Fraction(3, 8) - Fraction(5, 16))  # at k = 10
-    for b, expected in ((float(least), PROVED), (float(least) - 1e-6, UNDECIDED)):
-        one = held | {"exponent": 10, "multipliers": [b]}
-        assert verdict_of(pushed, None, one) == expected
-    # The multiplier is part of c: c = 1/16 + 1/16, and 10 c > a.
-    bound = math.exp(-10) * (1 + 10 * 0.5 * math.exp(10 * 0.125 / 0.5 - 1))
-    one = held | {"exponent": 10, "multipliers": [0.0625]}
-    assert verdict_of(pushed, None, one | {"probability": bound * (1 + 1e-9)}) == PROVED
-    assert verdict_of(pushed, None, one | {"probability": bound * (1 - 1e-9)}) == UNDECIDED
-
-
-def test_noise_at_the_input_keeps_no_range() -> None:
-    """u = -x + w: the loop is that of ``lag``; an input with a range cannot be noise."""
-    names = {"input_names": ["u [-]"]}
-    model = model_data([[[0]]], B=[[[1]]], box={"x1 [-]": [-2, 2]}, **names)
-    gains = law_data([[[1]]], **names)
-    claim = lag()[1] | {"disturbance": "inputs"}
-    assert verdict_of(model, gains, claim) == PROVED
-    limited = model | {"box": {"x1 [-]": [-2, 2], "u [-]": [-5, 5]}}
-    assert verdict_of(limited, gains, claim) == UNDECIDED
-
-
-def test_ranges_of_what_is_bounded_are_kept() -> None:
-    """A disturbance beside the noise may not pass its own range; at rest it passes none."""
-    model, claim = lag()
-    pushed = model | {"E": [[[1, 1]]], "disturbance_names": ["d [-]", "w [-]"]}
-    held = claim | {"noise": [0, 0.5], "disturbance_bounds": [0.25, 0], "probability": 0.9}
-    held |= {"exponent": 10, "multipliers": [0.0625]}
-    for limit, expected in ((0.25, PROVED), (0.2499, UNDECIDED)):
-        box: Data = {"x1 [-]": [-2, 2], "d [-]": [-limit, limit]}
-        assert verdict_of(pushed | {"box": box}, None, held) == expected
-    # Noise at the input: the model's own disturbance is at rest, however small its range is.
-    names = {"input_names": ["u [-]"], "disturbance_names": ["d [-]"]}
-    box = {"x1 [-]": [-2, 2], "d [-]": [-0.1, 0.1]}
-    fed = model_data([[[0]]], B=[[[1]]], E=[[[1]]], box=box, **names)
-    law = law_data([[[1]]], input_names=["u [-]"])
-    assert verdict_of(fed, law, lag()[1] | {"disturbance": "inputs"}) == PROVED
-    # An input beside the noise is pushed by as much as its bound, and keeps its range with that:
-    # |u| is at most 2 on the set, and 1/4 more.
-    two = {"input_names": ["u [-]", "v [-]"]}
-    law = law_data([[[1], [0]]], **two)
-    claim = held | {"disturbance": "inputs", "noise": [0, 0.5]}
-    for limit, expected in ((2.25, PROVED), (2.2499, UNDECIDED)):
-        box = {"x1 [-]": [-2, 2], "u [-]": [-limit, limit]}
-        model = model_data([[[0]]], B=[[[1, 1]]], box=box, **two)
-        assert verdict_of(model, law, claim) == expected
-
-
 def test_the_bound_at_the_end_of_its_second_form() -> None:
     """1 + k (1 - c/a) = 0 for a = k = 1, c = 2: m exp(-k) = a exactly, and no more."""
     numbers: Data = {"rate": Fraction(1), "exponent": Fraction(1), "start": Fraction(0)}
@@ -189,25 +76,6 @@ def test_sentence_names_set_noise_and_start() -> None:
     text = said_of(model, None, claim | {"start": 0.25, "probability": 0.01}).text
     for part in ("within 10 s is at most 0.01", "x'Px <= 0.25", "0.5^2 for w [-]", "model's box"):
         assert part in text
-
-
-@pytest.mark.parametrize(("a", "k", "q"), [(0.5, 12, 0.25), (0.5, 2, 0.25), (0.1, 30, 0.3)])
-def test_both_regimes_of_the_drift(a: float, k: float, q: float) -> None:
-    """m = max of k exp(kV)(c - aV) over 0 <= V <= 1, by samples; c = q^2 at P = 1."""
-    V = np.linspace(0, 1, 200_001)
-    bound = math.exp(-k) * (1 + 7 * float((k * np.exp(k * V) * (q**2 - a * V)).max()))
-    model = model_data([[[-50]]], E=[[[1]]], box={"x1 [-]": [-1, 1]})
-    claim = lag()[1] | {"P": [[1]], "noise": [q], "rate": a, "exponent": k, "horizon": 7}
-    for factor, expected in ((1 + 1e-6, PROVED), (1 - 1e-6, UNDECIDED)):
-        assert verdict_of(model, None, claim | {"probability": bound * factor}) == expected
-
-
-def test_level_above_the_set() -> None:
-    """c > a (1 + 1/k): the drift grows up to V = 1, and nothing is claimed."""
-    model = model_data([[[-50]]], E=[[[1]]], box={"x1 [-]": [-1, 1]})
-    claim = lag()[1] | {"P": [[1]], "noise": [1], "exponent": 2, "horizon": 1e-6}
-    for rate, expected in ((0.667, PROVED), (0.666, UNDECIDED)):
-        assert verdict_of(model, None, claim | {"rate": rate, "probability": 0.9}) == expected
 
 
 def exactly_left(rate: float, noise: float, limit: float, horizon: float) -> float:

@@ -55,72 +55,6 @@ def test_jumps_in_discrete_time_cost_the_ratio_of_both_functions() -> None:
 
 
 @pytest.mark.parametrize(
-    "change",
-    [
-        {"P": [{"powers": [[1, 0]], "matrix": [[-1]]}, {"powers": [[0, 1]], "matrix": [[2]]}]},
-        {"decay_rate": 1},
-        {"decay_rate": -1},
-        {"rates": [[9, 9]]},
-    ],
-    ids=str,
-)
-def test_what_is_false_is_not_proved(change: Data) -> None:
-    """A negative P, a faster decay, faster weights: never PROVED."""
-    model = model_data([[[-1]], [[-1]]])
-    assert verdict_of(model, None, scalar(1, 2)) == "PROVED"
-
-    assert verdict_of(model, None, scalar(1, 2) | change) == "UNDECIDED"
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"rates": [None]},
-        {"rates": [[1]]},
-        {"rates": [[-1, 1]]},
-        {"rates": []},
-        {"degrees": [2]},
-        {"degrees": [0.5]},
-        {"degrees": [0.5], "P": [{"powers": [[0, 0]], "matrix": [[1]]}]},
-        {"degrees": [9]},
-        {"degrees": [1, 1]},
-        {"polya": 9},
-        {"polya": -1},
-        {"P": []},
-        {"P": [{"powers": [[1, 0]], "matrix": [[1]]}] * 2},
-        {"P": [{"powers": [[1, 0], [0, 1]], "matrix": [[1]]}] * 2},
-        {"P": [{"powers": "1", "matrix": [[1]]}] * 2},
-        {"P": [{"powers": [[1, 0.5]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1]]}]},
-        {"P": [{"powers": [[2, -1]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1]]}]},
-        {"P": [{"powers": [[1, 0]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1, 2]]}]},
-    ],
-    ids=lambda change: str(change)[:40],
-)
-def test_what_does_not_fit_is_refused(change: Data) -> None:
-    """Degrees, exponents and rates that fit no polynomial raise CertificateError, nothing else."""
-    with pytest.raises(CertificateError):
-        said_of(model_data([[[-1]], [[-1]]]), None, scalar(1, 2) | change)
-
-
-@pytest.mark.parametrize(("degree", "verdict"), [(8, "PROVED"), (9, "REFUSED")])
-def test_the_highest_degree(degree: int, verdict: str) -> None:
-    """P = 1 as a polynomial of that degree, all of whose coefficients are 1, at any rates."""
-    P = [{"powers": [[k, degree - k]], "matrix": [[1]]} for k in range(degree + 1)]
-    claim = scalar(1, 1, degrees=[degree], P=P, rates=[[1000, 1000]])
-
-    assert verdict_of(model_data([[[-1]], [[-1]]]), None, claim) == verdict
-
-
-@pytest.mark.parametrize("degrees", [[1, 0], [1, 0.5], [0.5, 0]])
-def test_the_degree_of_every_simplex_is_whole(degrees: list[float]) -> None:
-    model = model_data([[[-1]]] * 4, rules=[[0, 0], [0, 1], [1, 0], [1, 1]])
-    P = [{"powers": [row, [0, 0]], "matrix": [[1]]} for row in ([1, 0], [0, 1])]
-    claim = scalar(1, 1, degrees=degrees, P=P, rates=[[1, 1], None])
-
-    assert verdict_of(model, None, claim) == ("PROVED" if degrees == [1, 0] else "REFUSED")
-
-
-@pytest.mark.parametrize(
     ("limit", "value", "words"),
     [
         ("fuzzy_decay.MOST_CORNERS", 1, "2 corners; at most 1"),
@@ -146,16 +80,6 @@ def test_more_work_than_a_reader_waits_for_is_refused(
     assert words in said
 
 
-def test_a_law_with_weights_of_its_own_is_refused() -> None:
-    """P(h) is a function of one set of weights."""
-    model = model_data([[[-1]], [[-1]]], B=[[[1]], [[2]]])
-    own = [{"name": "z", "lower": 0, "upper": 1}]
-    gains = law_data([[[0]], [[1]]], premises=own)
-
-    with pytest.raises(CertificateError, match="weights of its own"):
-        said_of(model, gains, scalar(1, 2))
-
-
 def pair(a: float) -> list[list[list[float]]]:
     """Return Dayawansa and Martin's pair."""
     return [[[-1, -1], [1, -1]], [[-1, -a], [1 / a, -1]]]
@@ -169,24 +93,6 @@ def test_slow_weights_are_proved_where_no_common_function_exists() -> None:
     slow = certify(model, claims=[FuzzyDecay(rate_bounds=0.05)])
     assert slow.verdict is Verdict.PROVED
     assert certify(model, claims=[FuzzyDecay(rate_bounds=1e3)]).verdict is Verdict.UNDECIDED
-
-
-def test_premises_with_gains_and_rates_in_their_unit() -> None:
-    """Two premises, a paired loop; one premise moves as it likes, so P does not depend on it."""
-    premises = [Premise("a", "-1", "1"), Premise("b", "0", "2")]
-    A = [[[0.0, 1.0], [a, -1.0]] for a in (-2.0, -1.5, -1.0, -0.5)]
-    B = [[[0.0], [b]] for b in (1.0, 1.5, 1.0, 1.5)]
-    K = [[[1.0, 1.0]], [[1.2, 1.0]], [[1.5, 1.1]], [[2.0, 1.0]]]
-    model = TSModel(A, B, premises=premises)
-    rates = {"a": 0.5, "b": np.inf}
-
-    found = certify(model, K, claims=[FuzzyDecay(rate_bounds=rates, decay_rate=0.2)])
-
-    assert found.verdict is Verdict.PROVED
-    claim = found.document["claims"][0]
-    assert claim["degrees"] == [1, 0]
-    # |a'| <= 0.5 over a width of 2.
-    assert claim["rates"] == [[0.25, 0.25], None]
 
 
 def test_a_sampled_pair_needs_two_functions() -> None:
@@ -229,36 +135,6 @@ def test_pieces_reach_the_limit_where_degrees_do_not(
     more = {} if halvings is None else {"halvings": halvings}
 
     assert verdict_of(*opposed(s), scalar(1, 1, polya=polya, **more)) == verdict
-
-
-def test_rates_on_pieces_have_the_same_limit() -> None:
-    """x' = -x, P = h1 + 2 h2: |h2'| < 2 on any pieces, for P and V' are of degree 1 there too."""
-    model = model_data([[[-1]], [[-1]]])
-
-    for rate, verdict in ((1.999999, "PROVED"), (2, "UNDECIDED")):
-        claim = scalar(1, 2, rates=[[rate, rate]], halvings=QUARTERS)
-        assert verdict_of(model, None, claim) == verdict
-
-
-def test_jumps_between_pieces_count() -> None:
-    """x+ = a x, P1 = 1, P2 = 4: the next weights are any, not those of the piece: a < 1/2."""
-    claim = scalar(1, 4, halvings=QUARTERS)
-    del claim["rates"]
-
-    for a, verdict in ((0.499999, "PROVED"), (0.5, "UNDECIDED")):
-        assert verdict_of(model_data([[[a]], [[a]]], sample_time=1), None, claim) == verdict
-
-
-@pytest.mark.parametrize(
-    "halvings", [[], "x", None, [[0, 0, 1]], [[], []], [[0, 0, 2], [], []], [[1, 0, 1], [], []]]
-)
-def test_a_tree_that_is_none_is_refused(halvings: Any) -> None:
-    """Though every inequality holds."""
-    model, gains = opposed(1.5)
-    claim = scalar(1, 1, halvings=halvings)
-
-    with pytest.raises(CertificateError):
-        said_of(model, gains, claim)
 
 
 def test_a_function_that_needs_pieces_is_found() -> None:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import FuzzyL2Gain
 from takagi.lmi import common_lyapunov, hinf_norm
 from takagi.models import ModelError, TSModel
-from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
+from tests.certificates.kinds.claims import model_data, verdict_of
 from tests.lmi.known_models import masses_and_spring
 
 Data = dict[str, Any]
@@ -70,27 +70,6 @@ def test_jumps_in_discrete_time_need_the_largest_function_at_the_next_sample() -
     assert verdict_of(model, None, claim | {"gain": 2.1, "P": function(0.5, 0.5)}) == "PROVED"
 
 
-def test_a_law_is_part_of_the_loop_and_of_the_output() -> None:
-    """x' = x + u + w, u = -2 x, y = x + u = -x: the gain is 1 as of x' = -x + w."""
-    model = model_data([[[1]]] * 2, B=[[[1]]], E=[[[1]]], C=[[[1]]], D=[[[1]]])
-    gains = law_data([[[2]], [[2]]])
-
-    assert verdict_of(model, gains, claimed((1, 1), 1.000001)) == "PROVED"
-    assert verdict_of(model, gains, claimed((1, 1), 0.999999)) == "UNDECIDED"
-    # w is added to u, and so to y: the path x -> -x + w has gain 2 at high frequencies no more.
-    added = claimed((1, 1), 2.1, disturbance="inputs")
-    assert verdict_of(model, gains, added) == "PROVED"
-
-
-@pytest.mark.parametrize(("sample_time", "a"), [(None, -1), (1, 0)])
-def test_two_disturbances_reach_one_output(sample_time: Any, a: float) -> None:
-    """x' = -x + v + w, y = x (or x+ = v + w): the gain is sqrt(2) in each."""
-    model = lag(sample_time, a) | {"E": [[[1, 1]]]}
-    for gain, verdict in ((1.4143, "PROVED"), (1.4142, "UNDECIDED")):
-        # 2 p gain > 2 p^2 + 1 in continuous time, 1/gain < p < gain/2 in discrete time.
-        assert verdict_of(model, None, claimed((0.7071, 0.7071), gain)) == verdict
-
-
 def test_inequalities_at_jumps_have_every_part_by_hand() -> None:
     """x+ = d, y = x + d/2: [[p, 0, 1, 0], [0, g, 1/2, p], [1, 1/2, g, 0], [0, p, 0, p]]."""
     model = lag(1, 0) | {"C": [[[1]]]}
@@ -105,80 +84,6 @@ def test_inequalities_at_jumps_have_every_part_by_hand() -> None:
 
 def _by_hand(g: float, p: float) -> Any:
     return np.array([[p, 0, 1, 0], [0, g, 0.5, p], [1, 0.5, g, 0], [0, p, 0, p]])
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"gain": 1.4},
-        {"P": function(1, -2)},
-        {"P": function(-1, -2)},
-        {"rates": [[0.6, 0.6]]},
-        {"P": function(1, 2.1)},
-        {"output": {"C": [[[1.01]]]}},
-        {"output": {"C": [[[1]]], "F": [[[0.01]]]}},
-    ],
-    ids=str,
-)
-def test_what_is_false_is_not_proved(change: Data) -> None:
-    """A smaller gain, an indefinite P, faster weights, a larger output: never PROVED."""
-    good = claimed((1, 2), 1.4286)
-    assert verdict_of(lag(), None, good) == "PROVED"
-
-    assert verdict_of(lag(), None, good | change) == "UNDECIDED"
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"gain": 0},
-        {"gain": -2},
-        {"rates": [None]},
-        {"rates": [[1]]},
-        {"degrees": [2]},
-        {"polya": -1},
-        {"polya": 9},
-        {"P": []},
-        {"disturbance": "inputs"},
-        {"disturbance": 1},
-        {"output": {"C": [[[1, 1]]]}},
-        {"output": {}},
-    ],
-    ids=str,
-)
-def test_what_does_not_fit_is_refused(change: Data) -> None:
-    """Nothing else than a refusal: no traceback, no verdict."""
-    with pytest.raises(CertificateError):
-        said_of(lag(), None, claimed((1, 2), 2) | change)
-
-
-def test_a_model_without_an_output_is_refused() -> None:
-    model = {key: value for key, value in lag().items() if key != "C"}
-    with pytest.raises(CertificateError, match="no output, and the claim gives none"):
-        said_of(model, None, claimed((1, 2), 2))
-
-
-def test_a_law_with_weights_of_its_own_is_refused() -> None:
-    """P(h) is a function of one set of weights."""
-    model = model_data([[[-1]]] * 2, B=[[[1]], [[2]]], E=[[[1]]], C=[[[1]]])
-    own = [{"name": "z", "lower": 0, "upper": 1}]
-
-    with pytest.raises(CertificateError, match="weights of its own"):
-        said_of(model, law_data([[[0]], [[1]]], premises=own), claimed((1, 2), 2))
-
-
-def test_pieces_prove_what_one_polynomial_does_not() -> None:
-    """x' = (-1 + 3.9 h1 h2) x + w, y = x/100: on halves of the weights every coefficient is right.
-
-    The loop's rate is 1 - 3.9/4 = 0.025 at least, and so its gain 0.4 at most.
-    """
-    s, half = 3.9, [[0, 0, 1], [], []]
-    model = model_data([[[-1]], [[2 * s - 1]]], B=[[[1]], [[2]]], E=[[[1]]], C=[[[0.01]]])
-    gains = law_data([[[0]], [[s]]])
-    claim = claimed((0.02, 0.02), 1.5, rates=[[0, 0]])
-
-    assert verdict_of(model, gains, claim) == "UNDECIDED"
-    assert verdict_of(model, gains, claim | {"halvings": half}) == "PROVED"
 
 
 def test_the_masses_of_rolmips_manual_are_proved_at_its_number() -> None:

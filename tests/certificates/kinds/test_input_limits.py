@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import combinations_with_replacement, permutations, product
 from typing import Any
 
 import numpy as np
 import pytest
 
-from takagi.certificates import CertificateError, Verdict
+from takagi.certificates import Verdict
 from takagi.certificates.requests import InputLimits
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.lmi import input_rate_bound, pdc
+from takagi.lmi import pdc
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
@@ -24,18 +25,6 @@ def steered() -> tuple[Data, Data, Data]:
     claim = {"name": "steered", "kind": "input-limits", "P": [[1]], "level": 4, "multiplier": 4}
     rates = {"rate_limits": [12], "rate_shares": {"motion": [12]}}
     return model_data([[[1]]], B=[[[1]]]), law_data([[[3]]]), claim | {"input_limits": [6]} | rates
-
-
-def two_gains() -> tuple[Data, Data, Data]:
-    """Return x' = x + u, gains 3 and 5, |h'| <= 1/2, on |x| <= 1, and a claim at its limits.
-
-    u' = (h1 3 + h2 5) (h1 2 + h2 4) x - (h1' 3 + h2' 5) x: at most 20 and 1/2 |5 - 3| = 1.
-    """
-    model, _, claim = steered()
-    two = model | {"A": [[[1]], [[1]]]}
-    shares = {"motion": [20], "memberships": [1]}
-    evidence = {"level": 1, "input_limits": [5], "rate_limits": [21], "rate_shares": shares}
-    return two, law_data([[[3]], [[5]]]), claim | evidence | {"membership_rates": [0.5, 0.5]}
 
 
 def test_amplitude_and_rate_at_their_exact_limits() -> None:
@@ -55,120 +44,13 @@ def test_amplitude_and_rate_at_their_exact_limits() -> None:
         assert verdict_of(model, gains, claim | mutant) == "UNDECIDED"
 
 
-def test_moving_memberships_move_the_input() -> None:
-    model, gains, claim = two_gains()
-
-    assert verdict_of(model, gains, claim) == "PROVED"
-    for mutant in (
-        {"rate_limits": [20.999]},
-        {"rate_shares": {"motion": [19.999], "memberships": [1]}},
-        {"rate_shares": {"motion": [20], "memberships": [0.999]}},
-        {"membership_rates": [0.5001, 0.5001]},
-        {"input_limits": [4.999]},
-    ):
-        assert verdict_of(model, gains, claim | mutant) == "UNDECIDED"
-    slow = {"membership_rates": [0.41234567, 0.4], "rate_limits": [21.1234567]}
-    text = said_of(model, gains, claim | slow).text
-    assert "and |u_k'| <= 21.1235 for memberships with |h_j'| <= 0.412345, 0.4, along" in text
-    # Rates sum to zero, so the slower membership holds back the other.
-    slow = claim | {"membership_rates": [0.5, 9]}
-    assert verdict_of(model, gains, slow) == "PROVED"
-
-
-def test_sampled_input_moves_from_one_sample_to_the_next() -> None:
-    """u(x+) - u(x) of x+ = x + u, u = -x/2: x/4."""
-    model = model_data([[[1]]], B=[[[1]]], sample_time=1)
-    claim = {"name": "s", "kind": "input-limits", "P": [[1]], "level": 1, "multiplier": 0.75}
-    claim |= {"input_limits": [0.5], "rate_limits": [0.25], "rate_shares": {"motion": [0.25]}}
-    gains = law_data([[[0.5]]], sample_time=1)
-
-    assert "|u_k(x+) - u_k(x)| <= 0.25, along" in said_of(model, gains, claim).text
-    less = {"rate_limits": [0.2499], "rate_shares": {"motion": [0.2499]}}
-    assert verdict_of(model, gains, claim | less) == "UNDECIDED"
-
-
-def test_sampled_memberships_jump() -> None:
-    """Gains 1/2 and 3/2 with any h+: u(x+) - u(x) = (K+ (1 - K) - K) x: at most 9/4 in size."""
-    model = model_data([[[1]], [[1]]], B=[[[1]]], sample_time=1)
-    claim = {"name": "s", "kind": "input-limits", "P": [[1]], "level": 1, "multiplier": 0.75}
-    claim |= {"input_limits": [1.5], "rate_limits": [2.25], "rate_shares": {"motion": [2.25]}}
-    gains = law_data([[[0.5]], [[1.5]]], sample_time=1)
-
-    assert verdict_of(model, gains, claim) == "PROVED"
-    less = {"rate_limits": [2.2499], "rate_shares": {"motion": [2.2499]}}
-    assert verdict_of(model, gains, claim | less) == "UNDECIDED"
-
-
-def test_disturbance_pushes_the_input() -> None:
-    """x' = -2 x + w, |w| <= 4 holds |x| <= 2; u' = 6 x - 3 w adds 12 to the rate."""
-    model, gains, claim = steered()
-    pushed = model | {"E": [[[1]]]}
-    claim |= {"multiplier": 2, "disturbance": "disturbances", "disturbance_bounds": [4]}
-
-    assert verdict_of(pushed, gains, claim) == "UNDECIDED"
-    assert verdict_of(pushed, gains, claim | {"rate_limits": [24]}) == "PROVED"
-    assert verdict_of(pushed, gains, claim | {"rate_limits": [23.999]}) == "UNDECIDED"
-
-
-def test_each_rule_moves_with_its_own_matrix() -> None:
-    """With A_2 = 1/2 the second rule alone is the fastest: 5 (5 - 1/2) = 22.5."""
-    model, gains, claim = two_gains()
-    apart = model | {"A": [[[1]], [[0.5]]]}
-    claim |= {"rate_limits": [23.5]}
-
-    for motion, verdict in ((22.5, Verdict.PROVED), (22.4999, Verdict.UNDECIDED)):
-        shares = {"motion": [motion], "memberships": [1]}
-        assert verdict_of(apart, gains, claim | {"rate_shares": shares}) == verdict.name
-
-
-def test_rates_that_are_not_claimed() -> None:
-    """Weights of the law's own, too many rules, too many memberships, a rate below zero."""
-    model, gains, claim = two_gains()
-    premises = [{"name": "z", "lower": 0, "upper": 1}]
-    many = law_data([[[3 + j / 100]] for j in range(25)])
-    some = law_data([[[3 + j / 100]] for j in range(11)])
-    rules = {"A": [[[1]]] * 24 + [[[0.9]]]}
-    wide = claim | {"level": 0.01, "membership_rates": [0.5] * 11}
-
-    for other, law, evidence, words in (
-        (model, gains | {"premises": premises, "rules": [[0], [1]]}, claim, "weights of its own"),
-        (model | rules, many, claim, "more than 24 rules"),
-        (model | {"A": [[[1]]] * 10 + [[[0.9]]]}, some, wide, "at most 10 memberships"),
-        (model, gains, claim | {"membership_rates": [0.5, -0.5]}, "not negative"),
-    ):
-        with pytest.raises(CertificateError, match=words):
-            said_of(other, law, evidence)
-
-
-def test_one_gain_for_two_rules_needs_no_membership_rates() -> None:
-    """x' = -x or -2 x under u = -3 x of x' = (2 or 1) x + u: u' = 3 x or 6 x, on |x| <= 2."""
-    model, gains, claim = steered()
-    two = model | {"A": [[[2]], [[1]]]}
-    claim |= {"multiplier": 2}
-
-    assert verdict_of(two, gains, claim) == "PROVED"
-    for first, second in ((0.999, 1), (1, 0.999)):
-        faster = model | {"A": [[[first]], [[second]]]}
-        assert verdict_of(faster, gains, claim) == "UNDECIDED"
-
-
-def test_limits_need_gains_and_evidence() -> None:
-    model, gains, claim = steered()
-
-    with pytest.raises(CertificateError, match="no gains"):
-        said_of(model, None, claim)
-    model, gains, claim = two_gains()
-    with pytest.raises(CertificateError, match="membership"):
-        said_of(model, gains, {k: v for k, v in claim.items() if k != "membership_rates"})
-
-
 def mass() -> tuple[TSModel, Any]:
     model = sector_model(load_plant("mass_spring_damper"))
     return model, np.round(pdc(model, decay_rate=0.2).require()[0], 3)
 
 
 def test_found_limits_are_those_of_the_float_bound() -> None:
-    """The proved rate against ``input_rate_bound``, which adds the two shares as well."""
+    """The proved rate against |K(h) G(h) x| + |K(h)' x| from their rows, in floating point."""
     model, gains = mass()
     phi = 0.7
 
@@ -176,10 +58,18 @@ def test_found_limits_are_those_of_the_float_bound() -> None:
 
     assert attempt.proved
     claim = attempt.claim
-    bound = input_rate_bound(
-        model, gains, np.array(claim["P"]) / claim["level"], rate_bounds=np.full(len(gains), phi)
-    )
-    assert bound[0] <= claim["rate_limits"][0] <= bound[0] * 1.001
+    Q = np.linalg.inv(np.array(claim["P"]) / claim["level"])
+    closed = model.A[:, None] - model.B[:, None] @ gains[None]
+    rows = [
+        np.mean([gains[j] @ closed[i, k] for j, i, k in permutations(rules)], axis=0)
+        for rules in combinations_with_replacement(range(4), 3)
+    ]
+    # With one bound for four rates that sum to 0 two are at it, and two at its negative.
+    signs = [s for s in product((-1, 1), repeat=4) if sum(s) == 0]
+    moved = np.tensordot(signs, gains, axes=1)
+    lengths = [max(float((row @ Q @ row.T)[0, 0]) ** 0.5 for row in part) for part in (rows, moved)]
+    bound = lengths[0] + phi * lengths[1]
+    assert bound <= claim["rate_limits"][0] <= bound * 1.001
 
 
 def test_asked_limits_shape_the_set() -> None:

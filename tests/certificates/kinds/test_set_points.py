@@ -20,7 +20,6 @@ from scipy.integrate import solve_ivp
 
 from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.effort_sharing.set_points import covers
@@ -138,62 +137,6 @@ def test_motions_from_the_edges_of_the_sets_settle_at_the_set_point(
         ).y.T - rest  # fmt: skip
         levels = np.einsum("ti,ij,tj->t", path, P, path)
         assert np.all(levels <= np.exp(-2 * rho * times) + 1e-4), (v, speed, torque)
-
-
-def scaled(key: str, factor: float) -> Callable[[dict[str, Any], dict[str, Any]], object]:
-    """Return a change of one number of all cells by a factor."""
-
-    def change(claim: dict[str, Any], gains: dict[str, Any]) -> None:
-        for cell in claim["cells"]:
-            cell[key] = (np.array(cell[key]) * factor).tolist()
-
-    return change
-
-
-@pytest.mark.parametrize(
-    ("change", "word"),
-    [
-        (scaled("decay_rate", 1.2), "decay"),
-        (scaled("P", 0.98), "bound of"),
-        (scaled("bounds", 0.98), "bound of"),
-        (scaled("P", -1.0), "definite"),
-        (lambda claim, gains: claim["cells"][3].update(shift=[-0.05, -0.04]), "equilibrium"),
-        (lambda claim, gains: claim["cells"][3].update(shift=[0.04, 0.05]), "equilibrium"),
-        (lambda claim, gains: claim["cells"].pop(3), "not covered"),
-        (lambda claim, gains: gains["setpoints"].update(lowest_speed=1.21), "not covered"),
-        (lambda claim, gains: gains["setpoints"].update(lowest_torque=4e4), "not covered"),
-        (lambda claim, gains: gains.update(integral_limit=1e-4), "integral"),
-        (lambda claim, gains: claim["cells"][0].update(wind=[10.9, 11.5]), "interval"),
-    ],
-)
-def test_each_number_of_a_cell_counts(
-    subject: Subject, change: Callable[[dict[str, Any], dict[str, Any]], object], word: str
-) -> None:
-    outcome = subject.outcome(change)
-    assert outcome.verdict is Verdict.UNDECIDED
-    assert word in outcome.failure
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda claim, gains: gains.pop("setpoints"),
-        lambda claim, gains: gains["setpoints"].update(lowest_speed=1.3),
-        lambda claim, gains: gains["setpoints"].update(lowest_torque=5e4),
-        lambda claim, gains: gains["setpoints"]["speed_effort"].pop(),
-        lambda claim, gains: gains["setpoints"].update(power_per_torque=0),
-        lambda claim, gains: gains["rotor_speed"].__setitem__(0, 1.3),
-        lambda claim, gains: claim["cells"][0].update(wind=[11.0, 10.9]),
-        lambda claim, gains: claim["cells"][0].update(decay_rate=0),
-        lambda claim, gains: claim["cells"][0].update(further=1),
-        lambda claim, gains: gains["setpoints"].update(further=1),
-    ],
-)
-def test_what_is_no_claim_is_refused(
-    subject: Subject, change: Callable[[dict[str, Any], dict[str, Any]], object]
-) -> None:
-    with pytest.raises(CertificateError):
-        subject.outcome(change)
 
 
 def test_other_claims_of_such_a_law_assume_rated_set_points(subject: Subject, built: Any) -> None:

@@ -14,7 +14,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
@@ -119,95 +118,6 @@ def test_the_least_wind_rate_is_the_threshold(
     assert verdict_on_rates(uniform(known, round(lowest_rate + more, 9), 0.0)) == verdict
 
 
-@pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-6, UNDECIDED)])
-def test_a_wind_cell_ends_between_the_nodes_of_a_range(
-    known: dict[str, Any], more: float, verdict: str
-) -> None:
-    """phi rises through a cell that allows less than the next: its upper end is the threshold."""
-    known = deepcopy(known)
-    cells, tau = known["claims"][0]["cells"], known["gains"]["wind_filter"]
-    # Less than is proved is proved as well.
-    cells[0]["wind_error"] = 0.1
-    low, high, edge = cells[0]["wind"][0] + 0.05, cells[-1]["wind"][1] - 0.1, cells[0]["wind"][1]
-    low, high = round(low, 6), round(high, 6)
-    slope = 0.15 * UNIT / (high - low)
-    error = cells[0]["wind_error"] - tau * (0.1 * UNIT + slope * (edge - low)) + more
-    changed = uniform(known, 0.1 * UNIT, math.floor(error * 1e9) / 1e9)
-    rates = {"schedule_rate": [0.1 * UNIT, 0.25 * UNIT]}
-    changed["claims"][1]["ranges"][0] |= {"wind": [low, high], **rates}
-
-    assert verdict_on_rates(changed) == verdict
-
-
-def sloped(known: dict[str, Any], more: float = 0.0) -> dict[str, Any]:
-    """Return phi = r = (1/2 + (v - 15) / 8) units on 15 to 17 m/s, with r raised at 17 m/s."""
-    changed = uniform(known, UNIT, 0.0)
-    changed["claims"][1]["ranges"][0] |= {
-        "wind": [15.0, 17.0],
-        "schedule_rate": [0.5 * UNIT, 0.75 * UNIT],
-        "estimate_rate": [0.5 * UNIT, 0.75 * UNIT + more],
-    }
-    return changed
-
-
-@pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-9, UNDECIDED)])
-def test_a_rate_that_is_a_line_needs_no_reserve(
-    known: dict[str, Any], more: float, verdict: str
-) -> None:
-    """phi(s +- tau phi) = phi(s) (1 +- tau phi') exactly where phi is one line."""
-    assert verdict_on_rates(sloped(known, more)) == verdict
-
-
-def test_a_step_of_the_rate_is_not_followed(known: dict[str, Any]) -> None:
-    """Falling out of fast winds, the filter still moves fast where only slow motion is allowed."""
-    changed = uniform(known, 1.0, 0.0)
-    changed["claims"][1]["ranges"][0] |= {
-        "wind": [14.5, 15.0, 15.001, 16.0],
-        "schedule_rate": [0.1 * UNIT, 0.1 * UNIT, UNIT, UNIT],
-        "estimate_rate": [0.1 * UNIT, 0.1 * UNIT, UNIT, UNIT],
-    }
-
-    assert verdict_on_rates(changed) == UNDECIDED
-
-
-ONE_SIDED = {
-    "falling off a step": ([14.5, 15.0, 15.001, 16.0], [0.1, 0.1, 1.0, 1.0], [0.1] * 4),
-    "rising onto a step": ([14.5, 15.0, 15.001, 16.0], [1.0, 1.0, 0.1, 0.1], [0.1] * 4),
-    # The estimate passes the bump while the filter is between two nodes, 0.025 m/s behind or ahead.
-    "a bump to rise through": (
-        [14.5, 15.0, 15.01, 15.02, 16.0],
-        [0.5] * 5,
-        [0.5, 0.5, 0.501, 0.5, 0.5],
-    ),
-    # So close to an end that the filter comes from one side only.
-    "a bump to fall through": (
-        [15.0, 15.01, 15.0102, 15.0104, 16.0],
-        [0.5] * 5,
-        [0.5, 0.5, 0.50001, 0.5, 0.5],
-    ),
-    "a bump at the top": (
-        [15.0, 15.9896, 15.9898, 15.99, 16.0],
-        [0.5] * 5,
-        [0.5, 0.5, 0.50001, 0.5, 0.5],
-    ),
-}
-
-
-@pytest.mark.parametrize("way", ONE_SIDED)
-def test_what_fails_one_way_or_between_nodes_is_refused(known: dict[str, Any], way: str) -> None:
-    """Each fails in one place alone; without the bump it holds."""
-    wind, phi, rate = ONE_SIDED[way]
-    changed = uniform(known, UNIT, 0.0)
-    stated = changed["claims"][1]["ranges"][0]
-    phi, rate = ([UNIT * value for value in column] for column in (phi, rate))
-    stated |= {"wind": wind, "schedule_rate": phi, "estimate_rate": rate}
-
-    assert verdict_on_rates(changed) == UNDECIDED
-    if "bump" in way:
-        stated["estimate_rate"] = phi
-        assert verdict_on_rates(changed) == PROVED
-
-
 def test_the_words_state_the_numbers(known: dict[str, Any]) -> None:
     """Overspeed, filter, range, error, and the winds from which each rate is allowed."""
     changed = uniform(known, UNIT, 0.0)
@@ -233,67 +143,6 @@ def test_the_words_state_the_numbers(known: dict[str, Any]) -> None:
     assert "known exactly: at least 0.0156 m/s^2 everywhere" in exact
 
 
-def test_more_filter_than_was_claimed_for_is_refused(known: dict[str, Any]) -> None:
-    """tau_f is the law's own: 12 s in place of 3.2 s."""
-    changed = deepcopy(known)
-    changed["gains"]["wind_filter"] = 12.0
-
-    assert verdict_on_rates(changed) == UNDECIDED
-
-
-def test_what_rests_on_an_open_claim_is_open(known: dict[str, Any]) -> None:
-    """A loop that is not proved carries nothing."""
-    changed = deepcopy(known)
-    changed["claims"][0]["cells"][2]["decay_rate"] = 5.0
-
-    assert verdict_on_rates(changed) == UNDECIDED
-    assert "not proved" in check_document(resealed(changed)).claims[1].text
-
-
-@pytest.mark.parametrize("place", [1, 2, -1, 0.5])
-def test_only_an_earlier_loop_is_rested_on(known: dict[str, Any], place: float) -> None:
-    """Not itself, nothing that is not there, and no claim of another kind."""
-    changed = deepcopy(known)
-    changed["claims"][1]["loop"] = place
-    with pytest.raises(CertificateError):
-        check_document(resealed(changed))
-
-
-def test_a_loop_that_comes_later_is_refused(known: dict[str, Any]) -> None:
-    """The verdict it would rest on has not been found yet."""
-    changed = deepcopy(known)
-    loop, claim = changed["claims"]
-    changed["claims"] = [claim | {"loop": 1}, loop]
-    with pytest.raises(CertificateError, match="earlier"):
-        check_document(resealed(changed))
-
-
-DAMAGES = {
-    "no ranges": lambda c: c.__setitem__("ranges", []),
-    "winds fall": lambda c: c["ranges"][0]["wind"].__setitem__(1, 0.1),
-    "a rate is missing": lambda c: c["ranges"][0]["estimate_rate"].pop(),
-    "a negative rate": lambda c: c["ranges"][0]["estimate_rate"].__setitem__(0, -0.1),
-    "a negative error": lambda c: c["ranges"][0].__setitem__("estimate_error", -0.1),
-}
-
-
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_what_is_no_claim_is_refused(known: dict[str, Any], damage: str) -> None:
-    """With words."""
-    changed = deepcopy(known)
-    DAMAGES[damage](changed["claims"][1])
-    with pytest.raises(CertificateError):
-        check_document(resealed(changed))
-
-
-def test_winds_beyond_the_law_are_not_claimed(known: dict[str, Any]) -> None:
-    """The law has no tables there."""
-    changed = uniform(known, UNIT, 0.0)
-    changed["claims"][1]["ranges"][0]["wind"][1] += 0.5
-
-    assert verdict_on_rates(changed) == UNDECIDED
-
-
 def test_a_class_without_room_gives_no_claim(known: dict[str, Any]) -> None:
     """No filter, a class at rest: nothing is claimed; too large an error leaves rate 0."""
     loop = known["claims"][0]
@@ -302,59 +151,6 @@ def test_a_class_without_room_gives_no_claim(known: dict[str, Any]) -> None:
     assert wind_rate_claim(loop, 0.0) is None
     assert wind_rate_claim(at_rest, FAST) is None
     assert rate_range(loop["cells"], FAST, estimate_error=1.0).estimate_rate.max() == 0
-
-
-def peaked(short: dict[str, Any], peak: float) -> dict[str, Any]:
-    """Return the short certificate with a still estimate and phi up to ``peak`` inside a cell."""
-    cells = short["claims"][0]["cells"]
-    low, high = cells[2]["wind"]
-    winds = [cells[0]["wind"][0], low, round((low + high) / 2, 9), high, cells[-1]["wind"][1]]
-    still = {
-        "wind": winds,
-        "estimate_rate": [0.0] * 5,
-        "schedule_rate": [0.0, 0.0, peak, 0.0, 0.0],
-        "estimate_error": 0.0,
-    }
-    claim = {"kind": "wind-rate", "name": "rate", "loop": 0, "ranges": [still]}
-    return short | {"claims": [*short["claims"], claim]}
-
-
-@pytest.mark.parametrize(("more", "verdict"), [(0.0, Verdict.PROVED), (1e-6, Verdict.UNDECIDED)])
-def test_a_peak_inside_a_wind_cell_counts(
-    short: dict[str, Any], more: float, verdict: Verdict
-) -> None:
-    """phi is compared at its own nodes too, not only where wind cells end."""
-    # A fast filter: a slow one would not follow so steep a peak.
-    short["gains"]["wind_filter"] = tau = 0.05
-    cell = short["claims"][0]["cells"][2]
-    peak = min(cell["wind_rate"], cell["wind_error"] / tau)
-
-    checked = check_document(resealed(peaked(short, round(peak - 1e-9, 9) + more)))
-
-    assert checked.claims[0].verdict is Verdict.PROVED
-    assert checked.claims[1].verdict is verdict
-
-
-@pytest.mark.parametrize("place", [-1, -2, -3, 1, 2, 3])
-def test_a_place_that_is_no_earlier_claim_is_refused(short: dict[str, Any], place: int) -> None:
-    """Counted from the end, a place would pair the last claim with the verdict on another one."""
-    document = peaked(short, 0.0)
-    worse = deepcopy(document["claims"][0])
-    worse["cells"][2]["wind_rate"] *= 100
-    rate = document["claims"][1] | {"loop": place}
-
-    with pytest.raises(CertificateError, match="earlier claim"):
-        check_document(resealed(document | {"claims": [document["claims"][0], rate, worse]}))
-
-
-def test_a_claim_of_another_kind_has_no_wind_class(short: dict[str, Any]) -> None:
-    """A proved claim on rates is about the loop's cells, and has none itself."""
-    document = peaked(short, 0.0)
-    loop, proved = document["claims"]
-    rate = peaked(short, 50.0)["claims"][1] | {"loop": 1}
-
-    with pytest.raises(CertificateError, match="not of kind coherent-loop"):
-        check_document(resealed(document | {"claims": [loop, proved, rate]}))
 
 
 def pushed(one: Range, tau: float, start: float, way: int) -> float:

@@ -33,11 +33,12 @@ from tests.certificates.loop_cells.loop_points import (
 )
 
 
+@pytest.mark.parametrize("count", [600, pytest.param(2000, marks=pytest.mark.slow)])
 def test_the_loop_lies_in_its_family(
-    turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell]
+    turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell], count: int
 ) -> None:
-    """Two thousand points of all cells, any inertia, wake and wind of the class: all inside."""
-    drawn = points(law, BOX, 2000, seed=1)
+    """Points of all cells, any inertia, wake and wind of the class: all inside."""
+    drawn = points(law, BOX, count, seed=1)
 
     assert max(d for _, d in campaign(turbine, law, cells, drawn)) < ROUNDING
 

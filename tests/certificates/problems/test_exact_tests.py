@@ -15,7 +15,6 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.problem.conic_problem import Block, corrected, triangle
 from takagi.certificates.document.certificate_file import certificate_document
 
-Data = dict[str, Any]
 ENTRY = st.fractions(-4, 4, max_denominator=5)
 
 
@@ -90,12 +89,6 @@ def test_a_bound_of_all_solutions_by_hand() -> None:
 
     (bound,) = claim.figures
     assert claim.verdict.name == "PROVED" and bound.value == 12
-
-
-@pytest.mark.parametrize("basis", [[2], [-1], [0.5]])
-def test_a_basis_that_names_no_place(basis: list[float]) -> None:
-    with pytest.raises(CertificateError, match="basis"):
-        bound_within("minimise", basis=basis)
 
 
 def test_more_variables_than_are_read() -> None:

@@ -19,14 +19,12 @@ from hypothesis import strategies as st
 from takagi.certificates import check
 from takagi.certificates.checker import check_document
 from takagi.certificates.claims.problem_verification import Verification, verify
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.cli.main import main
 from takagi.lmi import save_cvxpy
 from takagi.lmi.problem_files.problem import ConicProblem
 from takagi.lmi.problem_files.reading import read_problem_file
 from tests.certificates.kinds.claims import resealed
 
-Data = dict[str, Any]
 # Minimise x_1 + x_2 with [[x_1, 1], [1, x_2]] semidefinite and x_1 <= 4: the optimum is 2.
 SDPA = """"two numbers whose product is at least one
 2
@@ -209,56 +207,6 @@ def test_constraints_that_contradict_one_another(tmp_path: Path) -> None:
     verification = verify(read_problem_file(path))
     assert [claim["kind"] for claim in verification.document["claims"]] == ["feasible-point"]
     assert verification.settled
-
-
-def claimed(model: Data, claim: Data) -> str:
-    """Return the verdict on a claim that is written by hand."""
-    claim = {"name": "by hand", "basis": [], **claim}
-    document = certificate_document(model=model, gains=None, claims=[claim], provenance={})
-    return check_document(document).claims[0].verdict.name
-
-
-def block(cone: str, size: int, values: list[float], **members: Any) -> Data:
-    """Return a model of one variable, which is 0 where it counts, with constant values."""
-    entries = [[0, k, value] for k, value in enumerate(values) if value]
-    one = {"cone": cone, "size": size, "entries": entries, **members}
-    problem = {"kind": "conic-problem", "name": "b", "objective": [1], "offset": 0}
-    return problem | {"sense": "minimise", "blocks": [one]}
-
-
-@pytest.mark.parametrize(
-    ("values", "verdict"),
-    [
-        ([1, sqrt(2), 1], "UNDECIDED"),  # the float is above the root
-        ([1, nextafter(sqrt(2), 0), 1], "PROVED"),
-    ],
-)
-def test_the_root_of_two_is_no_float(values: list[float], verdict: str) -> None:
-    """[[1, s], [s, 1]] with s = value / sqrt(2): the next floats around s = 1 are told apart."""
-    model = block("semidefinite", 2, values, scaled=True)
-
-    assert claimed(model, {"kind": "feasible-point", "point": [0]}) == verdict
-
-
-@pytest.mark.parametrize(
-    ("cone", "values", "verdict"),
-    [
-        ("second-order", [5, 3, 4], "PROVED"),
-        ("second-order", [5, 3, nextafter(4, 5)], "UNDECIDED"),
-        ("second-order", [-5, 3, 4], "UNDECIDED"),
-        ("nonnegative", [0, 1e-300, 0], "PROVED"),
-        ("nonnegative", [0, -1e-30, 0], "UNDECIDED"),
-        ("semidefinite", [1, 1, 1], "PROVED"),
-        ("semidefinite", [1, nextafter(1, 2), 1], "UNDECIDED"),
-    ],
-)
-def test_the_edges_of_the_cones(cone: str, values: list[float], verdict: str) -> None:
-    size = 2 if cone == "semidefinite" else 3
-    values = [value if abs(value) > 1e-40 else 0 for value in values]
-
-    model = block(cone, size, values)
-
-    assert claimed(model, {"kind": "feasible-point", "point": [0]}) == verdict
 
 
 def test_damaged_certificates_are_not_proved(tmp_path: Path) -> None:

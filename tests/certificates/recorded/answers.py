@@ -1,14 +1,15 @@
 """Certificates with the facts that the checker has told of them, to compare it with itself.
 
-``<kind>.jsonl`` holds a line for each: the answer, and the file as text.  The files are those that
-the tests of this folder's neighbours give to the checker, honest and forged, one or a few for every
-answer that differs in more than its numbers.  An answer is the verdict of the file, and of every
-claim verdict, name and the numbers that its sentence states; or that the file is refused, and the
-place of the refusal.  Words may change, and numbers of what is not proved.
+``<kind>.jsonl`` holds a line for each: the answer, the file as text, and of some what it is and the
+words that its answer has to have.  The files are honest and forged: those of which it is told what
+they are, and of others one or a few for every answer that differs in more than its numbers.  An
+answer is the verdict of the file, and of every claim verdict, name and the numbers that its
+sentence states; or that the file is refused, and the place of the refusal.  Other words may change,
+and numbers of what is not proved.
 
 ``python -m tests.certificates.recorded.answers`` writes the answers of today, and begins a file for
-a kind that has none.  A line that differs then is a change of what a certificate is worth: read it
-before it is committed.
+a kind that has none; ``[[], text, what, words]`` is a line that has no answer yet.  A line that
+differs then is a change of what a certificate is worth: read it before it is committed.
 """
 
 from __future__ import annotations
@@ -18,11 +19,23 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 from takagi.certificates import CertificateError, Checked, check
 
 FOLDER = Path(__file__).parent
 Answer = list[list[str]]
+
+
+class Case(NamedTuple):
+    """A recorded certificate: its answer, its text, what it is, and words of its answer."""
+
+    answer: Answer
+    text: str
+    what: str = ""
+    words: str = ""
+
+
 # A hyphen inside a word, as in "5-MW", is no sign.
 NUMBER = re.compile(r"(?:(?<!\w)-)?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
@@ -32,25 +45,42 @@ def kinds() -> list[str]:
     return sorted(path.stem for path in FOLDER.glob("*.jsonl"))
 
 
+def cases(kind: str) -> Iterator[Case]:
+    """Yield the recorded certificates of a kind."""
+    for line in (FOLDER / f"{kind}.jsonl").read_text(encoding="utf-8").splitlines():
+        yield Case(*json.loads(line))
+
+
 def recorded(kind: str) -> Iterator[tuple[Answer, str]]:
     """Yield (answer, text of the certificate)."""
-    for line in (FOLDER / f"{kind}.jsonl").read_text(encoding="utf-8").splitlines():
-        answer, written = json.loads(line)
-        yield answer, written
+    for case in cases(kind):
+        yield case.answer, case.text
 
 
 def answer_of(written: str, path: Path) -> Answer:
     """Return the answer to a certificate with this text, in a file that is made for it."""
+    return answer_in_words(written, path)[0]
+
+
+def answer_in_words(written: str, path: Path) -> tuple[Answer, str]:
+    """Return the answer, and all that it says."""
     path.write_text(written, encoding="utf-8")
-    return facts_of(lambda: check(path), str(path))
+    said: list[str] = []
+    return facts_of(lambda: check(path), str(path), said), " ".join(said)
 
 
-def facts_of(work: Callable[[], Checked], path: str) -> Answer:
-    """Return the facts of what a check answers; the file's place is left out."""
+def facts_of(work: Callable[[], Checked], path: str, said: list[str] | None = None) -> Answer:
+    """Return the facts of what a check answers; the file's place is left out.
+
+    ``said`` takes the sentences.
+    """
+    said = [] if said is None else said
     try:
         checked = work()
     except CertificateError as error:
+        said.append(str(error))
         return [["refused", str(error).replace(path, "FILE").partition(":")[0]]]
+    said += [claim.text for claim in checked.claims]
     return [
         [checked.verdict.name],
         *(facts(c.verdict.name, c.name, c.text) for c in checked.claims),
@@ -87,6 +117,25 @@ def first_recorded(kind: str, place: Path) -> list[str]:
     return list(by_answer.values())
 
 
+def taken(old: Answer, new: Answer, what: str) -> Answer:
+    """Return today's answer; what was not proved is not recorded as proved.
+
+    Raises
+    ------
+    SystemExit : it is proved or disproved now.
+    """
+    shown = {"PROVED", "DISPROVED"}
+    if old and old[0][0] not in shown and new[0][0] in shown:
+        cure = "if this is true, write [] in the place of its answer and run this again"
+        raise SystemExit(f"{old[0]} before, {new[0]} now: {what[:200]}; {cure}")
+    return new
+
+
+def line(answer: Answer, text: str, what: str = "", words: str = "") -> str:
+    """Return the line of a file for a certificate."""
+    return json.dumps([answer, text, *([what, words] if what else [])])
+
+
 def main() -> None:
     """Write the answers of today."""
     from tests.certificates.weights.cells import EVIDENCE
@@ -95,9 +144,12 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         place = Path(folder) / "certificate.json"
         for kind in (*kinds(), *sorted(new)):
-            written = [text for _, text in recorded(kind)] if kind not in new else []
-            written = written or first_recorded(kind, place)
-            lines = [json.dumps([answer_of(text, place), text]) for text in written]
+            first = kind in new
+            written = [Case([], t) for t in first_recorded(kind, place)] if first else cases(kind)
+            lines = [
+                line(taken(case.answer, answer_of(case.text, place), str(case[1:])), *case[1:])
+                for case in written
+            ]
             (FOLDER / f"{kind}.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

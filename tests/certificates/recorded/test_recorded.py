@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.certificates.recorded.answers import answer_of, kinds, recorded
+from tests.certificates.recorded.answers import answer_in_words, cases, kinds, recorded
 from tests.certificates.recorded.damages import Damage, answer_to, damages, names
 
 TOGETHER = 16
@@ -22,9 +22,11 @@ PARTS = [
 @pytest.mark.parametrize(("kind", "first"), PARTS)
 def test_the_answer_is_the_same(kind: str, first: int, tmp_path: Path) -> None:
     """Honest and forged ones; ``answers`` tells how the answers are written anew."""
-    for number, (answer, written) in enumerate(list(recorded(kind))[first : first + TOGETHER]):
-        found = answer_of(written, tmp_path / "certificate.json")
-        assert found == answer, f"{kind}.jsonl, line {first + number + 1}"
+    for number, case in enumerate(list(cases(kind))[first : first + TOGETHER]):
+        found, said = answer_in_words(case.text, tmp_path / "certificate.json")
+        where = f"{kind}.jsonl, line {first + number + 1}: {case.what}"
+        assert found == case.answer, where
+        assert case.words in said, where
 
 
 def test_both_answers_are_recorded_of_every_kind() -> None:
@@ -47,5 +49,7 @@ def test_the_answer_to_a_damaged_one_is_the_same(name: str, first: int) -> None:
     listed: list[Damage]
     document: dict[str, Any]
     document, listed = kept(name)
-    for place, value, answer in listed[first : first + DAMAGES_TOGETHER]:
-        assert answer_to(document, place, value) == answer, (place, value)
+    for damage in listed[first : first + DAMAGES_TOGETHER]:
+        said: list[str] = []
+        assert answer_to(document, damage.changes, said) == damage.answer, damage
+        assert damage.words in " ".join(said), damage

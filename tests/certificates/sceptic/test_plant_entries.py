@@ -21,55 +21,9 @@ from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import sector_model
 from tests.certificates.embedding.plants import (
     changed,
-    embedding_outcome,
-    one_state,
     said_of,
 )
-from tests.certificates.kinds.claims import as_read
 from tests.symbolic_plants import plant_of
-
-
-def with_quotient(equation: str, entry: str, q: str) -> dict[str, Any]:
-    """Return x' = equation with one entry in z = -1 and q, a premise that vanishes for x >= 0."""
-    data = one_state(equation, "-1", -1, -1)
-    premise = {"name": "q", "expression": q, "lower": 0, "upper": 5}
-    data["embedding"]["premises"].append(premise)
-    data["embedding"]["A"] = [[entry]]
-    return data
-
-
-@pytest.mark.parametrize("entry", ["z*q/q", "z*q^2/q^2", "(z + q)/q*q - q", "z*(q^(-1)*q)"])
-@pytest.mark.parametrize("q", ["abs(x) - x", "sqrt(x^2) - x", "2*(abs(x) - x)"])
-def test_a_quotient_in_an_entry_hides_no_part_of_the_equation(entry: str, q: str) -> None:
-    """(|x| - x)(|x| + x) = 0: multiplied by q, x' = 9 x and x' = -x agree for x > 0.
-
-    The vertices are those of x' = -x, which is stable; the plant is not.
-    """
-    unstable = f"-x + 5*(({q}) + 2*x)" if not q.startswith("2") else "-x + 5*(abs(x) + x)"
-    found = said_of(with_quotient(unstable, entry, q))
-    assert found.verdict is Verdict.UNDECIDED
-    assert "do not give the equation" in found.text
-
-
-def test_a_quotient_that_cancels_in_an_entry_is_only_that() -> None:
-    found = said_of(with_quotient("-x", "z*q/q", "abs(x) - x + 1"))
-    assert found.verdict is Verdict.PROVED
-
-
-def test_a_quotient_in_an_entry_of_a_secant_model_hides_nothing() -> None:
-    """With s = sqrt((x + 2)^2), which is x + 2 here, (s - x - 2)(s + x + 2) = 0.
-
-    f' = -1 + s + x + 2 = 2 x + 3; multiplied by q = s - x - 2 it agrees with -1.
-    """
-    s = "sqrt((x + 2)^2)"
-    data = with_quotient(f"-x + ({s}*(x + 2) + (x + 2)^2)/2 - 4", "z*q/q", f"{s} - x - 2")
-    data["embedding"]["premises"][1]["lower"] = -1
-    data["embedding"]["form"] = "secant"
-    claim = {"name": "secants", "kind": "secant-embedding"}
-    found = embedding_outcome(as_read(data), claim=claim).in_words()
-    assert found.verdict is Verdict.UNDECIDED
-    assert "is not the slope" in found.text
-
 
 TRUE = [
     ("sqrt(2)*sqrt(9.81*h)", "sqrt(19.62*h)"),
@@ -144,23 +98,6 @@ def test_a_large_number_is_left_whole(number: str) -> None:
     assert not equal(f"sqrt({number})", f"sqrt({number} + 1)")
 
 
-@pytest.mark.parametrize(
-    ("scale", "verdict"), [("1", Verdict.PROVED), ("1.000001", Verdict.UNDECIDED)]
-)
-def test_a_tank_that_empties_is_its_model(scale: str, verdict: Verdict) -> None:
-    """h' = sqrt(2) (sqrt(g (h* + x)) - sqrt(g h*)) against a premise with 2 g under one root."""
-    equation = f"-sqrt(2)*(sqrt(9.81*(1 + x)) - {scale}*sqrt(9.81))"
-    premise = "-(sqrt(19.62*(1 + x)) - sqrt(19.62))/x"
-    data = one_state(equation, premise, -3, -1, range=["-1/2", 2])
-    assert said_of(data).verdict is verdict
-
-
-def test_a_root_of_what_is_negative_stays_refused() -> None:
-    """sqrt(-2) sqrt(-x - 3) = sqrt(2 x + 6) holds for no real root."""
-    data = one_state("sqrt(-2)*sqrt(-x - 3)*x", "sqrt(-2)*sqrt(-x - 3)", -10, 10)
-    assert said_of(data).verdict is Verdict.UNDECIDED
-
-
 Data = dict[str, Any]
 
 
@@ -203,55 +140,6 @@ PROVED["about another point"] = two_states(
 PROVED["at a corner of the box alone"] = changed(
     SINE, lambda d: [state.update(range=[0, 1]) for state in d["states"]]
 )
-
-
-@pytest.mark.parametrize("what", PROVED)
-def test_a_quotient_by_a_sum_has_its_limit(what: str) -> None:
-    found = said_of(PROVED[what])
-    assert found.verdict is Verdict.PROVED, found.text
-    assert "= 0 a quotient is taken as its limit" in found.text
-
-
-NOT_PROVED = {
-    "a lower end that is not kept": changed(
-        PROVED["exponential"], lambda d: d["embedding"]["premises"][0].update(lower="0.44")
-    ),
-    "an upper end that is not kept": changed(
-        PROVED["exponential"], lambda d: d["embedding"]["premises"][0].update(upper="3.19")
-    ),
-    "a bound that is not kept": changed(
-        SINE, lambda d: d["embedding"]["premises"][0].update(lower="0.0471")
-    ),
-    "a limit beyond the bound": changed(
-        SINE, lambda d: d["embedding"]["premises"][0].update(upper="0.99999")
-    ),
-    "a pole on the line": two_states(
-        "cos(y + 2*x)", "cos(y + 2*x)/(y + 2*x)", -(10**9), 10**9, ["2*z", "z"]
-    ),
-    "a pole of higher order": two_states(
-        "sin(x + y)/(x + y)", "sin(x + y)/(x + y)^2", -(10**9), 10**9, ["z", "z"]
-    ),
-    "a kink": two_states("abs(y - x)", "abs(y - x)/(y - x)", -1, 1, ["-z", "z"]),
-    "another sum above": two_states(
-        "sin(x + y)", "sin(x + 1.000000001*y)/(x + y)", -5, 5, ["z", "z"]
-    ),
-    "a limit along one line alone": two_states(
-        "x^2/(x + y)", "x^2/(x + y)^2", -(10**9), 10**9, ["z", "z"]
-    ),
-    "a sum that vanishes away from rest": two_states(
-        "x*sin(x + y - 1)/(x + y - 1)", "sin(x + y - 1)/(x + y - 1)", -1, 1, ["z", "0"]
-    ),
-    "a sum of what has no range": changed(SINE, lambda d: d["states"][1].update(range=None)),
-    "inside a function": two_states(
-        "x*cos(sin(x + y)/(x + y))", "cos(sin(x + y)/(x + y))", 0, 1, ["z", "0"]
-    ),
-    "the wrong entries": changed(SINE, lambda d: d["embedding"]["A"].__setitem__(0, ["z", "2*z"])),
-}
-
-
-@pytest.mark.parametrize("what", NOT_PROVED)
-def test_what_has_no_limit_or_other_bounds_is_not_proved(what: str) -> None:
-    assert said_of(NOT_PROVED[what]).verdict is Verdict.UNDECIDED
 
 
 @given(

@@ -21,7 +21,7 @@ from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Surface, interpolate_curve, sector_model
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.splines.spline import interpolate
-from tests.certificates.embedding.plants import changed, one_state, said_of
+from tests.certificates.embedding.plants import changed, said_of
 from tests.certificates.kinds.claims import as_read
 
 CURVE = interpolate_curve([-4, -2, 0, 1, 2.5, 4], [-0.5, -0.3, 0, 0.3, 0.2, 0.5])
@@ -30,7 +30,6 @@ FRICTION = {
         "friction": {"knots": [CURVE.knots.tolist()], "coefficients": CURVE.coefficients.tolist()}
     }
 }
-AT_REST = CURVE.exact(0)  # some 1e-17: the coefficients are decimals
 
 
 def table_of(data: dict[str, Any], name: str) -> Table:
@@ -79,33 +78,6 @@ def test_outside_the_table_there_is_no_value() -> None:
     table = table_of(FRICTION, "friction")
     assert table.exact([Fraction(4)], (0,)) == Fraction("0.5")
     assert table.exact([Fraction(4) + Fraction(1, 10**30)], (0,)) is None
-
-
-def rubbing(rest: Fraction) -> dict[str, Any]:
-    """Return x' = -(friction(x) - rest) with the quotient by x as its premise."""
-    quotient = f"-(friction(x) - ({rest}))"
-    return one_state(quotient, f"({quotient})/x", -1, 1, **FRICTION)
-
-
-def test_a_plant_that_rests_on_a_table_is_proved() -> None:
-    assert AT_REST != 0
-    assert said_of(rubbing(AT_REST)).verdict is Verdict.PROVED
-
-
-@pytest.mark.parametrize("x", [Fraction(1, 2), Fraction(-3), Fraction(4)])
-def test_a_table_at_a_number_is_its_value_and_no_other(x: Fraction) -> None:
-    value = CURVE.exact(x)
-    for off, verdict in ((0, Verdict.PROVED), (Fraction(1, 10**40), Verdict.UNDECIDED)):
-        equation = f"x + friction({x}) - ({value + off})"
-        assert said_of(one_state(equation, "1", 1, 1, **FRICTION)).verdict is verdict
-
-
-@pytest.mark.parametrize("off", [Fraction(0), AT_REST + Fraction(1, 10**40), -AT_REST])
-def test_a_rest_that_is_not_quite_the_tables_is_not_proved(off: Fraction) -> None:
-    """Off by 1e-40, the quotient has a pole at rest."""
-    found = said_of(rubbing(off))
-    assert found.verdict is Verdict.UNDECIDED
-    assert "no limit at x = 0" in found.text
 
 
 @pytest.fixture(scope="module")

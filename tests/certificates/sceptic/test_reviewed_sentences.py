@@ -21,7 +21,7 @@ from takagi.certificates.checker.words.rounded import exactly
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
 from takagi.certificates.requests.request import Request
-from takagi.models import Plant, TSModel, load_model, sector_model
+from takagi.models import Plant, load_model, sector_model
 from tests.certificates.kinds.claims import as_read, law_data, model_data, said_of, verdict_of
 
 Data = dict[str, Any]
@@ -48,22 +48,6 @@ def exclusion(rate: float, blend: int = 0, factor: Any = ((1,),)) -> Data:
     }
 
 
-@pytest.mark.parametrize(
-    ("A", "claim"),
-    [
-        ([[[-1]]], exclusion(1)),
-        ([[[-2]], [[-1]]], exclusion(1, 1)),
-        ([[[-1, 1], [-1, -1]]], exclusion(1, 0, [[1, 0], [0, 1]])),
-    ],
-)
-def test_a_rate_that_is_reached_is_not_disproved(A: Any, claim: Data) -> None:
-    """V = x'x has V' <= -2 V along every blend: it decays as exp(-2 t), at 1 1/s."""
-    beyond = claim | {"decay_rate": 1.000001}
-
-    assert outcome(model_data(A), None, [claim])[1] == "UNDECIDED"
-    assert outcome(model_data(A), None, [beyond])[1] == "DISPROVED"
-
-
 def test_a_function_that_only_stands_still_does_not_fall() -> None:
     """x' = 0: at the rate 0 V is to fall strictly, and the sum is zero.  So in samples, x+ = x."""
     still, sampled = model_data([[[0]]]), model_data([[[1]]], sample_time=1)
@@ -74,14 +58,6 @@ def test_a_function_that_only_stands_still_does_not_fall() -> None:
         wherever = "wherever x is not 0 along the loop"
         assert text.startswith(f"no common quadratic function {falls} {wherever}")
         assert "0 1/s" not in text
-
-
-@pytest.mark.numeric
-def test_certify_disproves_beyond_the_rate_and_not_at_it() -> None:
-    model = TSModel([[[-2.0]], [[-1.0]]])
-
-    assert certify(model, decay_rate=1.0).verdict is Verdict.UNDECIDED
-    assert certify(model, decay_rate=1.001).verdict is Verdict.DISPROVED
 
 
 # Deviations from rest
@@ -264,7 +240,6 @@ def test_the_sense_of_the_noise_is_told_where_it_matters(
 
 
 BOX = {"x1 [-]": [-1, 1]}
-DECAY: Data = {"name": "a", "kind": "decay", "decay_rate": 0.5, "P": [[1]]}
 KEPT: Data = {"name": "a", "kind": "invariant-ellipsoid", "P": [[1]], "multiplier": 1}
 
 
@@ -383,28 +358,6 @@ def outcomes(model: Data, gains: Data | None, *claims: Data) -> tuple[Claim, ...
     return tuple(check_document(document).claims)
 
 
-def halved(depth: int) -> list[list[int]]:
-    """Return a tree that halves the edge between two rules, and each half again."""
-    return [[]] if not depth else [[0, 0, 1], *halved(depth - 1), *halved(depth - 1)]
-
-
-@pytest.mark.parametrize(("limit", "verdict"), [(0.1, "UNDECIDED"), (1.99, "PROVED")])
-@pytest.mark.parametrize("depth", [0, 4])
-def test_the_next_sample_s_weights_may_lie_in_any_piece(
-    depth: int, limit: float, verdict: str
-) -> None:
-    """x+ = 0.99 x: rule 1 commands -x, rule 2 a sample later 0.99 x, 1.99 more."""
-    model = model_data([[[0.99]], [[0.99]]], sample_time=1, B=[[[0]]])
-    claim = {"name": "r", "kind": "input-limits", "P": [[1]], "level": 1, "multiplier": 0.01}
-    claim |= {"input_limits": [1], "rate_limits": [limit], "rate_shares": {"motion": [limit]}}
-
-    found = outcomes(
-        model, law_data([[[1]], [[-1]]], sample_time=1), claim | {"halvings": halved(depth)}
-    )
-
-    assert [claim.verdict.name for claim in found] == [verdict]
-
-
 def noisy(premise: str) -> Data:
     """Return x+ = z x / 2 + u, where z moves with the signal p or with the state."""
     signal = {"name": "p", "unit": "-", "rest": 0, "range": [-1, 1]}
@@ -436,22 +389,6 @@ def test_a_signal_may_depend_on_the_noise_and_is_named() -> None:
     assert "same instant" not in by_state.text
 
 
-@pytest.mark.parametrize(("equation", "verdict"), [("x", "UNDECIDED"), ("-x", "PROVED")])
-def test_what_holds_of_a_model_that_is_not_the_plant_s_is_not_proved(
-    equation: str, verdict: str
-) -> None:
-    """x' = x runs away; its model x' = -x decays."""
-    state = {"name": "x", "unit": "-", "rest": 0, "range": [-1, 1]}
-    model: Data = {"kind": "plant", "sample_time": None, "states": [state], "equations": [equation]}
-    model["embedding"] = {"premises": [], "A": [["-1"]]}
-    decay = {"name": "d", "kind": "decay", "P": [[1]], "decay_rate": 0.5}
-    kept = {"name": "i", "kind": "invariant-ellipsoid", "P": [[1]], "level": 1, "multiplier": 1}
-
-    for order in ((EMBEDDING, decay, kept), (decay, kept, EMBEDDING)):
-        found = outcomes(model, None, *order)
-        assert [claim.verdict.name for claim in found] == [verdict] * 3
-
-
 def test_a_function_that_stands_still_at_an_instant_is_not_said_never_to_fall() -> None:
     """|x|^2 falls along every solution of this pair; at rule 1 V' is -2 x2^2, at rule 2 -2 x1^2."""
     pair = [[[0, -1], [1, -1]], [[-1, -1], [1, 0]]]
@@ -462,25 +399,3 @@ def test_a_function_that_stands_still_at_an_instant_is_not_said_never_to_fall() 
 
     assert found.verdict.name == "DISPROVED"
     assert "has V' < 0 wherever x is not 0" in found.text and "falls" not in found.text
-
-
-@pytest.mark.parametrize(
-    ("rate", "factor", "verdict"),
-    [
-        # x1' = x1, x2' = -x2: along e1 nothing decays, and the sum is diag(3, 0).
-        (0.5, [[1], [0]], "DISPROVED"),
-        (0, [[0], [0]], "UNDECIDED"),
-        (0, [[0], [1]], "UNDECIDED"),
-        (0, [[0], [0.001]], "UNDECIDED"),
-    ],
-)
-def test_multipliers_exclude_by_their_sum_alone(
-    rate: float, factor: list[list[float]], verdict: str
-) -> None:
-    """Zeros show nothing, small ones no more than large ones; a sum may have rows of zeros."""
-    claim: Data = {"name": "n", "kind": "no-common-decay", "decay_rate": rate}
-    claim |= {"multipliers": [{"blend": 0, "factor": factor}]}
-
-    (found,) = outcomes(model_data([[[1, 0], [0, -1]]]), None, claim)
-
-    assert found.verdict.name == verdict

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import pytest
 
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.controller.effort_sharing_program import effort_sharing_program
-from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.effort_sharing.set_points import Cell, CellLoop, covers
 from takagi.certificates.checker.turbine.rotor import Plant
@@ -30,73 +25,8 @@ PROVED = next(text for answer, text in recorded("set-points") if answer[0] == ["
 RATED_TORQUE, MIDDLE = 43093.55, 42447.147
 
 
-def outcome(change: Callable[[Data, list[Data]], object]) -> Outcome:
-    document = json.loads(PROVED)
-    change(document, document["claims"][0]["cells"])
-    data = read_text(json.dumps(document), "test")
-    return replay(data["claims"][0], data, None, [], "claims[0]")
-
-
-def first(*parts: Data) -> Callable[[Data, list[Data]], object]:
-    """Return a change of the first cell into others, each like it but for these members."""
-
-    def change(document: Data, cells: list[Data]) -> None:
-        cells[:1] = [{**cells[0], **part} for part in parts]
-
-    return change
-
-
 def setpoints(**members: Any) -> Callable[[Data, list[Data]], object]:
     return lambda document, cells: document["gains"]["setpoints"].update(members)
-
-
-def lower(middle: float) -> Data:
-    return {"torque": [41800.744, middle]}
-
-
-def upper(middle: float) -> Data:
-    return {"torque": [middle, RATED_TORQUE]}
-
-
-def pitch_limit(document: Data, cells: list[Data]) -> None:
-    document["model"]["pitch_max"] = document["gains"]["pitch_max"] = 0.06
-
-
-def test_two_cells_that_meet_in_a_face_cover_what_one_did() -> None:
-    assert outcome(first(lower(MIDDLE), upper(MIDDLE))).verdict is Verdict.PROVED
-
-
-@pytest.mark.parametrize(
-    ("change", "word"),
-    [
-        (first(lower(MIDDLE), upper(math.nextafter(MIDDLE, 1e9))), "not covered"),
-        (first(lower(MIDDLE), lower(MIDDLE)), "not covered"),
-        (first({"reduction": [0, 0]}), "not covered"),
-        (first({"reduction": [-0.1, -0.047109037]}), "not covered"),
-        (lambda document, cells: cells.__setitem__(1, cells[0]), "not covered"),
-        (lambda document, cells: cells.clear(), "not covered"),
-        (setpoints(lowest_speed=1e-9), "not covered"),
-        (setpoints(speed_effort=[1e30] * 4), "equilibrium"),
-        (setpoints(speed_effort=[-1e30] * 4), "table"),
-        (first({"shift": [-1e30, 1e30]}), "table"),
-        (first({"shift": [0, 0]}), "equilibrium"),
-        (first({"bounds": [1e30, 0.0304, 0.015]}), "table"),
-        (first({"bounds": [0.0203, 0.2, 0.015]}), "torque may reach zero"),
-        (first({"bounds": [0.0203, 0.0304, 1e30]}), "upper limit"),
-        (first({"P": [[1e6, 1e6, 0], [1e6, 1e6, 0], [0, 0, 1e6]]}), "definite"),
-        (first({"P": [[1e6, 1e6, 0], [1e6, 1000000.0000001, 0], [0, 0, 1e6]]}), "bound of"),
-        (first({"P": (1e30 * np.eye(3)).tolist()}), "decay"),
-        (pitch_limit, "upper limit"),
-        (lambda document, cells: document["model"].update(pitch_rate_limit=1e-3), "rate limit"),
-        (lambda document, cells: document["gains"]["integral_rate"].__setitem__(1, 10), "decay"),
-    ],
-)
-def test_a_forged_certificate_is_not_proved(
-    change: Callable[[Data, list[Data]], object], word: str
-) -> None:
-    answer = outcome(change)
-    assert answer.verdict is Verdict.UNDECIDED
-    assert word in answer.failure
 
 
 def test_nested_boxes_are_answered_at_once() -> None:

@@ -55,35 +55,6 @@ def test_the_slope_has_both_of_its_values(stored: dict[str, Any], k: int) -> Non
     assert low == 0 and float(high) == pytest.approx(STEEP, rel=1e-4)
 
 
-@pytest.mark.parametrize("k", [0, 1])
-@pytest.mark.parametrize("factor", [2.0, 4.0])
-def test_a_longer_schedule_side_leaves_no_room(document: Any, k: int, factor: float) -> None:
-    """Twice is the usual shape: half the range of the slope times it is more than `signal`."""
-    document["claims"][0]["cells"][k]["sides"]["schedule"] *= factor
-    assert verdict(document) == "UNDECIDED"
-    assert "leaves its box in signal" in check_document(sealed(document)).claims[0].text
-
-
-@pytest.mark.parametrize("sharper", [2.0, 5.0])
-def test_a_sharper_corner_is_not_proved(document: Any, sharper: float) -> None:
-    """The reference speed falls more steeply below the corner; trim and efforts stay."""
-    law = document["gains"]
-    node = law["wind"].index(CORNER)
-    law["rotor_speed"][node - 1] -= (sharper - 1) * STEEP * (CORNER - law["wind"][node - 1])
-    assert verdict(document) != "PROVED"
-
-
-@pytest.mark.parametrize("path", [("P", 3, 3), ("multipliers", 0, "speed slope")])
-@pytest.mark.parametrize("factor", [0.05, 20.0])
-def test_other_numbers_are_not_proved(document: Any, path: Any, factor: float) -> None:
-    for cell in document["claims"][0]["cells"]:
-        at = cell
-        for key in path[:-1]:
-            at = at[key]
-        at[path[-1]] *= factor
-    assert verdict(document) == "UNDECIDED"
-
-
 @pytest.mark.numeric
 def test_the_search_shortens_the_schedule_side_at_a_corner_only(document: Any) -> None:
     subject = running_loop_claim.loop_subject(

@@ -13,7 +13,6 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
-from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.running_loop.equations import FACTORS, rounded_form
 from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
@@ -22,9 +21,8 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
 )
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.checker.words.running_loop import measured
-from tests.certificates.kinds.claims import resealed, verdicts
 from tests.certificates.recorded.answers import recorded
-from tests.certificates.turbine.running_documents import Change, entry, verdict
+from tests.certificates.turbine.running_documents import Change, entry
 
 Data = dict[str, Any]
 
@@ -92,13 +90,6 @@ def test_a_machine_that_cannot_be_is_refused(change: Change) -> None:
         machine(document)
 
 
-def test_an_estimate_held_at_one_wind_is_refused() -> None:
-    """It can follow no wind."""
-    document = changed(entry(*SEEN, "wind_limits", value=[8, 8]))
-    document["controller"]["observer"]["wind_limits"] = [8, 8]
-    assert verdict(document) == "REFUSED"
-
-
 def test_ends_that_a_machine_may_have() -> None:
     """A share of 0 and of 1, and a range of one number."""
     for passed in (0, 1):
@@ -152,65 +143,6 @@ def test_the_sentence_names_a_band_stop_that_is_there() -> None:
     found = machine(changed(lambda whole: None))
     assert "behind a band-stop at" in measured(found)
     assert "band-stop" not in measured(replace(found, stop=None))
-
-
-def said(document: Data) -> str:
-    """Return the verdict of the one cell, or why it is refused, with the claim's words."""
-    data = read(document)
-    try:
-        found = replay(data["claims"][0], data, None, [], "claim").in_words()
-    except CertificateError as error:
-        return str(error)
-    return f"{found.verdict.name}: {found.text.rpartition(' m/s: ')[2]}"
-
-
-def factor_without_multiplier(document: Data) -> None:
-    document["claims"][0]["cells"][0]["multipliers"][0].pop("gamma")
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda whole: None, "PROVED"),
-        (entry("gains", "pitch_max", value=1), "pitch limits differ"),
-        (entry("gains", "pitch_min", value=-0.01), "pitch limits differ"),
-        (entry("model", "pitch_max", value=1), "pitch limits differ"),
-        (factor_without_multiplier, "UNDECIDED: there is no multiplier of the gamma"),
-        (
-            entry(*CLAIM, "cells", 0, "multipliers", 0, "gamma", value=0),
-            "UNDECIDED: a multiplier is not positive",
-        ),
-        (
-            entry(*CLAIM, "cells", 0, "multipliers", 0, "gamma", value=-1),
-            "UNDECIDED: a multiplier is not positive",
-        ),
-        (
-            entry(*CLAIM, "cells", 0, "P", 0, 0, value=0.001),
-            "UNDECIDED: P is not symmetric positive",
-        ),
-        (entry(*CLAIM, "decay_rate", value=0), "UNDECIDED"),
-        (entry(*CLAIM, "decay_rate", value=1), "UNDECIDED: the decay inequality fails"),
-        (entry(*CLAIM, "cells", 0, "sides", "speed", value=0.001), "UNDECIDED: "),
-    ],
-)
-def test_what_a_cell_lacks_is_named(change: Change, words: str) -> None:
-    assert said(changed(change)).find(words) >= 0
-
-
-@pytest.mark.parametrize("stated", [{"claim"}, {"controller"}, {"claim", "controller"}])
-@pytest.mark.parametrize("path", [("torsion_filter", "damping"), ("notch",)])
-def test_filters_of_another_form_are_refused(path: tuple[str, ...], stated: set[str]) -> None:
-    """A further number makes another filter, and a further filter another loop: both refuse."""
-    places = {"claim": FILTERS, "controller": ("controller", "measurement")}
-
-    def change(document: Data) -> None:
-        for part in stated:
-            entry(*places[part], *path, value=0.1)(document)
-
-    whole = resealed(changed(change))
-
-    assert verdicts(whole) == ["REFUSED"]
-    assert verdicts(resealed(changed(lambda document: None))) == ["PROVED"]
 
 
 def test_numbers_are_compared_as_numbers_with_the_controller() -> None:

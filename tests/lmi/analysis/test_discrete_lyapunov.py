@@ -9,10 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
-from takagi.lmi import (
-    common_lyapunov,
-    max_decay_rate,
-)
+from takagi.lmi import common_lyapunov, max_decay_rate
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import TRUCK_GAINS, rolmip_pair, truck_trailer
 

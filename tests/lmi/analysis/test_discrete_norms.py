@@ -115,11 +115,7 @@ def test_the_quadratic_function_shows_the_gain_in_the_models_units() -> None:
     s = np.array([1.0, 1e3])
     plain = two_vertices()
     model = TSModel(
-        plain.A * s / s[:, None],
-        plain.B / s[:, None],
-        C=plain.C * s,
-        D=plain.D,
-        sample_time=0.1,
+        plain.A * s / s[:, None], plain.B / s[:, None], C=plain.C * s, D=plain.D, sample_time=0.1
     )
     answer = hinf_norm(model)
     assert answer.P is not None

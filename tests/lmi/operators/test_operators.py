@@ -107,8 +107,7 @@ def test_members_transposes_and_products_of_unknowns_are_what_they_say() -> None
     """Y' and Y of a family, A Q + B Y: against the same in numpy, at any values."""
     Q, Y = symmetric("Q"), Unknown("Y", 1, 2, count=2)
     condition = pose(
-        (He(A @ Q + B @ Y) - 0.5 * Q << 0),
-        block([[Q, 2 * Y.member(1).T], [None, np.eye(1)]]) >= 0,
+        (He(A @ Q + B @ Y) - 0.5 * Q << 0), block([[Q, 2 * Y.member(1).T], [None, np.eye(1)]]) >= 0
     )
     values = values_of(condition, 3)
     q, y = values["Q"][0], values["Y"]

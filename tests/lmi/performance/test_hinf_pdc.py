@@ -11,14 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi import (
-    Design,
-    h2_pdc,
-    hinf_norm,
-    hinf_pdc,
-    peak_pdc,
-    rigorous_no,
-)
+from takagi.lmi import Design, h2_pdc, hinf_norm, hinf_pdc, peak_pdc, rigorous_no
 from takagi.lmi.gains.disturbance.request import DisturbanceCoordinates
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS, System, ac15, mfp

@@ -16,7 +16,6 @@ published = catalogue("catalogue.published")
 # Found by the tests that are named, from both sides or as a bound, not as one number.
 FROM_BOTH_SIDES = {
     "sp-mixed-sensitivity",
-    "van-der-pol-level",
     "rolmip-massspring-g1-claim",
     "ac15-sof",
     "compleib-sof",

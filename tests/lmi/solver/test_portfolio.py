@@ -9,12 +9,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from takagi.lmi import (
-    Condition,
-    common_lyapunov_condition,
-    hinf_norm_condition,
-    pdc_condition,
-)
+from takagi.lmi import Condition, common_lyapunov_condition, hinf_norm_condition, pdc_condition
 from takagi.lmi.cone.cone_program import (
     ConeProgram,
     Raw,

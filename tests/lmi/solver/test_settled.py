@@ -195,9 +195,7 @@ def test_within_the_tolerance_that_was_asked_for_it_is_a_candidate(
     assert stages.optimise(least_trace(), slack=1e-6).status == "unknown"
 
 
-def test_the_second_stage_takes_no_more_than_the_tolerance(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_second_stage_takes_no_more_than_the_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
     """It finds a margin only at 11 times the least objective: nobody asked for that."""
 
     def reluctant(program: ConeProgram, name: str, session: Session | None = None) -> Raw:

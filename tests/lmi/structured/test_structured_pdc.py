@@ -109,7 +109,6 @@ def test_where_a_diagonal_q_fails() -> None:
         assert np.linalg.eigvalsh(F + F.T).max() >= 0
     design = structured_pdc(model, [[1, 0]], gain_bound=10.0)
     assert design.value > 0.4
-    assert any(step.start == "slack matrix" for step in design.steps)
 
 
 @pytest.mark.slow

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi import (
-    LMI,
     Condition,
     DoubleSum,
     Unknown,
@@ -38,29 +37,16 @@ def known_sum(theta: Floats, **known: object) -> tuple[DoubleSum, Unknown]:
     return double_sum_of(less << 0, rules=len(theta), **known), s  # type: ignore[arg-type]
 
 
-def least(
-    loop: DoubleSum,
-    s: Unknown,
-    relaxation: str,
-    unknowns: tuple[Unknown, ...] = (),
-    lmis: tuple[LMI, ...] = (),
-) -> float:
-    """Return the least s for which the relaxation holds: an upper bound on the sum."""
+def bound(theta: Floats, relaxation: str, **known: object) -> float:
+    """Return the relaxation's upper bound on sum_ij h_i h_j Theta_ij: the least s with it."""
+    loop, s = known_sum(theta, **known)
     slack, posed = relaxation_named(relaxation)(loop)
     condition = Condition(
-        name="least bound",
-        unknowns=(s, *unknowns, *slack),
-        lmis=(*posed, *lmis),
-        objective={"s": np.ones((1, 1, 1))},
+        name="least bound", unknowns=(s, *slack), lmis=posed, objective={"s": np.ones((1, 1, 1))}
     )
     outcome = optimise(condition)
     assert outcome.status == "candidate"
     return float(outcome.values["s"][0, 0, 0])
-
-
-def bound(theta: Floats, relaxation: str, **known: object) -> float:
-    """Return the relaxation's upper bound on sum_ij h_i h_j Theta_ij."""
-    return least(*known_sum(theta, **known), relaxation)
 
 
 def largest(theta: Floats, h: Floats, m: Floats | None = None) -> float:

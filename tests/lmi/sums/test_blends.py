@@ -15,8 +15,8 @@ from takagi.models import Premise, TSModel
 from tests.lmi.known_models import three_rules
 
 
-def status_at_blends(model: TSModel, parts: int, *, active_rules: int | None = None) -> str:
-    task = decay_request(model, GivenLimits(active_rules=active_rules), decay_rate=0.0)
+def status_at_blends(model: TSModel, parts: int) -> str:
+    task = decay_request(model, GivenLimits(), decay_rate=0.0)
     return decided(task, 0.0, at_points(parts)).outcome.status
 
 
@@ -42,12 +42,6 @@ def test_finer_blends_rule_out_more() -> None:
     assert among.all()
     assert status_at_blends(three_rules(7.0), 2) == "candidate"
     assert status_at_blends(three_rules(7.0), 6) == "infeasible"
-
-
-def test_blends_that_cannot_occur_rule_nothing_out() -> None:
-    """With one rule active at a time the blends of two say nothing at b = 8."""
-    assert status_at_blends(three_rules(8.0), 6) == "infeasible"
-    assert status_at_blends(three_rules(8.0), 6, active_rules=1) == "candidate"
 
 
 def test_of_two_premises_only_products_are_asked_for() -> None:

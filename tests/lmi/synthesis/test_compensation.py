@@ -100,11 +100,7 @@ def test_limits_hold_on_the_ellipsoid() -> None:
     """|K_i x| <= 300 on x' P x <= 1, which holds the initial box and lies in the state box."""
     box = np.array([0.3, 0.5])
     design = pdc(
-        pendulum(),
-        decay_rate=0.5,
-        input_limit=[300.0],
-        initial_box=box,
-        state_box=[1.0, np.inf],
+        pendulum(), decay_rate=0.5, input_limit=[300.0], initial_box=box, state_box=[1.0, np.inf]
     )
     K, P = design.require()
     Q = np.linalg.inv(P)

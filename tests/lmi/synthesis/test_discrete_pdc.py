@@ -159,8 +159,7 @@ def test_cvxpy_agrees(alpha: float, exists: bool) -> None:
 def test_fine_sampling_tends_to_continuous_time(step: float) -> None:
     """The largest rate with |K| <= 300 differs from that of continuous time by the order of T."""
     continuous = TSModel(
-        [[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]],
-        [[[0.0], [-0.177]], [[0.0], [-0.1]]],
+        [[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]], [[[0.0], [-0.177]], [[0.0], [-0.1]]]
     )
     limit = pdc(continuous, decay_rate="max", gain_bound=300.0).decay_rate
     found = pdc(sampled_pendulum(step), decay_rate="max", gain_bound=300.0).decay_rate
@@ -182,11 +181,7 @@ def test_limits_hold_along_trajectories() -> None:
     """From every corner of the box, along random blends: |u| <= 300, |x1| <= 1 at the samples."""
     model, box = sampled_pendulum(0.02), np.array([0.3, 0.5])
     K, P = pdc(
-        model,
-        decay_rate=0.5,
-        input_limit=[300.0],
-        initial_box=box,
-        state_box=[1.0, np.inf],
+        model, decay_rate=0.5, input_limit=[300.0], initial_box=box, state_box=[1.0, np.inf]
     ).require()
     rng = np.random.default_rng(1)
     x = np.tile(box * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]), (25, 1))

@@ -281,9 +281,7 @@ def test_units_of_states_inputs_time_and_cost_do_not_matter(s: Floats, step: Any
     plain = lqr_pdc(model, Q, R)
     other = lqr_pdc(
         TSModel(
-            rate * model.A * s / s[:, None],
-            rate * tau * model.B / s[:, None],
-            sample_time=step,
+            rate * model.A * s / s[:, None], rate * tau * model.B / s[:, None], sample_time=step
         ),
         unit * Q * s * s[:, None],
         unit * R * tau**2,

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi import Condition, Outcome, decide, pdc, with_input_states
+from takagi.lmi import Condition, Outcome, decide, pdc
 from takagi.lmi.gains.decay import design as compensation_design
 from takagi.lmi.gains.decay import relaxation_search
 from takagi.lmi.gains.decay.condition import decay_request
@@ -53,8 +53,11 @@ def hard() -> TSModel:
 )
 def test_a_smaller_box_never_loses_gains(box: tuple[float, float, float]) -> None:
     """Gains for a box are gains for every smaller one, however thin it is."""
-    half = np.array(box)
-    design = pdc(with_input_states(pendulum()), initial_box=half, state_box=(1.0, np.inf, 8.0))
+    half, plant = np.array(box), pendulum()
+    # The input is a state whose rate is the input.
+    A = np.block([[plant.A, plant.B], [np.zeros((2, 1, 3))]])
+    model = TSModel(A, np.tile([[0.0], [0.0], [1.0]], (2, 1, 1)))
+    design = pdc(model, initial_box=half, state_box=(1.0, np.inf, 8.0))
 
     assert design.found
     _, P = design.require()

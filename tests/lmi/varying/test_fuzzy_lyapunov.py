@@ -18,12 +18,12 @@ from takagi.lmi import (
     fuzzy_lyapunov,
     fuzzy_lyapunov_condition,
     latex,
-    polynomial_lyapunov,
 )
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.refutation.exact_algebra import is_definite
 from takagi.models import ModelError, Premise, TSModel
-from tests.lmi.known_models import oscillators, rolmip_pair
+from tests.lmi.known_models import oscillators, planar_pair, rolmip_pair
+from tests.lmi.published.solved import ROLMIP_DISCRETE, ROLMIP_PRINTED
 
 Floats = NDArray[np.float64]
 
@@ -47,13 +47,39 @@ def fastest_growth(A: Floats, answer: Answer, phi: float) -> float:
     return float(np.linalg.eigvalsh(inside)[:, -1].max())
 
 
-def test_no_rate_is_a_constant_parameter() -> None:
-    """rate_bounds = 0 is ``polynomial_lyapunov``: the same margin and decay rate."""
-    still = fuzzy_lyapunov(oscillators(20.0), rate_bounds=0.0, relaxation="polya-0")
-    constant = polynomial_lyapunov(oscillators(20.0))
+@pytest.mark.parametrize("A", [oscillators(20.0), planar_pair(40.0)])
+def test_constant_parameters_need_no_common_P(A: Floats) -> None:
+    """lam = 20 and a = 40: every blend is stable, no common P; one P a rule shows it."""
+    answer = fuzzy_lyapunov(A, rate_bounds=0)
 
-    assert still.margin == pytest.approx(constant.margin, rel=1e-9)
-    assert still.decay_rate == pytest.approx(constant.decay_rate, rel=1e-6)
+    assert common_lyapunov(A).status == "infeasible"
+    assert answer.found and answer.P is None
+    assert answer.decay_rate is not None and answer.decay_rate > 0
+    assert fastest_growth(A, answer, 0.0) <= -2 * answer.decay_rate + 1e-8
+
+
+def test_the_decay_rate_of_constant_blends_is_reached() -> None:
+    """lam = 20: all blends decay with Re = -2 exactly, which P of degree 1 shows to 1e-4."""
+    A = oscillators(20.0)
+    np.testing.assert_allclose(np.linalg.eigvals(A).real, -2.0)
+
+    assert fuzzy_lyapunov(A, rate_bounds=0, decay_rate=1.9999).found
+    assert fuzzy_lyapunov(A, rate_bounds=0, decay_rate=2.0001).status == "infeasible"
+
+
+def test_units_do_not_matter() -> None:
+    """States in other units: the same margin and rate, and P in those units."""
+    A, s = oscillators(20.0), np.array([1.0, 2.0**20])
+    plain, scaled = (fuzzy_lyapunov(M, rate_bounds=0) for M in (A, A * s / s[:, None]))
+    assert plain.lyapunov_function is not None and scaled.lyapunov_function is not None
+
+    assert scaled.margin == pytest.approx(plain.margin, rel=1e-9)
+    assert scaled.decay_rate == pytest.approx(plain.decay_rate, rel=1e-6)
+    np.testing.assert_allclose(
+        scaled.lyapunov_function.members / s / s[:, None],
+        plain.lyapunov_function.members,
+        rtol=1e-5,
+    )
 
 
 def test_any_rate_is_a_common_P() -> None:
@@ -78,7 +104,6 @@ def test_any_rate_is_a_common_P() -> None:
         ({"relaxation": "wang-tanaka-griffin"}, 3.4887),
         ({"relaxation": "polya-1"}, 3.5084),
         ({"relaxation": "liu-zhang"}, 3.8330),
-        ({"form": "dilated"}, 2.5801),
         ({"degree": 2}, 4.2886),
         ({"degree": 8, "relaxation": "polya-1"}, 6.7872),
     ],
@@ -101,6 +126,21 @@ def oscillator() -> TSModel:
     """x'' + (1.5 + p) x' + (4 + q) x = 0 with |p| <= 0.5 and |q| <= 2.5."""
     A: Any = [[[0, 1], [-4 - q, -1.5 - p]] for p in (-0.5, 0.5) for q in (-2.5, 2.5)]
     return TSModel(A, premises=[Premise("p", -0.5, 0.5), Premise("q", -2.5, 2.5)])
+
+
+def test_premises_have_a_simplex_each() -> None:
+    """Two premises: 3 x 3 coefficients in the place of the 10 of four vertices."""
+    model = oscillator()
+    product = fuzzy_lyapunov_condition(model, rate_bounds=0)
+    flat = fuzzy_lyapunov_condition(model.A, rate_bounds=0)
+    family = fuzzy_lyapunov(model, rate_bounds=0).lyapunov_function
+    assert family is not None
+    h = model.memberships(p=[0.3, -0.5], q=[0.1, 2.5]).T
+
+    assert (product.lmis[-1].count, flat.lmis[-1].count) == (9, 10)
+    assert product.lmis[-1].label(1) == "(p low) (p low) (q low) (q high)"
+    np.testing.assert_allclose(family.at(h)[1], family.vertices[1], atol=1e-9)
+    np.testing.assert_allclose(family.at(h), np.tensordot(h, family.vertices, axes=1), atol=1e-9)
 
 
 def test_rates_of_premises_say_more_than_rates_of_memberships() -> None:
@@ -180,13 +220,17 @@ def test_a_found_P_holds_in_rationals() -> None:
 
 
 def test_a_no_says_what_binds_and_what_to_do() -> None:
-    """lam = 20 at 10 1/s by degree 1; and an unstable rule, which needs no solver."""
+    """lam = 20 at 10 1/s by degree 1; and an unstable rule or blend, which needs no solver."""
     answer = fuzzy_lyapunov(oscillators(20.0), rate_bounds=10.0)
     unstable = fuzzy_lyapunov(-oscillators(20.0), rate_bounds=10.0)
 
     assert answer.status == "infeasible" and answer.lyapunov_function is None
     assert "rates " in answer.diagnosis and "lower the rate bounds" in answer.diagnosis
     assert "rule 1 of 2 alone rules it out" in unstable.diagnosis and not unstable.tries
+    pair = [[[-1, 10], [0, -1]], [[-1, 0], [10, -1]]]
+    mean = fuzzy_lyapunov(pair, rate_bounds=0, degree=4)
+    assert mean.diagnosis.startswith("the mean of rules 1 and 2 of 2 alone rules it out")
+    assert mean.status == "infeasible" and not mean.tries
 
 
 @pytest.mark.parametrize(
@@ -197,6 +241,10 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
         ({"rate_bounds": [1.0, 1.0, 1.0]}, r"has shape \(3,\); \(2,\) is needed"),
         ({"rate_bounds": "fast"}, "cannot be read as real numbers"),
         ({"rate_bounds": {"z": 1.0}}, "has no premises; give one bound for each membership"),
+        ({"degree": -1}, "degree is -1; whole numbers from 0"),
+        ({"degree": 1.5}, "degree is 1.5"),
+        ({"degree": (1, 1)}, r"degree is \(1, 1\); whole numbers from 0 are needed, one number"),
+        ({"gains": np.zeros((2, 1, 2))}, "no B"),
         ({"relaxation": "polya"}, "relaxation 'polya' is not known"),
         ({"relaxation": "tanaka-wang", "degree": 2}, "is for a double sum"),
         ({"relaxation": "tanaka-wang", "sample_time": 1.0}, "is for a double sum"),
@@ -240,11 +288,12 @@ def steepest_step(A: Floats, answer: Answer, bound: float) -> float:
     [
         (np.inf, {"degree": 0}, 0.92932),
         (np.inf, {"relaxation": "polya-1"}, 0.99359),
-        (np.inf, {"form": "dilated"}, 0.97315),
         (0.5, {"relaxation": "polya-1"}, 1.09935),
         (0.1, {"relaxation": "polya-1"}, 1.13988),
-        (0.1, {"form": "dilated"}, 1.21800),
         (0.0, {"relaxation": "polya-1"}, 1.14712),
+        (0.0, {"relaxation": "polya-3"}, 1.18103),
+        (0.0, {"degree": 2}, 1.16873),
+        (0.0, {"degree": 12}, 1.22334),
     ],
 )
 def test_discrete_time_from_any_step_to_none(
@@ -252,8 +301,8 @@ def test_discrete_time_from_any_step_to_none(
 ) -> None:
     """ROLMIP's vertices times k with |h(t+1) - h(t)| <= bound; limits recomputed by bisection.
 
-    No step at all is the constant parameter (``test_polynomial_lyapunov``), any step is Daafouz
-    and Bernussou's condition, degree 0 the common P.
+    Any step is Daafouz and Bernussou's condition, degree 0 the common P.  Without steps the blends
+    are stable for k < 1.22732, the inverse of their largest spectral radius.
     """
     pose = {"rate_bounds": bound, "sample_time": 1.0, **options}
     below = fuzzy_lyapunov(rolmip_pair(limit - 1e-3), **pose)
@@ -261,6 +310,24 @@ def test_discrete_time_from_any_step_to_none(
     assert below.found
     assert not fuzzy_lyapunov(rolmip_pair(limit + 1e-3), **pose).found
     assert steepest_step(rolmip_pair(limit - 1e-3), below, bound) <= 1
+
+
+def test_the_printed_P_of_the_rolmip_manual_holds_exactly() -> None:
+    """Section 7.1: residuals 0.17957, 0.12168, 0.056108 of [[P, A'P], [., P]], by rationals.
+
+    They are of the polynomial's plain coefficients; that of h_1 h_2 is twice Bernstein's.
+    """
+    exact = np.vectorize(Fraction, otypes=[object])
+    A, P = exact(np.array(ROLMIP_DISCRETE)), exact(np.array(ROLMIP_PRINTED))
+    condition = fuzzy_lyapunov_condition(A, rate_bounds=0, sample_time=1.0)
+    plain = exact_matrices(condition, condition.lmis[-1], {"P": P})
+    plain = plain * np.array([1, 2, 1])[:, None, None]
+
+    for matrix, residual in zip(plain, (0.17957, 0.12168, 0.056108), strict=True):
+        below, above = Fraction(residual) - Fraction("1e-5"), Fraction(residual) + Fraction("1e-5")
+        one = np.eye(4, dtype=int).astype(object)
+        assert is_definite(matrix - below * one)
+        assert not is_definite(matrix - above * one)
 
 
 def test_any_step_agrees_with_daafouz_and_bernussou() -> None:
@@ -281,12 +348,11 @@ def test_any_step_agrees_with_daafouz_and_bernussou() -> None:
     assert r"P(h^+)" in latex(condition)
 
 
-@pytest.mark.parametrize("form", ["direct", "dilated"])
-def test_three_discrete_rules_with_bounded_steps(form: Any) -> None:
+def test_three_discrete_rules_with_bounded_steps() -> None:
     """Steps of a third at most; V falls by what was asked along all of them, and T counts."""
     A = np.array([[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [0.9, 0.5]], [[0.3, 0.3], [-0.6, 0.2]]])
     answer = fuzzy_lyapunov(
-        A, rate_bounds=3.0, sample_time=0.1, relaxation="polya-0", decay_rate=0.2, form=form
+        A, rate_bounds=3.0, sample_time=0.1, relaxation="polya-0", decay_rate=0.2
     )
     assert answer.decay_rate is not None and answer.decay_rate >= 0.2
 

@@ -9,8 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from takagi.lmi.analysis.actuator_rates import velocity_corners
-from takagi.lmi.varying.parameter_motion import step_corners
+from takagi.lmi.varying.parameter_motion import step_corners, velocity_corners
 from takagi.models import ModelError
 
 Floats = NDArray[np.float64]

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from takagi.models import Plant, load_model, sector_model
+from takagi.models.laws.pdc import OutputFeedback, PdcLaw
 from takagi.models.plant_simulation.settling import SETTLED, ManyMotions
 
 
@@ -48,6 +49,37 @@ def test_a_nonlinear_loop_agrees_with_motions_one_by_one() -> None:
         run = solve_ivp(rate, (0, 6), start, rtol=1e-9, atol=1e-12, max_step=0.003)
         off = np.flatnonzero(np.any(np.abs(run.y) > SETTLED * reach[:, None], axis=0))
         assert time == pytest.approx(run.t[off[-1]], abs=0.02)
+
+
+def test_a_loop_with_an_observer_agrees_with_motions_one_by_one() -> None:
+    """The flexible link by its equations, weights at the estimate: scipy's Runge-Kutta 5(4)."""
+    motions = motions_of("flexible_link", [20.0])
+    n, rest = 4, (np.zeros(4), np.zeros(1))
+    K = np.array([[[12.0, 1.1, 1.4, 3.3]], [[11.0, 1.0, 1.2, 3.0]]])
+    L = np.array([[[16.0], [42.0], [14.0], [12.0]]])
+    law = OutputFeedback(PdcLaw(motions.model, K, *rest), L, (0,), at_estimate=True)
+    start = np.array([0.5, -1.0, 0.3, 0.4])
+    known = np.array([0.5, 0.0, 0.0, 0.0])
+    reach = np.array([1.6, 7.8, 0.8, 2.8])
+    both = np.concatenate([start, known])
+    times = motions.settling_times(law, np.array([both, -both]).T, reach, 12.0)
+
+    (premise,) = motions.model.premises
+    low, high = float(premise.lower), float(premise.upper)
+
+    def link(x: np.ndarray, u: float) -> np.ndarray:
+        motor = 48.6 * (x[2] - x[0]) - 1.25 * x[1] + 21.6 * u
+        return np.array([x[1], motor, x[3], -19.5 * (x[2] - x[0]) - 3.33 * np.sin(x[2])])
+
+    def rate(_: float, z: np.ndarray) -> np.ndarray:
+        x, s = z[:n], z[n:]
+        h = (np.sinc(s[2] / np.pi) - low) / (high - low)
+        u = float(np.clip(-((1 - h) * K[0] + h * K[1])[0] @ s, -20, 20))
+        return np.concatenate([link(x, u), link(s, u) + L[0, :, 0] * (x[0] - s[0])])
+
+    run = solve_ivp(rate, (0, 12), both, rtol=1e-9, atol=1e-12, max_step=0.003)
+    off = np.flatnonzero(np.any(np.abs(run.y[:n]) > SETTLED * reach[:, None], axis=0))
+    assert times == pytest.approx([run.t[off[-1]]] * 2, abs=0.02)
 
 
 def test_a_motion_that_does_not_settle_takes_for_ever() -> None:

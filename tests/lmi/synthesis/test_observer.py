@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import max_decay_rate, observer, observer_condition, secant_vertices
+from takagi.lmi import max_decay_rate, observer, observer_condition
 from takagi.lmi.condition.evaluate import smallest_eigenvalues
 from takagi.models import ModelError, TSModel
 
@@ -29,7 +28,7 @@ def cubic(x: Floats) -> Floats:
 
 def derivative_hull() -> Floats:
     """0 <= d/dx2 (x2^3 / 3) <= REACH^2."""
-    return secant_vertices(np.zeros((2, 2)), [[0.0, 0.0], [0.0, REACH**2]])
+    return np.asarray(LINEAR + np.array([np.zeros((2, 2)), [[0.0, 0.0], [0.0, REACH**2]]]))
 
 
 def errors_along(
@@ -50,10 +49,9 @@ def errors_along(
 def test_the_error_of_a_nonlinear_observer_decays_as_promised() -> None:
     """V = e'Pe falls by e^(-2 alpha t) along simulated plant and observer, wherever both are."""
     alpha = 0.8
-    model = TSModel([LINEAR], C=OUTPUT)
-    design = observer(model, decay_rate=alpha, unmeasured=derivative_hull())
-    L, P = design.require()
-    assert design.relaxation == "common-gain" and L.shape == (1, 2, 1)
+    model = TSModel(derivative_hull(), C=OUTPUT)
+    L, P = observer(model, decay_rate=alpha, relaxation="common-gain").require()
+    assert L.shape == (2, 2, 1)
 
     def right_side(z: Floats) -> Floats:
         x, xhat = z[:2], z[2:]
@@ -71,32 +69,6 @@ def test_the_error_of_a_nonlinear_observer_decays_as_promised() -> None:
                 assert after <= before * np.exp(-2 * alpha * step) * (1 + 1e-9) + 1e-20
                 seen += 1
     assert seen > 5000
-
-
-def test_the_factors_of_f_are_no_secants() -> None:
-    """x2^3/3 = F x2 with 0 <= F <= 0.75, but its secants reach 2.25: that L may not serve them."""
-    model = TSModel([LINEAR], C=OUTPUT)
-    factors = secant_vertices(np.zeros((2, 2)), [[0.0, 0.0], [0.0, REACH**2 / 3]])
-    wrong, _ = observer(model, unmeasured=factors).require()
-    right, _ = observer(model, unmeasured=derivative_hull()).require()
-    worst = LINEAR + derivative_hull()[-1]
-
-    assert np.linalg.eigvals(worst - wrong[0] @ OUTPUT).real.max() > 0
-    assert np.linalg.eigvals(worst - right[0] @ OUTPUT).real.max() < 0
-
-
-def test_measured_rules_and_unmeasured_secants_together() -> None:
-    """Two measured rules, two secants: L serves all four, and analysis shows the rate."""
-    A = np.array([LINEAR, LINEAR - [[0.0, 0.0], [1.5, 0.0]]])
-    model = TSModel(A, C=OUTPUT)
-    design = observer(model, decay_rate=0.6, unmeasured=derivative_hull())
-    L, _ = design.require()
-    loops = (A[:, None] + derivative_hull() - L[0] @ OUTPUT).reshape(-1, 2, 2)
-    rate = max_decay_rate(loops).decay_rate
-
-    assert L.shape == (2, 2, 1)
-    np.testing.assert_array_equal(L[0], L[1])
-    assert rate is not None and rate >= 0.6
 
 
 def test_discrete_error_of_every_blend() -> None:
@@ -118,33 +90,6 @@ def test_discrete_error_of_every_blend() -> None:
     assert rate is not None and rate >= alpha
 
 
-def test_discrete_secants_along_a_trajectory() -> None:
-    """x+ = A x + T f(x): the error contracts at every step that both states stay in reach."""
-    step, alpha = 0.1, 0.6
-    A = np.eye(2) + step * LINEAR
-    design = observer(
-        TSModel([A], C=OUTPUT, sample_time=step),
-        decay_rate=alpha,
-        unmeasured=step * derivative_hull(),
-    )
-    L, P = design.require()
-    rng, seen = np.random.default_rng(1), 0
-    for _ in range(10):
-        x, xhat = rng.uniform(-0.5, 0.5, (2, 2))
-        for _ in range(60):
-            e = x - xhat
-            x, xhat = (
-                A @ x + step * cubic(x),
-                A @ xhat + step * cubic(xhat) + L[0] @ OUTPUT @ e,
-            )
-            after = x - xhat
-            assert after @ P @ after <= np.exp(-2 * alpha * step) * (e @ P @ e) + 1e-18
-            if max(abs(x[1]), abs(xhat[1])) > REACH:
-                break
-            seen += 1
-    assert seen > 300
-
-
 def test_one_state_from_both_sides() -> None:
     """x+ = 2 x, y = x: |2 - L| <= e^(-alpha T); an error that no output shows keeps its |z|."""
     model = TSModel([[[2.0]]], C=[[1.0]], sample_time=0.5)
@@ -161,9 +106,9 @@ def test_one_state_from_both_sides() -> None:
 
 def test_the_condition_is_what_the_gain_satisfies() -> None:
     """With Q = P, M = (P L)' the builder's LMIs hold for secants; with L reversed they do not."""
-    model = TSModel([LINEAR], C=OUTPUT)
-    L, P = observer(model, decay_rate=0.5, unmeasured=derivative_hull()).require()
-    condition = observer_condition(model, decay_rate=0.5, unmeasured=derivative_hull())
+    model = TSModel(derivative_hull(), C=OUTPUT)
+    L, P = observer(model, decay_rate=0.5, relaxation="common-gain").require()
+    condition = observer_condition(model, decay_rate=0.5, relaxation="common-gain")
     (rule,) = (lmi for lmi in condition.lmis if lmi.name == "rule")
     values = {"Q": P[None], "M": (P @ L[0]).T[None], "nu": np.ones((1, 1, 1))}
 
@@ -171,41 +116,6 @@ def test_the_condition_is_what_the_gain_satisfies() -> None:
     assert smallest_eigenvalues(condition, rule, values).min() > 0
     values["M"] = -values["M"]
     assert smallest_eigenvalues(condition, rule, values).min() < 0
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"relaxation": "tanaka-wang"}, "the gain cannot depend on what is not measured"),
-        ({"unmeasured": np.zeros((2, 3, 3))}, r"unmeasured has shape \(2, 3, 3\), the model has 2"),
-        ({"unmeasured": [[np.nan, 0.0], [0.0, 0.0]]}, "must be finite"),
-        ({"sample_time": 0.1}, "discretise it first"),
-    ],
-)
-def test_misuse_is_named(change: dict[str, Any], message: str) -> None:
-    """Each is refused where it is given, by the builder too."""
-    model = TSModel([LINEAR], C=OUTPUT)
-    given_ = {"unmeasured": derivative_hull(), **change}
-    with pytest.raises(ModelError, match=message):
-        observer(model, **given_)
-    with pytest.raises(ModelError, match=message):
-        observer_condition(model, **given_)
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "message"),
-    [
-        (np.zeros((2, 3)), np.zeros((2, 3)), r"both must be \(n, n\)"),
-        ([[1.0]], [[0.0]], r"entry \[0, 0\]: low is 1, high is 0"),
-        ([[np.nan]], [[0.0]], "finite ends"),
-        ([["a"]], [[0.0]], "cannot be read"),
-        (np.zeros((4, 4)), np.ones((4, 4)), "16 entries vary"),
-    ],
-)
-def test_bounds_that_make_no_sense(low: Any, high: Any, message: str) -> None:
-    """Shapes, order, and a number of vertices that nobody wants."""
-    with pytest.raises(ModelError, match=message):
-        secant_vertices(low, high)
 
 
 def test_a_mode_on_the_unit_circle_that_no_output_shows() -> None:
