@@ -47,8 +47,8 @@ def _energy(sizes: Sizes, step: float | None) -> Condition:
     return hinf_pdc_condition(plant(sizes, step))
 
 
-def _variance(sizes: Sizes, step: float | None) -> Condition:
-    return h2_pdc_condition(plant(sizes, step))
+def _variance(sizes: Sizes, step: float | None, form: str = "energy") -> Condition:
+    return h2_pdc_condition(plant(sizes, step), form=form)
 
 
 def _peak(sizes: Sizes, step: float | None) -> Condition:
@@ -154,7 +154,11 @@ H2 = Entry(
     question="Which gains make the mean square of the output under white noise least?",
     call="h2_pdc",
     builder="h2_pdc_condition",
-    use=("H2 state feedback for every blend; of one rule the H2 optimum."),
+    use=(
+        'H2 state feedback for every blend; of one rule the H2 optimum. `form="gramian"` is '
+        "often less where $E$ differs between rules; it holds for white noise and "
+        "memberships that do not depend on it."
+    ),
     cases=(
         Case(
             title="Continuous time",
@@ -168,6 +172,20 @@ H2 = Entry(
             pose=partial(_variance, step=0.1),
             lmis=f"2*r + 1 + {PAIRS}",
             variables=f"{Q} + r*m*n + r*q*(q+1)/2 + 1",
+            shown=False,
+        ),
+        Case(
+            title='Form "gramian", continuous time',
+            pose=partial(_variance, step=None, form="gramian"),
+            lmis=f"r + 1 + 2*{PAIRS}",
+            variables=f"{Q} + r*m*n + r*p*(p+1)/2 + 1",
+            shown=False,
+        ),
+        Case(
+            title='Form "gramian", discrete time',
+            pose=partial(_variance, step=0.1, form="gramian"),
+            lmis=f"r + 1 + 2*{PAIRS}",
+            variables=f"{Q} + r*m*n + r*p*(p+1)/2 + 1",
             shown=False,
         ),
     ),

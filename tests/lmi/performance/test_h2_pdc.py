@@ -1,4 +1,4 @@
-"""Output variance by compensation: COMPleib, Riccati equations, Gramians, the regulator."""
+"""Output variance by compensation: COMPleib, Riccati equations, Gramians, the regulator, cvxpy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are, solve_discrete_are
 
-from takagi.lmi import h2_pdc, h2_pdc_condition, lqr_pdc
+from takagi.lmi import expressed, h2_pdc, h2_pdc_condition, lqr_pdc
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import gramian_norm, sampled_gramian_norm
@@ -109,6 +109,48 @@ def test_pulses_under_switched_memberships_stay_below() -> None:
     assert 0.05 * nu < total <= nu
 
 
+@pytest.mark.filterwarnings("ignore:Solution may be inaccurate:UserWarning")
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_the_gramian_form_is_that_of_cvxpy_and_less_where_noise_enters_differently(
+    sample_time: float | None,
+) -> None:
+    """The condition as data, read by cvxpy; of one rule both forms are the H2 norm."""
+    model = three_rules(sample_time)
+    design = h2_pdc(model, form="gramian")
+    other = expressed(h2_pdc_condition(model, form="gramian"), margin=0.0)
+    other.problem().solve(solver="CLARABEL")
+    assert gain_of(design) ** 2 == pytest.approx(float(other.values()["nu"][0, 0, 0]), rel=3e-4)
+    assert gain_of(design) < 0.9 * gain_of(h2_pdc(model))
+
+    matrices = (part[:1] for part in (model.A, model.B, model.C, model.D, model.E))
+    A, B, C, D, E = matrices
+    alone = TSModel(A, B, C=C, D=D, E=E, sample_time=sample_time)
+    both = h2_pdc(alone), h2_pdc(alone, form="gramian", tolerance=1e-6)
+    assert gain_of(both[1]) == pytest.approx(gain_of(both[0]), rel=2e-4)
+
+
+def test_the_gramian_form_bounds_every_instant_of_any_schedule() -> None:
+    """The covariance from rest, by its own recursion, under random and adversarial memberships.
+
+    P is the inverse of a bound on it, in the model's units; with D11 the output's is added.
+    """
+    model, D11 = three_rules(0.1), 0.1 * np.eye(2)
+    performance = model.C, model.D, D11
+    design = h2_pdc(model, performance=performance, form="gramian")
+    K, P = design.require()
+    bound, rng, largest = np.linalg.inv(P), np.random.default_rng(5), 0.0
+    for _ in range(20):
+        covariance = np.zeros((3, 3))
+        for h in rng.dirichlet(np.full(3, 0.2), size=60):
+            A, E, C = loop(model, K, h)
+            shown = C @ covariance @ C.T + D11 @ D11.T
+            largest = max(largest, float(np.trace(shown)))
+            covariance = A @ covariance @ A.T + E @ E.T
+            assert np.linalg.eigvalsh(bound - covariance)[0] > 0
+
+    assert 0.1 * gain_of(design) ** 2 < largest <= gain_of(design) ** 2
+
+
 def test_a_decay_rate_and_a_gain_bound_hold_at_a_price() -> None:
     """Each restriction is kept, and raises the bound."""
     model = two_rules()
@@ -139,6 +181,7 @@ def test_white_noise_that_reaches_the_output_directly_is_refused() -> None:
     [
         ({"relaxation": "tuann"}, "relaxation 'tuann' is not known"),
         ({"performance": ([[1.0]],)}, r"C1 has shape \(1, 1\)"),
+        ({"form": "gram"}, "form is 'gram'"),
         ({"gain_bound": -1.0}, "gain_bound is -1; it must be positive"),
         ({"tolerance": 1e-9}, "tolerance is 1e-09"),
     ],
