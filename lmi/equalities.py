@@ -392,9 +392,7 @@ def exact_solution(condition: StatedCondition, values: Mapping[str, Any]) -> Exa
     The unknowns with their test, ``holds``, which decides the LMIs too; None where the equalities
     contradict one another.
 
-    Raises
-    ------
-    ModelError : an unknown without a value, or of another shape.
+    Raises ModelError: an unknown without a value, or of another shape.
     """
     condition = condition_of(condition, "exact_solution")
     for unknown in condition.unknowns:

@@ -354,9 +354,7 @@ class PolynomialLyapunov(ShortRepr):
     def at(self, h: ArrayLike) -> Floats:
         """Return P(h), (..., n, n), for memberships h of the rules, (..., r).
 
-        Raises
-        ------
-        ModelError : another number of memberships.
+        Raises ModelError: another number of memberships.
         """
         weights = np.asarray(h, dtype=np.float64)
         if weights.shape[-1:] != (len(self.corners),):

@@ -123,10 +123,8 @@ def common_lyapunov(
     the vertices decays equally in all directions (``coordinates`` is None then). Loops with gains
     of 1e5 need this.
 
-    Raises
-    ------
-    ModelError : shapes, no vertices, entries that are not finite, scales or a sample time that are
-        not positive, a sample time that is not the model's.
+    Raises ModelError: shapes, no vertices, entries that are not finite, scales or a sample time
+    that are not positive, a sample time that is not the model's.
     """
     A = vertex_stack(model).astype(np.float64)
     alpha = float(number("decay_rate", decay_rate))

@@ -58,10 +58,8 @@ def common_lyapunov_condition(
     sample_time : T in s of x+ = A x, where the model cannot say; None takes the model's own,
         continuous time where it has none.
 
-    Raises
-    ------
-    ModelError : shapes, no vertices, entries that are not finite, a sample time that is not
-        positive or not the model's.
+    Raises ModelError: shapes, no vertices, entries that are not finite, a sample time that is not
+    positive or not the model's.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1, quadratic stability; Tanaka
     and Wang (2001), theorem 2, for discrete time.
@@ -212,10 +210,8 @@ def max_decay_rate(
     diagnosis has both rates, and ``feasible`` the P that shows the lower one.  In discrete time
     V+ < 1e-7 V within a step is not told from V+ = 0.
 
-    Raises
-    ------
-    ModelError : shapes, no vertices, entries that are not finite, a sample time that is not
-        positive or not the model's.
+    Raises ModelError: shapes, no vertices, entries that are not finite, a sample time that is not
+    positive or not the model's.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1.3.
     """

@@ -50,9 +50,7 @@ class LogDet:
 def log_det(value: object) -> LogDet:
     """Return log det X, for ``pose(maximise=log_det(P))``; the objective is then -det(P)^(1/n).
 
-    Raises
-    ------
-    ModelError : several matrices, or one that is not square.
+    Raises ModelError: several matrices, or one that is not square.
     """
     X = expression_of(value).flat()
     if X.shape[0] != X.shape[1] or X.count > 1:

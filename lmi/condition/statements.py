@@ -66,10 +66,9 @@ def pose(
     The condition as data; nothing is solved.  ``decide`` and ``optimise`` solve it, ``latex``
     writes it, ``expressed`` passes it to cvxpy, ``exact_solution`` decides an answer exactly.
 
-    Raises
-    ------
-    ModelError : no statement, another value than a statement, an inequality of a matrix that is not
-        symmetric, unknowns of one name that differ, an objective with a constant, two objectives.
+    Raises ModelError: no statement, another value than a statement, an inequality of a matrix that
+    is not symmetric, unknowns of one name that differ, an objective with a constant, two
+    objectives.
     """
     if not statements:
         raise ModelError("pose: no statement was given; give at least one, e.g. P >> 0")
@@ -177,9 +176,7 @@ def lmi_of(statement: Inequality, name: str = "inequality") -> LMI:
     ----------
     name : where the inequality has none.
 
-    Raises
-    ------
-    ModelError : a matrix that is not square or not symmetric, or without an unknown.
+    Raises ModelError: a matrix that is not square or not symmetric, or without an unknown.
     """
     name = statement.name or name
     expression = statement.expression

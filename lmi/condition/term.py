@@ -393,9 +393,7 @@ class Condition(ShortRepr):
     def refuse_equalities(self) -> None:
         """Raise where LMIs alone can be read: what reads them would leave the equalities out.
 
-        Raises
-        ------
-        ModelError : it has equalities.
+        Raises ModelError: it has equalities.
         """
         if self.equalities:
             raise ModelError(

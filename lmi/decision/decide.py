@@ -236,9 +236,7 @@ def optimise(
     condition, if any were found.  "infeasible" when none satisfy it with a margin, "unbounded"
     when the objective falls without end.
 
-    Raises
-    ------
-    ModelError : a condition without an objective.
+    Raises ModelError: a condition without an objective.
     """
     condition = condition_of(condition, "optimise")
     if not condition.objective:

@@ -57,9 +57,7 @@ def explain(
     steps : of each bisection.
     options : as they were given before, e.g. ``input_limit``.
 
-    Raises
-    ------
-    ModelError : an answer of another question, or options that ``by`` refuses.
+    Raises ModelError: an answer of another question, or options that ``by`` refuses.
     """
     question = _Question.of(answer, model, by, options)
     answer_now = question.ask_as_given()

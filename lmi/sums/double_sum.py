@@ -357,9 +357,7 @@ def double_sum_of(
     rules : r.
     corners : as in ``DoubleSum``.
 
-    Raises
-    ------
-    ModelError : ``>>``, ``<=`` or ``>=``; blocks that differ by row and column; other rules.
+    Raises ModelError: ``>>``, ``<=`` or ``>=``; blocks that differ by row and column; other rules.
     """
     theta = statement.expression
     if statement.sign > 0 or not statement.strict:

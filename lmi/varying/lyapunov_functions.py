@@ -135,9 +135,7 @@ def fuzzy_lyapunov_condition(
     The condition in the model's coordinates as they are, with the unknown ``P``, whose members are
     the coefficients of P(h).  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``fuzzy_lyapunov``.
+    Raises ModelError: as ``fuzzy_lyapunov``.
     """
     loop = varying_loop(model, gains, sample_time)
     degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
@@ -187,10 +185,8 @@ def fuzzy_lyapunov(
     Not promised: that the memberships do move within these rates.  Where they
     depend on the state, show it by other means, for instance on a level set.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, names, bounds for some memberships only, options that do not go
-        together, too many corners of rates to pose.
+    Raises ModelError: shapes, numbers, names, bounds for some memberships only, options that do not
+    go together, too many corners of rates to pose.
 
     Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006); in
     discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009); for constant memberships

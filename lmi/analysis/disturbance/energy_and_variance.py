@@ -88,9 +88,7 @@ def hinf_norm_condition(
     The condition in the model's coordinates as they are, with the unknowns ``P`` and ``gamma``.
     Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``hinf_norm``.
+    Raises ModelError: as ``hinf_norm``.
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     r, n, q = path.B.shape
@@ -144,10 +142,8 @@ def hinf_norm(
     "infeasible", and the diagnosis names the vertices that rule it out.  Nothing is proved here.
     The answer's condition is posed with time, w and y in units of order one as well.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance or no output, a path that is
-        zero at every vertex, scales or a sample time that are not positive.
+    Raises ModelError: shapes, entries that are not finite, no disturbance or no output, a path that
+    is zero at every vertex, scales or a sample time that are not positive.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
@@ -213,10 +209,8 @@ def h2_norm_condition(
     The condition in the model's coordinates as they are, with the unknowns ``P`` and ``nu``.
     Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``h2_norm``; or, in continuous time, a D that is not zero: then there is no
-        bound to pose.
+    Raises ModelError: as ``h2_norm``; or, in continuous time, a D that is not zero: then there is
+    no bound to pose.
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     why = infinite_variance(path.D, path.sample_time)
@@ -275,10 +269,8 @@ def h2_norm(
     continuous time, the status is "infeasible" and the diagnosis says why.  Nothing is proved here.
     The answer's condition is posed with time, w and y in units of order one as well.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance or no output, a path that is
-        zero at every vertex, scales or a sample time that are not positive.
+    Raises ModelError: shapes, entries that are not finite, no disturbance or no output, a path that
+    is zero at every vertex, scales or a sample time that are not positive.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1.
     """

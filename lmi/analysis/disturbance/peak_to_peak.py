@@ -87,9 +87,7 @@ def peak_gain_condition(
     The condition in the model's coordinates as they are, with the unknowns ``P``, ``mu`` and
     ``gamma``.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``peak_gain``.
+    Raises ModelError: as ``peak_gain``.
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     rate = decay_parameter(positive_rate(decay_rate), path.sample_time)
@@ -177,10 +175,8 @@ def peak_gain(
     it, from rest or from inside.  Every alpha gives a valid bound; that none gives a lesser one is
     not promised for several vertices.  Nothing is proved here.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance or no output, a path that is
-        zero at every vertex, a decay rate, scales or a sample time that are not positive.
+    Raises ModelError: shapes, entries that are not finite, no disturbance or no output, a path that
+    is zero at every vertex, a decay rate, scales or a sample time that are not positive.
 
     Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
     """

@@ -121,10 +121,8 @@ def attraction_ellipsoid(
     a finite one where neither box nor limit bounds it: it is cut off where Q reaches 1000 times
     the size of the last coordinates.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, unknown names, nothing that limits the ellipsoid, a saturation
-        without a limit.
+    Raises ModelError: shapes, numbers, unknown names, nothing that limits the ellipsoid, a
+    saturation without a limit.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2; Hu and Lin (2001).
     """
@@ -194,10 +192,8 @@ def attraction_pdc(
     -------
     A ``Design``; its P is not scaled, as its level 1 is the ellipsoid.  Nothing is proved here.
 
-    Raises
-    ------
-    ModelError : as ``attraction_ellipsoid``, and a vertex with an unstable mode that no input
-        moves.
+    Raises ModelError: as ``attraction_ellipsoid``, and a vertex with an unstable mode that no input
+    moves.
     """
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)

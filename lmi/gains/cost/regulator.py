@@ -76,11 +76,9 @@ def lqr_pdc(
     Not promised: with one relaxation there may be no gains, or a larger cost, where a richer one
     does better.  A state that costs nothing is charged 1e-6 of the cost.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, weights that are not symmetric or not
-        definite, inputs that are dependent or do nothing, a vertex with an unstable mode that no
-        input moves.
+    Raises ModelError: shapes, numbers, an unknown relaxation, weights that are not symmetric or not
+    definite, inputs that are dependent or do nothing, a vertex with an unstable mode that no input
+    moves.
 
     Source: Tanaka and Wang (2001), chapter 6.
     """

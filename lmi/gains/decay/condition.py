@@ -230,9 +230,7 @@ def pdc_condition(
     -------
     The condition, in the model's coordinates as they are.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, an unknown relaxation.
+    Raises ModelError: shapes, entries that are not finite, an unknown relaxation.
 
     Source: Tanaka and Wang (2001), section 3.3.
     """

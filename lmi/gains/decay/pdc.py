@@ -75,10 +75,8 @@ def pdc(
     ``ladder`` says what was tried.  Gains that do nothing beside the plant itself bring a
     ``ZeroGainsWarning``.  Nothing is proved here.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, inputs that are dependent or do nothing,
-        a vertex with an unstable mode that no input moves, "max" without bounded gains.
+    Raises ModelError: shapes, numbers, an unknown relaxation, inputs that are dependent or do
+    nothing, a vertex with an unstable mode that no input moves, "max" without bounded gains.
 
     Source: Tanaka and Wang (2001), chapter 3.
     """

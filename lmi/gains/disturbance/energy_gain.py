@@ -84,10 +84,8 @@ def hinf_pdc_condition(
     ``gamma`` (``gamma2``, its square, with limits on the ellipsoid), and those of the relaxation.
     Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
-        relaxation.
+    Raises ModelError: shapes, entries that are not finite, no disturbance, no output, an unknown
+    relaxation.
     """
     plant = plant_of(model, performance, sample_time)
     alpha = number("decay_rate", decay_rate)
@@ -186,11 +184,9 @@ def hinf_pdc(
     Not promised: with one relaxation gamma may be larger, or there may be no gains, where a
     richer one does better; of several rules none reaches the least gamma of the nonlinear loop.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
-        dependent or do nothing, a vertex with an unstable mode that no input moves, limits
-        without an energy.
+    Raises ModelError: shapes, numbers, an unknown relaxation, no disturbance, no output, inputs
+    that are dependent or do nothing, a vertex with an unstable mode that no input moves, limits
+    without an energy.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001).
     """

@@ -84,11 +84,8 @@ def h2_pdc_condition(
     The condition in the model's coordinates as they are, with the unknowns ``Q``, ``M``, ``W``,
     ``nu`` and those of the relaxation.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
-        relaxation, a feed-through of white noise in continuous time, limits on the
-        ellipsoid.
+    Raises ModelError: shapes, entries that are not finite, no disturbance, no output, an unknown
+    relaxation, a feed-through of white noise in continuous time, limits on the ellipsoid.
     """
     plant = plant_of(model, performance, sample_time)
     why = infinite_variance(plant.D11, plant.sample_time)
@@ -187,11 +184,9 @@ def h2_pdc(
 
     Not promised: as for ``hinf_pdc``.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs
-        that are dependent or do nothing, a vertex with an unstable mode that no input moves, a
-        direct path from w to z in continuous time.
+    Raises ModelError: shapes, numbers, an unknown relaxation, no disturbance, no output, inputs
+    that are dependent or do nothing, a vertex with an unstable mode that no input moves, a direct
+    path from w to z in continuous time.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 6.2.1 and 7.4; Tanaka and Wang
     (2001).

@@ -94,10 +94,8 @@ def peak_pdc_condition(
     The condition in the model's coordinates as they are, with the unknowns ``Q``, ``M``, ``kappa``
     and those of the relaxation.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
-        relaxation, a decay rate that is not positive.
+    Raises ModelError: shapes, entries that are not finite, no disturbance, no output, an unknown
+    relaxation, a decay rate that is not positive.
     """
     plant = plant_of(model, performance, sample_time)
     rate = positive_rate(decay_rate)
@@ -209,10 +207,8 @@ def peak_pdc(
 
     Not promised: as for ``hinf_pdc``; nor that no other alpha gives less.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
-        dependent or do nothing, a vertex with an unstable mode that no input moves.
+    Raises ModelError: shapes, numbers, an unknown relaxation, no disturbance, no output, inputs
+    that are dependent or do nothing, a vertex with an unstable mode that no input moves.
 
     Source: Abedor, Nagpal, Poolla (1996), Int. J. Robust and Nonlinear Control 6; Boyd, El Ghaoui,
     Feron, Balakrishnan (1994), sections 6.1.3 and 7.3; Tanaka and Wang (2001).

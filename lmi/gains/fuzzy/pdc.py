@@ -215,9 +215,7 @@ def fuzzy_pdc_condition(
     The condition in the model's coordinates as they are, with the unknowns ``P`` (``S`` in
     discrete time), ``G``, ``M``, ``nu`` and those of the relaxation.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``fuzzy_pdc``.
+    Raises ModelError: as ``fuzzy_pdc``.
 
     Source: de Oliveira, Bernussou and Geromel (1999); Guerra and Vermeiren (2004); Mozelli,
     Palhares and Avellar (2009).
@@ -262,10 +260,8 @@ def fuzzy_pdc(
     Not promised: that the closed loop keeps the memberships to their rates; in continuous time
     that a no for the scalars epsilon that are tried is one for those between them.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, inputs that are dependent or do nothing, a
-        vertex with an unstable mode that no input moves, rate bounds missing or not used.
+    Raises ModelError: shapes, numbers, an unknown relaxation, inputs that are dependent or do
+    nothing, a vertex with an unstable mode that no input moves, rate bounds missing or not used.
 
     Source: de Oliveira, Bernussou and Geromel (1999); Guerra and Vermeiren (2004); Mozelli,
     Palhares and Avellar (2009).

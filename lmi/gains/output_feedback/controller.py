@@ -123,9 +123,7 @@ def hinf_output_feedback(
     a search about each maximum, from the matrices that are handed back, whose loop is stable by its
     eigenvalues.  Nothing is proved here: ``certify`` of the loop, with ``L2Gain``, is a proof.
 
-    Raises
-    ------
-    ModelError : a tolerance or ``norm_below`` that is not positive.
+    Raises ModelError: a tolerance or ``norm_below`` that is not positive.
 
     Not promised: a controller of lower order, or without fast poles.
 
@@ -391,10 +389,8 @@ def mixed_sensitivity(
     An ``OutputFeedback``: ``controller`` from e = r - y to u, of the order of plant and weights
     together at most, and ``gain``, gamma, recomputed from the closed loop.
 
-    Raises
-    ------
-    ModelError : no weight, systems that do not fit, of discrete time or improper; a plant with a
-        direct term, a weight that is not stable.
+    Raises ModelError: no weight, systems that do not fit, of discrete time or improper; a plant
+    with a direct term, a weight that is not stable.
 
     Source: Skogestad and Postlethwaite (2005), sections 2.8.3 and 9.3.5.
     """

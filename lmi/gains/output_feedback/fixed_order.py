@@ -133,10 +133,8 @@ def hinf_fixed_order(
     Nothing is proved here; ``certify(design.model, design.gains, claims=[L2Gain(output=
     design.output)])`` is a proof.
 
-    Raises
-    ------
-    ModelError : an order, starts or a seed that are not whole numbers from 0 on; a pattern that
-        does not fit.
+    Raises ModelError: an order, starts or a seed that are not whole numbers from 0 on; a pattern
+    that does not fit.
 
     Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Control Design.
     """

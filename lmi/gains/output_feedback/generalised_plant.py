@@ -280,9 +280,7 @@ def hinf_output_feedback_condition(plant: GeneralisedPlant) -> Condition:
     The condition in the plant's coordinates as they are, with the unknowns ``X``, ``Y``, ``Ah``,
     ``Bh``, ``Ch``, ``Dh`` and ``gamma``.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : none; the plant has been checked.
+    Raises ModelError: none; the plant has been checked.
     """
     n, q, m = len(plant.A), plant.B1.shape[1], plant.B2.shape[1]
     p, outputs = len(plant.C1), len(plant.C2)

@@ -243,11 +243,9 @@ def structured_pdc(
     without gains does not mean that there are none.  With a gain bound ``unstructured`` is the
     result of the same search without the structure, which is also a local optimum.
 
-    Raises
-    ------
-    ModelError : wrong shapes, a pattern without True, dependent outputs, an unknown relaxation or
-        objective, a missing argument of an objective, or a vertex with an undamped mode that no
-        input moves, or that no gain of the pattern moves.
+    Raises ModelError: wrong shapes, a pattern without True, dependent outputs, an unknown
+    relaxation or objective, a missing argument of an objective, or a vertex with an undamped mode
+    that no input moves, or that no gain of the pattern moves.
 
     Source: derived in ``structure``, with the literature.
     """
