@@ -198,12 +198,10 @@ def max_decay_rate(
     scales : (n,) engineering range of each state; None balances the vertices.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
 
-    Returns
-    -------
-    An ``Answer``: ``decay_rate`` is recomputed from the returned P, slightly below
-    the largest; ``bound`` is above every rate, to solver accuracy, and by the tolerance at most,
-    or by a thousandth where less was asked for.  The rate may be negative: then V grows at most
-    that fast, and the status is still "candidate".
+    Returns an ``Answer``: ``decay_rate`` is recomputed from the returned P, slightly below the
+    largest; ``bound`` is above every rate, to solver accuracy, and by the tolerance at most, or by
+    a thousandth where less was asked for.  The rate may be negative: then V grows at most that
+    fast, and the status is still "candidate".
 
     The supremum may not be attained (a defective eigenvalue); then P is badly conditioned near it,
     and where the search stops short of the bound by more than that, the status is "unknown", the

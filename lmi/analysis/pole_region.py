@@ -77,10 +77,8 @@ def d_stability(
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
     scales : (n,) engineering range of each state; None balances the vertices.
 
-    Returns
-    -------
-    An ``Answer``; ``decay_rate`` may be negative where the region does not ask for stability.
-    Nothing is proved: floating point decides.
+    Returns an ``Answer``; ``decay_rate`` may be negative where the region does not ask for
+    stability.  Nothing is proved: floating point decides.
 
     Raises ModelError: shapes, no vertices, entries that are not finite, no region, sample time,
     scales that are not positive.

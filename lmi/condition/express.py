@@ -50,9 +50,7 @@ class Expressed:
 def expressed(condition: StatedCondition, *, margin: float | None = None) -> Expressed:
     """Return the condition in cvxpy.  Nothing is solved.
 
-    Parameters
-    ----------
-    margin : None asks for the largest t <= 1; a number fixes t and minimises the objective.
+    ``margin`` : None asks for the largest t <= 1; a number fixes t and minimises the objective.
     """
     condition = condition_of(condition, "expressed")
     cp: Any = import_module("cvxpy")

@@ -228,13 +228,11 @@ def optimise(
         ``slack`` by the bound of the multipliers, one solve is all; else it is dropped.
     assembled, most : as for ``decide``.
 
-    Returns
-    -------
-    A candidate's objective is above the bound of the multipliers by ``slack`` of that bound at
-    most, or by a thousandth where less was asked for.  Where no solver comes as near, the status
+    A candidate's objective is above the bound of the multipliers by ``slack`` of that bound
+    at most, or by a thousandth where less was asked for.  Where no solver comes as near, the status
     is "unknown", ``reason`` says both numbers, and ``feasible`` has the unknowns that satisfy the
-    condition, if any were found.  "infeasible" when none satisfy it with a margin, "unbounded"
-    when the objective falls without end.
+    condition, if any were found.  "infeasible" when none satisfy it with a margin, "unbounded" when
+    the objective falls without end.
 
     Raises ModelError: a condition without an objective.
     """

@@ -649,9 +649,7 @@ def trace(value: object) -> Expression:
 def block(rows: Sequence[Any]) -> Expression:
     """Return a block matrix; None stands for the transpose of the mirrored block, 0 for zeros.
 
-    Parameters
-    ----------
-    rows : rows of blocks, each an expression, an unknown, an array, 0 or None.
+    ``rows`` : rows of blocks, each an expression, an unknown, an array, 0 or None.
 
     Raises ModelError: rows of different length; blocks that do not fit; a row or column of zeros,
     whose size is not known; None if the mirrored block is None too.

@@ -212,10 +212,8 @@ def exact_no(
         out have zeros.
     parameters : exact values; None takes the condition's own, as the dyadics they store.
 
-    Returns
-    -------
-    An ``Alternative`` that has been checked.  The solver is called when the given multipliers do
-    not do.
+    Returns an ``Alternative`` that has been checked.  The solver is called when the given
+    multipliers do not do.
 
     Raises ModelError: a multiplier of an LMI that is not there, or of another shape; an entry of
     the condition that is not a finite number.

@@ -73,9 +73,7 @@ class RelaxationSize:
         An LMI of width w has t = w (w + 1) / 2 rows: a full block (t, t), and rows as long as the
         unknowns in it.
 
-        Parameters
-        ----------
-        unknown : how many numbers of the double sum's unknowns appear in an item.
+        ``unknown`` : how many numbers of the double sum's unknowns appear in an item.
         """
         return sum(
             items * triangle(width) * (triangle(width) + unknown) for items, width in self.cones

@@ -125,15 +125,11 @@ def fuzzy_lyapunov_condition(
 
     Discrete time: A(h)' P(h+) A(h) < rho^2 P(h), as a Schur complement.  See ``fuzzy_condition``.
 
-    Parameters
-    ----------
-    model, rate_bounds, degree, decay_rate, relaxation, gains, sample_time : as for
-        ``fuzzy_lyapunov``; entries of the model may be Fractions.
+    ``model``, ``rate_bounds``, ``degree``, ``decay_rate``, ``relaxation``, ``gains``,
+    ``sample_time`` : as for ``fuzzy_lyapunov``; entries of the model may be Fractions.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknown ``P``, whose members are
-    the coefficients of P(h).  Nothing is solved.
+    Returns the condition in the model's coordinates as they are, with the unknown ``P``, whose
+    members are the coefficients of P(h).  Nothing is solved.
 
     Raises ModelError: as ``fuzzy_lyapunov``.
     """
@@ -176,11 +172,9 @@ def fuzzy_lyapunov(
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
 
-    Returns
-    -------
-    An ``Answer``: ``family`` is P(h), ``decay_rate`` what it shows, recomputed from it.  A no is
-    about P of this degree and these coefficients; the diagnosis says so, or names a blend that is
-    unstable by itself.  Nothing is proved here.
+    Returns an ``Answer``: ``family`` is P(h), ``decay_rate`` what it shows, recomputed from it.  A
+    no is about P of this degree and these coefficients; the diagnosis says so, or names a blend
+    that is unstable by itself.  Nothing is proved here.
 
     Not promised: that the memberships do move within these rates.  Where they
     depend on the state, show it by other means, for instance on a level set.

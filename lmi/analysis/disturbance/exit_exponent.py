@@ -96,10 +96,8 @@ def exit_condition(system: NoisyVertices, *, rate: float, price: float) -> Condi
     rate : a in 1/s, positive.
     price : r of Dinkelbach's method, positive.
 
-    Returns
-    -------
-    The condition with the unknowns ``P``, ``b`` (if d has entries), ``c`` and ``kappa``.  Nothing
-    is solved.
+    Returns the condition with the unknowns ``P``, ``b`` (if d has entries), ``c`` and ``kappa``.
+    Nothing is solved.
 
     Raises ModelError: sizes that do not fit, no rows, or a rate or price that is not positive.
     """

@@ -67,11 +67,9 @@ def lqr_pdc(
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
 
-    Returns
-    -------
-    A ``Design``; ``cost`` is sum_k deviations_k^2 P_kk, or trace L' P L.  Without gains its answer
-    says which rules bind and what to relax.  The answer's condition is posed in states in which
-    the mean vertex costs |x|^2, so it has no ``coordinates``.  Nothing is proved here.
+    Returns a ``Design``; ``cost`` is sum_k deviations_k^2 P_kk, or trace L' P L.  Without gains its
+    answer says which rules bind and what to relax.  The answer's condition is posed in states in
+    which the mean vertex costs |x|^2, so it has no ``coordinates``.  Nothing is proved here.
 
     Not promised: with one relaxation there may be no gains, or a larger cost, where a richer one
     does better.  A state that costs nothing is charged 1e-6 of the cost.

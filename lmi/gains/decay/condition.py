@@ -226,9 +226,7 @@ def pdc_condition(
     region : of the eigenvalues while the memberships stand still.
     sample_time : T in s; None takes the model's own, continuous where it has none.
 
-    Returns
-    -------
-    The condition, in the model's coordinates as they are.  Nothing is solved.
+    Returns the condition, in the model's coordinates as they are.  Nothing is solved.
 
     Raises ModelError: shapes, entries that are not finite, an unknown relaxation.
 

@@ -79,10 +79,8 @@ def h2_pdc_condition(
         level could be chosen.
     sample_time : T in s; None takes the model's own, continuous where it has none.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``Q``, ``M``, ``W``,
-    ``nu`` and those of the relaxation.  Nothing is solved.
+    Returns the condition in the model's coordinates as they are, with the unknowns ``Q``, ``M``,
+    ``W``, ``nu`` and those of the relaxation.  Nothing is solved.
 
     Raises ModelError: shapes, entries that are not finite, no disturbance, no output, an unknown
     relaxation, a feed-through of white noise in continuous time, limits on the ellipsoid.
@@ -176,11 +174,10 @@ def h2_pdc(
     tolerance : how far above the least sqrt(nu) the gains may be, relative; see ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
 
-    Returns
-    -------
-    A ``Design``; its ``answer.gain`` is sqrt(nu), in units of z over units of w per sqrt(s), or per
-    sample in discrete time, as for ``h2_norm``.  Every LMI was checked by eigenvalues with the
-    gains as they are returned; V = x' P x falls by |z|^2 at least.  Nothing is proved here.
+    Returns a ``Design``; its ``answer.gain`` is sqrt(nu), in units of z over units of w per
+    sqrt(s), or per sample in discrete time, as for ``h2_norm``.  Every LMI was checked by
+    eigenvalues with the gains as they are returned; V = x' P x falls by |z|^2 at least.  Nothing is
+    proved here.
 
     Not promised: as for ``hinf_pdc``.
 

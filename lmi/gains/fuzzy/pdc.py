@@ -210,9 +210,7 @@ def fuzzy_pdc_condition(
     model, rate_bounds, decay_rate, relaxation, sample_time : as for ``fuzzy_pdc``.
     epsilon : the scalar of continuous time, relative to the time of the vertices.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``P`` (``S`` in
+    Returns the condition in the model's coordinates as they are, with the unknowns ``P`` (``S`` in
     discrete time), ``G``, ``M``, ``nu`` and those of the relaxation.  Nothing is solved.
 
     Raises ModelError: as ``fuzzy_pdc``.
@@ -252,10 +250,8 @@ def fuzzy_pdc(
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; a model knows its own.
 
-    Returns
-    -------
-    A ``FuzzyDesign``; without gains its answer says which rules bind and what to relax.  Nothing is
-    proved here.
+    Returns a ``FuzzyDesign``; without gains its answer says which rules bind and what to relax.
+    Nothing is proved here.
 
     Not promised: that the closed loop keeps the memberships to their rates; in continuous time
     that a no for the scalars epsilon that are tried is one for those between them.

@@ -113,11 +113,9 @@ def hinf_output_feedback(
     tolerance : how far above the least gamma the controller may be, relative.  Nearer to it the
         controller gets faster poles.
 
-    Returns
-    -------
-    An ``OutputFeedback``.  Where its entries would be absurd, fast poles are replaced by their
-    gains, or gamma is a per cent above the least; ``answer.note`` says so, and how far gamma is
-    above the bound where no solver came within the tolerance.
+    Returns an ``OutputFeedback``.  Where its entries would be absurd, fast poles are replaced by
+    their gains, or gamma is a per cent above the least; ``answer.note`` says so, and how far gamma
+    is above the bound where no solver came within the tolerance.
 
     ``gain`` is the largest gain of its loop over a grid of frequencies with
     a search about each maximum, from the matrices that are handed back, whose loop is stable by its
@@ -384,10 +382,8 @@ def mixed_sensitivity(
         or a number for that number in every channel; at least one.  Stable and proper.
     norm_below, tolerance : as for ``hinf_output_feedback``.
 
-    Returns
-    -------
-    An ``OutputFeedback``: ``controller`` from e = r - y to u, of the order of plant and weights
-    together at most, and ``gain``, gamma, recomputed from the closed loop.
+    Returns an ``OutputFeedback``: ``controller`` from e = r - y to u, of the order of plant and
+    weights together at most, and ``gain``, gamma, recomputed from the closed loop.
 
     Raises ModelError: no weight, systems that do not fit, of discrete time or improper; a plant
     with a direct term, a weight that is not stable.

@@ -271,14 +271,10 @@ def _transposed(stack: Floats) -> Floats:
 def hinf_output_feedback_condition(plant: GeneralisedPlant) -> Condition:
     """Pose the module's LMIs; the objective is gamma.
 
-    Parameters
-    ----------
-    plant : in continuous time; u does not reach y directly.
+    ``plant`` : in continuous time; u does not reach y directly.
 
-    Returns
-    -------
-    The condition in the plant's coordinates as they are, with the unknowns ``X``, ``Y``, ``Ah``,
-    ``Bh``, ``Ch``, ``Dh`` and ``gamma``.  Nothing is solved.
+    Returns the condition in the plant's coordinates as they are, with the unknowns ``X``, ``Y``,
+    ``Ah``, ``Bh``, ``Ch``, ``Dh`` and ``gamma``.  Nothing is solved.
 
     Raises ModelError: none; the plant has been checked.
     """

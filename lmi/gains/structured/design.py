@@ -233,11 +233,9 @@ def structured_pdc(
     seed : of the random numbers of ``starts``.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
 
-    Returns
-    -------
-    A ``StructuredDesign``.  Its value comes from LMIs that were checked by eigenvalues with exactly
-    the returned gains.  If the unstructured design is infeasible with a relaxation, so is the
-    structured one with the same relaxation.
+    Returns a ``StructuredDesign``.  Its value comes from LMIs that were checked by eigenvalues with
+    exactly the returned gains.  If the unstructured design is infeasible with a relaxation, so is
+    the structured one with the same relaxation.
 
     The gains need not be the best structured gains, as the problem is not convex; and "unknown"
     without gains does not mean that there are none.  With a gain bound ``unstructured`` is the
