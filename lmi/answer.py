@@ -36,7 +36,7 @@ class RelaxationResult:
     margin : as of an ``Answer``; -inf when none exists.
     decay_rate : alpha in 1/s that its gains show, or that none exceeds where it is a bound; None
         without either.
-    note : its result, or why it was not tried.
+    note : why it was not tried, or where the condition of a bound was looked at.
     """
 
     relaxation: str

@@ -193,23 +193,6 @@ class EigenvalueRegion(ShortRepr):
         return _one("sector", L, M, f"|Im z| < {_text(t)} ({_left_of(a)})")
 
     @classmethod
-    def ellipse(cls, real: Number, imaginary: Number, *, centre: Number = 0.0) -> EigenvalueRegion:
-        """Return {(Re z - centre)^2 / real^2 + (Im z)^2 / imaginary^2 < 1}, semi-axes."""
-        a, b = float(_positive("real", real)), float(_positive("imaginary", imaginary))
-        c = float(_real("centre", centre))
-        L = [[-1.0, -c / a], [-c / a, -1.0]]
-        M = [[0.0, (1 / a + 1 / b) / 2], [(1 / a - 1 / b) / 2, 0.0]]
-        first = "(Re z)" if c == 0 else f"(Re z {_signed(-c)})"
-        return _one("ellipse", L, M, f"{first}^2 / {_text(a)}^2 + (Im z)^2 / {_text(b)}^2 < 1")
-
-    @classmethod
-    def parabola(cls, width: Number, *, vertex: Number = 0.0) -> EigenvalueRegion:
-        """Return {(Im z)^2 < width (vertex - Re z)}, open to the left."""
-        k, v = float(_positive("width", width)), float(_real("vertex", vertex))
-        L, M = [[-v, 0.0], [0.0, -k]], [[0.5, 0.5], [-0.5, 0.0]]
-        return _one("parabola", L, M, f"(Im z)^2 < {_text(k)} ({_left_of(v)})")
-
-    @classmethod
     def lmi(cls, L: ArrayLike, M: ArrayLike, *, name: str = "") -> EigenvalueRegion:
         """Return {L + z M + conj(z) M' < 0} for matrices of one's own, (k, k), L symmetric."""
         rows = _rows("L", np.asarray(L)), _rows("M", np.asarray(M))

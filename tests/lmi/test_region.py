@@ -20,10 +20,13 @@ FORMULAS: dict[str, tuple[EigenvalueRegion, Callable[[float, float], float]]] = 
     "disc": (EigenvalueRegion.disc(3, centre=-2), lambda x, y: np.hypot(x + 2, y) - 3),
     "sector": (EigenvalueRegion.sector(0.6, apex=-1), lambda x, y: abs(y) - np.tan(0.6) * (-1 - x)),
     "ellipse": (
-        EigenvalueRegion.ellipse(3, 1, centre=-4),
+        EigenvalueRegion.lmi([[-1, 4 / 3], [4 / 3, -1]], [[0, 2 / 3], [-1 / 3, 0]]),
         lambda x, y: ((x + 4) / 3) ** 2 + y**2 - 1,
     ),
-    "parabola": (EigenvalueRegion.parabola(2, vertex=-1), lambda x, y: y**2 - 2 * (-1 - x)),
+    "parabola": (
+        EigenvalueRegion.lmi([[1, 0], [0, -2]], [[0.5, 0.5], [-0.5, 0]]),
+        lambda x, y: y**2 - 2 * (-1 - x),
+    ),
 }
 
 
