@@ -29,7 +29,7 @@ def part(region: EigenvalueRegion) -> list[Data]:
 
 def parabola(width: float) -> EigenvalueRegion:
     """Return {(Im z)^2 < -width Re z}."""
-    return EigenvalueRegion.lmi([[0, 0], [0, -width]], [[0.5, 0.5], [-0.5, 0]])
+    return EigenvalueRegion.lmi([[0.0, 0.0], [0.0, -width]], [[0.5, 0.5], [-0.5, 0.0]])
 
 
 def claim(region: EigenvalueRegion, **others: Any) -> Data:
