@@ -52,14 +52,6 @@ def test_an_intersection_has_every_part_once_in_any_order() -> None:
     assert (a & b).contains(-2) and not (a & b).contains(-5) and not (a & b).contains(-0.5)
 
 
-def test_the_sector_is_a_damping_ratio() -> None:
-    """Poles of s^2 + 2 zeta w s + w^2 lie at the angle acos(zeta)."""
-    poles = np.roots([1, 2 * 0.5, 1])
-
-    assert EigenvalueRegion.sector(np.arccos(0.49)).contains(poles[0])
-    assert not EigenvalueRegion.sector(np.arccos(0.51)).contains(poles[0])
-
-
 def test_a_region_is_written_as_a_set() -> None:
     region = (
         EigenvalueRegion.half_plane(0.5)
