@@ -73,8 +73,6 @@ class ObjectiveUnit:
     shown = factor * objective^(1 / power) + offset: the condition is posed in units of order one,
     and some objectives are squares.
 
-    Attributes
-    ----------
     quantity : "gain" or "cost", as the answer or design names it.
     factor, power, offset : of the formula.
     """

@@ -45,8 +45,6 @@ _exact = np.frompyfunc(Fraction, 1, 1)
 class Basis:
     """The B_a of given degrees, the last simplex changing first.
 
-    Attributes
-    ----------
     sizes : corners of each simplex.
     degrees : g_k.
     """
@@ -234,8 +232,6 @@ def _rank(exponents: Indices, degree: int) -> Indices:
 class UnknownPolynomial:
     """X(h) = sum_a B_a(h) sum_m weights[a, m] X_m: linear in the members X_m of an unknown.
 
-    Attributes
-    ----------
     basis : of a.
     weights : (count, members).
     """

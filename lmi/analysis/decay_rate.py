@@ -49,8 +49,6 @@ def common_lyapunov_condition(
     fast it varies.  P <= I only fixes the scale.  alpha is the parameter ``alpha``; in discrete
     time, A_i' P A_i - rho^2 P < 0, it is ``contraction``, rho^2 = e^(-2 alpha T).
 
-    Parameters
-    ----------
     model : a model (its A), (N, n, n) or (n, n); entries may be Fractions.
     decay_rate : alpha in 1/s; 0 asks for stability only.
     weight : margin of the vertex inequalities for a margin 1 of P; None takes their own size,

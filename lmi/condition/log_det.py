@@ -34,8 +34,6 @@ from takagi.models.errors import ModelError
 class LogDet:
     """sign times log det X; of a condition it is the whole objective.
 
-    Attributes
-    ----------
     X : (n, n), symmetric.
     sign : 1, or -1 for ``-log_det(X)``.
     """

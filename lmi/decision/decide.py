@@ -50,7 +50,7 @@ from takagi.lmi.decision.outcome import (
     values_of,
     weighed,
 )
-from takagi.lmi.solver.solve import Session, again, attempts, quick, rescaled
+from takagi.lmi.solver.solve import Session, again, attempts, rescaled
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -265,7 +265,7 @@ def optimise(
         tries.extend(with_margin.tries)
     best: Outcome | None = None
     plain: Outcome | None = None
-    for raw in _few(_attempts(program), RESCALED + quick() if most is None else most):
+    for raw in _few(_attempts(program), 99 if most is None else most):
         values = values_of(data, raw)
         checked_margin = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, checked_margin))

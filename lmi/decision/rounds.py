@@ -144,8 +144,6 @@ def improve_by_rounds(condition: Condition, start: Outcome) -> Outcome:
 class _Some:
     """The condition with some items of its long LMIs.
 
-    Attributes
-    ----------
     whole : with all items.
     pieces : number of a long LMI -> all of it, in pieces.
     chosen : number of a long LMI -> the items that are given to the solver.
@@ -282,8 +280,6 @@ def decide_by_vertices(
     A no for some vertices is a no for all.  The labels of the condition's vertices are those of
     the whole set.
 
-    Parameters
-    ----------
     A : (N, n, n).
     pose : builder called as pose(vertices, decay_rate=, weight=).
     most : as for ``decide``, for each round.

@@ -77,8 +77,6 @@ def peak_gain_condition(
 ) -> Condition:
     """Pose the module's LMIs at one decay rate; the objective is gamma.
 
-    Parameters
-    ----------
     model, B, C, D, sample_time : as for ``peak_gain``.
     decay_rate : alpha in 1/s, positive: the parameter ``alpha``, or ``contraction`` = rho^2.
 

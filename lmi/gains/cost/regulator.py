@@ -25,7 +25,6 @@ from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise
 
@@ -302,20 +301,11 @@ def guaranteed_cost_gain(
     ``A`` : (r, n, n);  B : (r, n, m), one gain for all.
     ``state_ranges``, ``input_ranges`` : (n,), (m,) engineering ranges.
 
-    Raises ModelError: shapes, or a range that is not positive.
-
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.4.1; the ranges are Bryson's
     rule.
     """
     vertices, inputs = np.asarray(A, dtype=np.float64), np.asarray(B, dtype=np.float64)
     x, u = np.asarray(state_ranges, dtype=np.float64), np.asarray(input_ranges, dtype=np.float64)
-    if vertices.ndim != 3 or inputs.shape[:2] != vertices.shape[:2]:
-        raise ModelError(
-            f"A {vertices.shape} and B {inputs.shape} were given; (r, n, n) and (r, n, m) are "
-            "needed"
-        )
-    if x.shape != vertices.shape[2:] or u.shape != inputs.shape[2:] or min(x.min(), u.min()) <= 0:
-        raise ModelError("one positive range per state and per input is needed")
     condition = guaranteed_cost_condition(vertices * x / x[:, None], inputs * u / x[:, None])
     outcome = optimise(condition, slack=SLACK)
     if outcome.status != "candidate":

@@ -105,8 +105,6 @@ def hinf_output_feedback(
 ) -> OutputFeedback:
     """Return a controller u = K(s) y with the least |z|_2 <= gamma |w|_2, within the tolerance.
 
-    Parameters
-    ----------
     plant : the generalised plant, in continuous time.
     norm_below : a gamma of at most this is enough, and the controller is a mild one; None asks for
         the least.

@@ -233,11 +233,3 @@ def test_without_premises_the_vertices_move_to_their_mean() -> None:
     assert not hasattr(plain, "C")
     assert on_smaller_box(A, half).ravel().tolist() == [1.0, 3.0]
     assert on_smaller_box(A[0], half).ravel().tolist() == [0.0]
-
-
-def test_shares_and_premises_that_make_no_sense() -> None:
-    """Premises count from 0; a box is not enlarged here."""
-    with pytest.raises(ModelError, match="premise 2 of 2; count from 0"):
-        with_narrower_premise(two_premises(), 2, Fraction(1, 2))
-    with pytest.raises(ModelError, match="share is 1.5; it must lie in 0 ... 1"):
-        with_narrower_premise(two_premises(), 0, Fraction(3, 2))
