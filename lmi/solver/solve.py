@@ -221,7 +221,7 @@ def again(program: ConeProgram, name: str, session: Session | None = None) -> Ra
     return _variant(program, name, guide(program))
 
 
-def quick() -> int:
+def number_of_solvers() -> int:
     """Return how many solvers there are."""
     return len(VARIANTS) + int(sdpa_is_installed())
 

@@ -45,7 +45,7 @@ from takagi.lmi.gains.output_feedback.moderate import (
     without_fast_poles,
 )
 from takagi.lmi.refutation.refutation import objective_below
-from takagi.lmi.solver.solve import quick
+from takagi.lmi.solver.solve import number_of_solvers
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
@@ -305,7 +305,7 @@ def _in_states(
     """Return the controller from the LMIs posed in x = T xhat, and their unknowns."""
     scaled_plant = plant.in_states(T)
     condition = hinf_output_feedback_condition(scaled_plant)
-    outcome = optimise(condition, slack=tolerance, most=quick())
+    outcome = optimise(condition, slack=tolerance, most=number_of_solvers())
     values = outcome.values if outcome.status == "candidate" else outcome.feasible
     answer = replace(outcome.as_answer(condition, None), objective_unit=ObjectiveUnit("gain", 1.0))
     nothing = OutputFeedback(
