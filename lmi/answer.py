@@ -36,7 +36,7 @@ class RelaxationResult:
     margin : as of an ``Answer``; -inf when none exists.
     decay_rate : alpha in 1/s that its gains show, or that none exceeds where it is a bound; None
         without either.
-    note : its result, or why it was not tried.
+    note : why it was not tried, or where the condition of a bound was looked at.
     """
 
     relaxation: str
@@ -73,8 +73,6 @@ class ObjectiveUnit:
     shown = factor * objective^(1 / power) + offset: the condition is posed in units of order one,
     and some objectives are squares.
 
-    Attributes
-    ----------
     quantity : "gain" or "cost", as the answer or design names it.
     factor, power, offset : of the formula.
     """

@@ -283,8 +283,6 @@ def check_stabilisable(
 
     Undamped: Re >= 0, or |z| >= 1 in discrete time.
 
-    Parameters
-    ----------
     A, B : in states and inputs of order one, x = units xhat, so that rounding means something.
     names : of the states; x1, x2, ... when empty.
     dual : write the message about outputs and observation instead.
@@ -341,6 +339,16 @@ def fixed_mode(
             if direction is not None:
                 return vertex, complex(eigenvalue), direction
     return None
+
+
+def too_slow(A: Array, fixed: tuple[int, complex], decay_rate: float, step: float | None) -> str:
+    """Return in words that a fixed mode (vertex, eigenvalue) decays slower than asked."""
+    vertex, eigenvalue = fixed
+    slowness = -eigenvalue.real if step is None else float(-np.log(abs(eigenvalue)) / step)
+    return (
+        f"vertex {vertex + 1} of {len(A)}: no input moves the mode at {eigenvalue:.6g}, which "
+        f"decays slower than {decay_rate:g} 1/s; ask for a decay rate below {slowness:.6g} 1/s"
+    )
 
 
 def _number(eigenvalue: complex) -> str:

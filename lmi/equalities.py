@@ -382,19 +382,13 @@ class ExactSolution(ShortRepr):
 def exact_solution(condition: StatedCondition, values: Mapping[str, Any]) -> ExactSolution | None:
     """Return rational unknowns next to the given ones that satisfy every equality exactly.
 
-    Parameters
-    ----------
-    values : unknown name -> (count, rows, cols), as in ``Outcome.values``.  Entries that the
-        equalities leave free are kept as they are, the others are computed from them.
+    ``values`` : unknown name -> (count, rows, cols), as in ``Outcome.values``.  Entries that the
+    equalities leave free are kept as they are, the others are computed from them.
 
-    Returns
-    -------
-    The unknowns with their test, ``holds``, which decides the LMIs too; None where the equalities
-    contradict one another.
+    Returns the unknowns with their test, ``holds``, which decides the LMIs too; None where the
+    equalities contradict one another.
 
-    Raises
-    ------
-    ModelError : an unknown without a value, or of another shape.
+    Raises ModelError: an unknown without a value, or of another shape.
     """
     condition = condition_of(condition, "exact_solution")
     for unknown in condition.unknowns:

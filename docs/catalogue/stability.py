@@ -62,7 +62,7 @@ REGION = Entry(
     call="d_stability",
     builder="d_stability_condition",
     use=(
-        "Half-planes, strips, discs, sectors, ellipses, parabolas, any LMI region, and "
+        "Half-planes, strips, discs, sectors, any LMI region (an ellipse, a parabola), and "
         "intersections by `&`. It is about constant memberships; for varying ones only the "
         "decay rate follows."
     ),

@@ -116,17 +116,13 @@ def common_lyapunov(
     scales : (n,) engineering range of each state; None balances the vertices.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
 
-    Returns
-    -------
-    An ``Answer``; a no comes with multipliers and a diagnosis. Nothing is proved: floating point
-    decides. If no margin is found in the scaled states, P is sought in states in which the mean of
-    the vertices decays equally in all directions (``coordinates`` is None then). Loops with gains
-    of 1e5 need this.
+    Returns an ``Answer``; a no comes with multipliers and a diagnosis.  Nothing is proved: floating
+    point decides.  If no margin is found in the scaled states, P is sought in states in which the
+    mean of the vertices decays equally in all directions (``coordinates`` is None then).  Loops
+    with gains of 1e5 need this.
 
-    Raises
-    ------
-    ModelError : shapes, no vertices, entries that are not finite, scales or a sample time that are
-        not positive, a sample time that is not the model's.
+    Raises ModelError: shapes, no vertices, entries that are not finite, scales or a sample time
+    that are not positive, a sample time that is not the model's.
     """
     A = vertex_stack(model).astype(np.float64)
     alpha = float(number("decay_rate", decay_rate))
@@ -241,8 +237,6 @@ def impossibility_multipliers(
 
     Z_i <= I fixes the scale.
 
-    Parameters
-    ----------
     A : (N, n, n).
     decay_rate : alpha [1/s].
     sample_time : T in s of x+ = A x; None for x' = A x.

@@ -49,8 +49,6 @@ def common_lyapunov_condition(
     fast it varies.  P <= I only fixes the scale.  alpha is the parameter ``alpha``; in discrete
     time, A_i' P A_i - rho^2 P < 0, it is ``contraction``, rho^2 = e^(-2 alpha T).
 
-    Parameters
-    ----------
     model : a model (its A), (N, n, n) or (n, n); entries may be Fractions.
     decay_rate : alpha in 1/s; 0 asks for stability only.
     weight : margin of the vertex inequalities for a margin 1 of P; None takes their own size,
@@ -58,10 +56,8 @@ def common_lyapunov_condition(
     sample_time : T in s of x+ = A x, where the model cannot say; None takes the model's own,
         continuous time where it has none.
 
-    Raises
-    ------
-    ModelError : shapes, no vertices, entries that are not finite, a sample time that is not
-        positive or not the model's.
+    Raises ModelError: shapes, no vertices, entries that are not finite, a sample time that is not
+    positive or not the model's.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1, quadratic stability; Tanaka
     and Wang (2001), theorem 2, for discrete time.
@@ -200,22 +196,18 @@ def max_decay_rate(
     scales : (n,) engineering range of each state; None balances the vertices.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
 
-    Returns
-    -------
-    An ``Answer``: ``decay_rate`` is recomputed from the returned P, slightly below
-    the largest; ``bound`` is above every rate, to solver accuracy, and by the tolerance at most,
-    or by a thousandth where less was asked for.  The rate may be negative: then V grows at most
-    that fast, and the status is still "candidate".
+    Returns an ``Answer``: ``decay_rate`` is recomputed from the returned P, slightly below the
+    largest; ``bound`` is above every rate, to solver accuracy, and by the tolerance at most, or by
+    a thousandth where less was asked for.  The rate may be negative: then V grows at most that
+    fast, and the status is still "candidate".
 
     The supremum may not be attained (a defective eigenvalue); then P is badly conditioned near it,
     and where the search stops short of the bound by more than that, the status is "unknown", the
     diagnosis has both rates, and ``feasible`` the P that shows the lower one.  In discrete time
     V+ < 1e-7 V within a step is not told from V+ = 0.
 
-    Raises
-    ------
-    ModelError : shapes, no vertices, entries that are not finite, a sample time that is not
-        positive or not the model's.
+    Raises ModelError: shapes, no vertices, entries that are not finite, a sample time that is not
+    positive or not the model's.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1.3.
     """

@@ -32,9 +32,7 @@ def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Conditio
     model : a model (its A), (N, n, n) or (n, n); entries may be Fractions.
     region : in the units of the eigenvalues of A, see ``EigenvalueRegion``.
 
-    Raises
-    ------
-    ModelError : shapes, no vertices, entries that are not finite, no region.
+    Raises ModelError: shapes, no vertices, entries that are not finite, no region.
 
     Source: Chilali and Gahinet (1996), IEEE Trans. Automatic Control 41(3), theorem 2.2, with one
     P for all vertices.
@@ -79,15 +77,11 @@ def d_stability(
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
     scales : (n,) engineering range of each state; None balances the vertices.
 
-    Returns
-    -------
-    An ``Answer``; ``decay_rate`` may be negative where the region does not ask for stability.
-    Nothing is proved: floating point decides.
+    Returns an ``Answer``; ``decay_rate`` may be negative where the region does not ask for
+    stability.  Nothing is proved: floating point decides.
 
-    Raises
-    ------
-    ModelError : shapes, no vertices, entries that are not finite, no region, sample time, scales
-        that are not positive.
+    Raises ModelError: shapes, no vertices, entries that are not finite, no region, sample time,
+    scales that are not positive.
     """
     A = vertex_stack(model).astype(np.float64)
     _check_region(region)

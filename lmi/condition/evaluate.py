@@ -26,8 +26,6 @@ def lmi_value(
 ) -> Array:
     """Return F_k(X), (count, size, size), summed term by term; the sign is not applied.
 
-    Parameters
-    ----------
     values : unknown name -> (count, rows, cols).
     parameters : parameter name -> number.
     zero : what empty entries start from; 0.0 for floats, Fraction(0) for exact arithmetic.

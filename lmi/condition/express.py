@@ -18,8 +18,6 @@ from takagi.lmi.condition.unknown import Unknown
 class Expressed:
     """A condition as cvxpy objects.
 
-    Attributes
-    ----------
     variables : unknown name -> one cvxpy variable per member.
     margin : the cvxpy variable t, or the number it was fixed to.
     expressions : LMI name -> sign F_k, one cvxpy expression per item.
@@ -50,9 +48,7 @@ class Expressed:
 def expressed(condition: StatedCondition, *, margin: float | None = None) -> Expressed:
     """Return the condition in cvxpy.  Nothing is solved.
 
-    Parameters
-    ----------
-    margin : None asks for the largest t <= 1; a number fixes t and minimises the objective.
+    ``margin`` : None asks for the largest t <= 1; a number fixes t and minimises the objective.
     """
     condition = condition_of(condition, "expressed")
     cp: Any = import_module("cvxpy")

@@ -34,8 +34,6 @@ Rows: TypeAlias = tuple[tuple[Number, ...], ...]
 class RegionPart:
     """{z : L + z M + conj(z) M' < 0}, with L symmetric; Fractions stay Fractions.
 
-    Attributes
-    ----------
     L, M : (k, k), as rows.
     kind : what it is, in plain words, e.g. ``"disc"``.
     name, latex : the set as a formula, in text and in LaTeX.
@@ -191,23 +189,6 @@ class EigenvalueRegion(ShortRepr):
         t, a = math.tan(angle), float(_real("apex", apex))
         L, M = [[-2 * t * a, 0.0], [0.0, -2 * t * a]], [[t, 1.0], [-1.0, t]]
         return _one("sector", L, M, f"|Im z| < {_text(t)} ({_left_of(a)})")
-
-    @classmethod
-    def ellipse(cls, real: Number, imaginary: Number, *, centre: Number = 0.0) -> EigenvalueRegion:
-        """Return {(Re z - centre)^2 / real^2 + (Im z)^2 / imaginary^2 < 1}, semi-axes."""
-        a, b = float(_positive("real", real)), float(_positive("imaginary", imaginary))
-        c = float(_real("centre", centre))
-        L = [[-1.0, -c / a], [-c / a, -1.0]]
-        M = [[0.0, (1 / a + 1 / b) / 2], [(1 / a - 1 / b) / 2, 0.0]]
-        first = "(Re z)" if c == 0 else f"(Re z {_signed(-c)})"
-        return _one("ellipse", L, M, f"{first}^2 / {_text(a)}^2 + (Im z)^2 / {_text(b)}^2 < 1")
-
-    @classmethod
-    def parabola(cls, width: Number, *, vertex: Number = 0.0) -> EigenvalueRegion:
-        """Return {(Im z)^2 < width (vertex - Re z)}, open to the left."""
-        k, v = float(_positive("width", width)), float(_real("vertex", vertex))
-        L, M = [[-v, 0.0], [0.0, -k]], [[0.5, 0.5], [-0.5, 0.0]]
-        return _one("parabola", L, M, f"(Im z)^2 < {_text(k)} ({_left_of(v)})")
 
     @classmethod
     def lmi(cls, L: ArrayLike, M: ArrayLike, *, name: str = "") -> EigenvalueRegion:

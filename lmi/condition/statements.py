@@ -61,15 +61,13 @@ def pose(
     parameters : values of those that stand in an ``LMI``; statements bring their own.
     name, source : of the condition.
 
-    Returns
-    -------
-    The condition as data; nothing is solved.  ``decide`` and ``optimise`` solve it, ``latex``
-    writes it, ``expressed`` passes it to cvxpy, ``exact_solution`` decides an answer exactly.
+    Returns the condition as data; nothing is solved.  ``decide`` and ``optimise`` solve it,
+    ``latex`` writes it, ``expressed`` passes it to cvxpy, ``exact_solution`` decides an answer
+    exactly.
 
-    Raises
-    ------
-    ModelError : no statement, another value than a statement, an inequality of a matrix that is not
-        symmetric, unknowns of one name that differ, an objective with a constant, two objectives.
+    Raises ModelError: no statement, another value than a statement, an inequality of a matrix that
+    is not symmetric, unknowns of one name that differ, an objective with a constant, two
+    objectives.
     """
     if not statements:
         raise ModelError("pose: no statement was given; give at least one, e.g. P >> 0")
@@ -173,13 +171,9 @@ def _pieces(stated: Statement | Expression | None) -> tuple[Piece, ...]:
 def lmi_of(statement: Inequality, name: str = "inequality") -> LMI:
     r"""Return an inequality as data, e.g. of ``(He(P @ A) << 0).named("vertex", weight=2.0)``.
 
-    Parameters
-    ----------
-    name : where the inequality has none.
+    ``name`` : where the inequality has none.
 
-    Raises
-    ------
-    ModelError : a matrix that is not square or not symmetric, or without an unknown.
+    Raises ModelError: a matrix that is not square or not symmetric, or without an unknown.
     """
     name = statement.name or name
     expression = statement.expression

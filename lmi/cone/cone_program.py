@@ -173,8 +173,6 @@ class Assembled:
 
     Rows are the upper triangles, column by column, off-diagonals times sqrt(2).
 
-    Attributes
-    ----------
     condition : what was assembled.
     offsets : unknown name -> its first variable.
     entries : (row, column, value) of the matrix without parameters.

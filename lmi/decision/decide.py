@@ -50,7 +50,7 @@ from takagi.lmi.decision.outcome import (
     values_of,
     weighed,
 )
-from takagi.lmi.solver.solve import Session, again, attempts, quick, rescaled
+from takagi.lmi.solver.solve import Session, again, attempts, rescaled
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -228,17 +228,13 @@ def optimise(
         ``slack`` by the bound of the multipliers, one solve is all; else it is dropped.
     assembled, most : as for ``decide``.
 
-    Returns
-    -------
-    A candidate's objective is above the bound of the multipliers by ``slack`` of that bound at
-    most, or by a thousandth where less was asked for.  Where no solver comes as near, the status
+    A candidate's objective is above the bound of the multipliers by ``slack`` of that bound
+    at most, or by a thousandth where less was asked for.  Where no solver comes as near, the status
     is "unknown", ``reason`` says both numbers, and ``feasible`` has the unknowns that satisfy the
-    condition, if any were found.  "infeasible" when none satisfy it with a margin, "unbounded"
-    when the objective falls without end.
+    condition, if any were found.  "infeasible" when none satisfy it with a margin, "unbounded" when
+    the objective falls without end.
 
-    Raises
-    ------
-    ModelError : a condition without an objective.
+    Raises ModelError: a condition without an objective.
     """
     condition = condition_of(condition, "optimise")
     if not condition.objective:
@@ -269,7 +265,7 @@ def optimise(
         tries.extend(with_margin.tries)
     best: Outcome | None = None
     plain: Outcome | None = None
-    for raw in _few(_attempts(program), RESCALED + quick() if most is None else most):
+    for raw in _few(_attempts(program), 99 if most is None else most):
         values = values_of(data, raw)
         checked_margin = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, checked_margin))

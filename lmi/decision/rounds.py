@@ -47,9 +47,7 @@ def decide_by_rounds(condition: Condition, *, rows: Mapping[str, float] | None =
     As ``decide``, but where items were left out the margin may be down to half the largest.
     Multipliers of items left out are zero.
 
-    Parameters
-    ----------
-    rows : as for ``decide``.
+    ``rows`` : as for ``decide``.
     """
     some = _Some.of(condition)
     return some.filled(_decided(some, rows))
@@ -76,9 +74,7 @@ def optimise_by_rounds(condition: StatedCondition, *, slack: float = 1e-6) -> Ou
 
     ``least`` is the bound for the items that were given to the solver, so it holds for all.
 
-    Parameters
-    ----------
-    slack : as for ``optimise``.
+    ``slack`` : as for ``optimise``.
     """
     posed = condition_of(condition, "optimise_by_rounds")
     some = _Some.of(posed)
@@ -148,8 +144,6 @@ def improve_by_rounds(condition: Condition, start: Outcome) -> Outcome:
 class _Some:
     """The condition with some items of its long LMIs.
 
-    Attributes
-    ----------
     whole : with all items.
     pieces : number of a long LMI -> all of it, in pieces.
     chosen : number of a long LMI -> the items that are given to the solver.
@@ -286,8 +280,6 @@ def decide_by_vertices(
     A no for some vertices is a no for all.  The labels of the condition's vertices are those of
     the whole set.
 
-    Parameters
-    ----------
     A : (N, n, n).
     pose : builder called as pose(vertices, decay_rate=, weight=).
     most : as for ``decide``, for each round.

@@ -15,7 +15,6 @@ from takagi.lmi.condition.term import Array
 from takagi.lmi.decision.outcome import Share, shares_in_words
 from takagi.models import Premise, TSModel
 from takagi.models.arrays import Floats, ShortRepr
-from takagi.models.errors import ModelError
 
 # Multipliers of about one direction, and a mode that is out of reach to solver accuracy.
 ONE_DIRECTION, REACH = 1e-3, 1e-3
@@ -25,8 +24,6 @@ ONE_DIRECTION, REACH = 1e-3, 1e-3
 class UncontrollableBlend:
     """At sum_i h_i A_i, sum_i h_i B_i the mode of this eigenvalue is moved by no input.
 
-    Attributes
-    ----------
     weights : (r,) h.
     eigenvalue : lambda, with v' A(h) = lambda v' and v' B(h) = 0 to solver accuracy.
     direction : (n,) v, its largest entry 1.
@@ -94,8 +91,6 @@ NAMED = 4
 class PremiseRelief:
     """What one premise costs, the others on their whole ranges.
 
-    Attributes
-    ----------
     name, unit : of the premise.
     share : the largest share of its range, about the middle, with an answer, of those that were
         tried; 0 where it must be a constant; None where even that does not help.
@@ -224,13 +219,7 @@ def with_narrower_premise(model: TSModel, number: int, share: Fraction) -> TSMod
     """Return the model with one premise on that share of its range, about the middle.
 
     With share 0 the premise is a constant, which costs no rule.
-
-    Raises ModelError: no such premise, or a share outside 0 ... 1.
     """
-    if not 0 <= number < len(model.premises):
-        raise ModelError(f"premise {number} of {len(model.premises)}; count from 0")
-    if not 0 <= share <= 1:
-        raise ModelError(f"share is {float(share):g}; it must lie in 0 ... 1")
     premise = model.premises[number]
     if len(premise.corners) == 1:
         return model

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -35,8 +35,6 @@ def explain(
     answer: Answer | Design,
     model: Any,
     *,
-    by: Asker | None = None,
-    relaxations: Sequence[str] | None = None,
     steps: int = 6,
     **options: Any,
 ) -> Explanation:
@@ -49,19 +47,12 @@ def explain(
     ----------
     answer : what was returned for the model.
     model : the same one.
-    by : what is asked again; None takes ``pdc`` for a ``Design``, ``common_lyapunov`` for an
-        ``Answer``.  Called as ``by(model, decay_rate=..., **options)``, for a design with
-        ``relaxation=`` as well.
-    relaxations : to be tried, until one has gains; None takes those that are not known to be
-        contained in the one that failed.
     steps : of each bisection.
     options : as they were given before, e.g. ``input_limit``.
 
-    Raises
-    ------
-    ModelError : an answer of another question, or options that ``by`` refuses.
+    Raises ModelError: an answer of another question, or options that ``by`` refuses.
     """
-    question = _Question.of(answer, model, by, options)
+    question = _Question.of(answer, model, options)
     answer_now = question.ask_as_given()
     if answer_now is not None:
         return Explanation(asked=question.words(), found=True, asked_again=question.count)
@@ -74,12 +65,12 @@ def explain(
         found=False,
         binding=binding,
         rules=_rules(binding, model),
-        stuck=uncontrollable_blend(first_answer, model) if question.for_gains else None,
+        stuck=uncontrollable_blend(first_answer, model) if question.relaxation else None,
         box=None if box is None else float(box),
         premises=_premises(question, model, steps),
         decay_rate=rate,
         lowest_rate=lowest,
-        relaxations=question.richer(relaxations),
+        relaxations=question.richer(),
         asked_again=question.count,
     )
 
@@ -94,28 +85,19 @@ class _Question:
         self.relaxation, self.options, self.count = relaxation, options, 0
 
     @classmethod
-    def of(
-        cls, answer: Answer | Design, model: Any, by: Asker | None, options: dict[str, Any]
-    ) -> _Question:
+    def of(cls, answer: Answer | Design, model: Any, options: dict[str, Any]) -> _Question:
         from takagi.lmi.analysis.common_quadratic import common_lyapunov
         from takagi.lmi.gains.decay.pdc import pdc
 
         if isinstance(answer, Design):
-            return cls(model, by or pdc, answer.decay_rate, answer.relaxation, options)
+            return cls(model, pdc, answer.decay_rate, answer.relaxation, options)
         condition = answer.condition
-        if condition is None or (by is None and [u.name for u in condition.unknowns] != ["P"]):
+        if condition is None or [u.name for u in condition.unknowns] != ["P"]:
             raise ModelError(
                 "explain knows the answers of pdc and of common_lyapunov, and this is the answer "
-                "to another question; give by=, the function that was asked"
+                "to another question"
             )
-        return cls(model, by or common_lyapunov, _rate_of(condition, model, options), "", options)
-
-    @property
-    def for_gains(self) -> bool:
-        """Return whether it is asked of ``pdc``, by A and B of the model."""
-        from takagi.lmi.gains.decay.pdc import pdc
-
-        return self.by is pdc
+        return cls(model, common_lyapunov, _rate_of(condition, model, options), "", options)
 
     def words(self) -> str:
         request = f"gains by {self.relaxation}" if self.relaxation else "a common P"
@@ -172,17 +154,16 @@ class _Question:
             rates += [min(self.decay_rate, 0.0) - size * 4.0**k for k in range(20)]
         return rates
 
-    def richer(self, names: Sequence[str] | None) -> tuple[tuple[str, bool | None], ...]:
+    def richer(self) -> tuple[tuple[str, bool | None], ...]:
         """Return relaxations with whether they have gains, up to the first that has."""
         if not self.relaxation:
             return ()
-        if names is None:
-            by_premises = bool(getattr(self.model, "premises", ()))
-            names = [
-                name
-                for name in RICHER
-                if not contains(self.relaxation, name) and (by_premises or name != "product")
-            ]
+        by_premises = bool(getattr(self.model, "premises", ()))
+        names = [
+            name
+            for name in RICHER
+            if not contains(self.relaxation, name) and (by_premises or name != "product")
+        ]
         tried: list[tuple[str, bool | None]] = []
         for name in names:
             try:

@@ -517,9 +517,7 @@ def matrix(value: object, latex: str, *, over: str = "") -> Expression:
     over : "i" or "j": (r, p, q) is by this rule of a Theta_ij, and the symbol has ``{i}`` or
         ``{j}``; "ij": (r, r, p, q) is by both.
 
-    Raises
-    ------
-    ModelError : not a matrix of finite numbers, or an empty symbol.
+    Raises ModelError: not a matrix of finite numbers, or an empty symbol.
     """
     if isinstance(value, str) or not isinstance(latex, str):
         raise ModelError(
@@ -573,9 +571,7 @@ def added(
     count : number of sums.
     latex : the sum as it is written before a term.
 
-    Raises
-    ------
-    ModelError : another number of items, an item of a sum that there is not.
+    Raises ModelError: another number of items, an item of a sum that there is not.
     """
     X = expression_of(value)
     N = X.count
@@ -621,9 +617,7 @@ class Parameter(Operators):
 def He(value: object) -> Expression:
     """Return X + X'.
 
-    Raises
-    ------
-    ModelError : X is not square.
+    Raises ModelError: X is not square.
     """
     X = expression_of(value)
     if X.shape[0] != X.shape[1]:
@@ -634,9 +628,7 @@ def He(value: object) -> Expression:
 def trace(value: object) -> Expression:
     """Return the trace as a 1 x 1 expression, to be minimised or compared.
 
-    Raises
-    ------
-    ModelError : X is not square.
+    Raises ModelError: X is not square.
     """
     X = expression_of(value).flat()
     n = X.shape[0]
@@ -657,14 +649,10 @@ def trace(value: object) -> Expression:
 def block(rows: Sequence[Any]) -> Expression:
     """Return a block matrix; None stands for the transpose of the mirrored block, 0 for zeros.
 
-    Parameters
-    ----------
-    rows : rows of blocks, each an expression, an unknown, an array, 0 or None.
+    ``rows`` : rows of blocks, each an expression, an unknown, an array, 0 or None.
 
-    Raises
-    ------
-    ModelError : rows of different length; blocks that do not fit; a row or column of zeros, whose
-        size is not known; None if the mirrored block is None too.
+    Raises ModelError: rows of different length; blocks that do not fit; a row or column of zeros,
+    whose size is not known; None if the mirrored block is None too.
     """
     grid = [list(row) for row in rows]
     width = len(grid[0]) if grid else 0

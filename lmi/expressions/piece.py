@@ -143,8 +143,6 @@ class Symbol(Protocol):
 class Piece:
     """factor times left[t] X[members[t]] right[t], with X transposed where ``transposed``.
 
-    Attributes
-    ----------
     unknown : X, or None for a known matrix, which is ``left``.
     left, right : (N, p, a) and (N, b, q), or N = 1 for the same in all; right is None for a known
         matrix and for a scalar X, then left is (N, p, q). For two rules (r, r, ., .), with 1 in the

@@ -61,9 +61,7 @@ def observer_condition(
     The condition's Q is P itself, its M_j are N_j' = (P L_j)'.  Nothing is solved; parameters as
     for ``observer``.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, an unknown relaxation.
+    Raises ModelError: shapes, entries that are not finite, an unknown relaxation.
 
     Source: Tanaka and Wang (2001), section 4.2.
     """
@@ -97,10 +95,8 @@ def observer(
 
     Not promised: anything when the memberships depend on what is not measured.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, outputs that are dependent or show
-        nothing, a vertex with an unstable mode that no output shows.
+    Raises ModelError: shapes, numbers, an unknown relaxation, outputs that are dependent or show
+    nothing, a vertex with an unstable mode that no output shows.
 
     Source: Tanaka and Wang (2001), section 4.2.
     """

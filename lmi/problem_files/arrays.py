@@ -147,9 +147,7 @@ def save_cvxpy(problem: Any, path: Path | str) -> None:
     problem : a ``cvxpy.Problem`` with linear, second-order and semidefinite cones.
     path : the file, which ends with .npz.
 
-    Raises
-    ------
-    ModelError : a cone of another kind, or a quadratic objective that is none in cones.
+    Raises ModelError: a cone of another kind, or a quadratic objective that is none in cones.
     """
     data, _, inverse = problem.get_problem_data("CLARABEL", solver_opts={"use_quad_obj": False})
     dims = data["dims"]

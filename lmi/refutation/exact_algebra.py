@@ -54,8 +54,6 @@ class Block:
 class Adjoint:
     """The integer matrix of the module's formula, as entries without repetition or zeros.
 
-    Attributes
-    ----------
     condition : what was read.
     row, column, value : entry t is value_t (an int) in row_t (a number of an unknown, in the
         order of the unknowns), column_t (an entry of z).

@@ -16,8 +16,6 @@ relaxations; cones 2 to 84 wide, 4 to 2500 variables) on one core: two of three 
 factor 1.3 of the model for clarabel, and within 1.5 for sdpa. sdpa is preferred only if it is
 clearly quicker and the program takes long.
 
-Solvers beside clarabel, where they are installed: sdpa, and those that cvxpy calls.
-
 sdpa, called on the cone data themselves; used where the package ``sdpa-python`` is installed.
 
 In SeDuMi's form its dual is ours: maximise b' y with c - A' y in the cones, b = -q.  Cones are
@@ -26,8 +24,6 @@ whole matrices there, linear rows first.
 Source: Yamashita, Fujisawa, Fukuda, Kobayashi, Nakata and Nakata (2012), Latest developments in
 the SDPA family for solving large-scale SDPs, Handbook on Semidefinite, Conic and Polynomial
 Optimization.
-
-Other installed solvers, called through cvxpy if the first solvers fail; posing is slow.
 """
 
 from __future__ import annotations
@@ -35,7 +31,6 @@ from __future__ import annotations
 import os
 import sys
 import time
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -47,8 +42,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from takagi.lmi.condition.unknown import triangle
-from takagi.lmi.cone.cone_program import ConeProgram, Raw, pack
-from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
+from takagi.lmi.cone.cone_program import ConeProgram, Raw
+from takagi.lmi.solver.time_limit import remaining, stopped
 from takagi.models.arrays import Indices
 
 
@@ -56,8 +51,6 @@ from takagi.models.arrays import Indices
 class Incidence:
     """Pairs (variable, cone), one for each cone in which a variable appears.
 
-    Attributes
-    ----------
     size, first, rows : (cones,) width of a cone, its first row in A, how many rows it has.
     variable, cone : (pairs,) by variable, then by cone.
     touched : (variables,) in how many cones each variable appears.
@@ -289,70 +282,6 @@ def quiet(descriptor: int) -> Iterator[None]:
         os.dup2(original, descriptor)
         os.close(original)
         os.close(nowhere)
-
-
-# Most accurate first.
-OTHER_SOLVERS = ("MOSEK", "CVXOPT", "SCS")
-SECONDS_FOR_OTHERS = 20.0
-
-
-def with_others(program: ConeProgram) -> Iterator[Raw]:
-    """Yield the answer of one installed solver after another."""
-    cp: Any = import_module("cvxpy")
-
-    installed = set(cp.installed_solvers())
-    for name in OTHER_SOLVERS:
-        if out_of_time():
-            return
-        # CVXOPT takes no limit on its time.
-        if name in installed and (name != "CVXOPT" or remaining() is None):
-            yield with_cvxpy(program, name)
-
-
-def with_cvxpy(program: ConeProgram, name: str) -> Raw:
-    """Solve the same cone data by another solver, y and z in the same order."""
-    cp: Any = import_module("cvxpy")
-
-    started = time.perf_counter()
-    y = cp.Variable(len(program.q))
-    slack = program.b - program.A @ y
-    constraints: list[Any] = [slack[: program.linear] >= 0] if program.linear else []
-    for cone in program.cones:
-        entries = triangle(cone.size)
-        # Symmetric entries of the matrix, taken from its packed triangle.
-        spread = _unpacking(cone.size)
-        for k in range(cone.items):
-            first = program.linear + cone.start + k * entries
-            square = cp.reshape(
-                spread @ slack[first : first + entries], (cone.size,) * 2, order="F"
-            )
-            constraints.append(square >> 0)
-    problem = cp.Problem(cp.Minimize(program.q @ y), constraints)
-    seconds_left = remaining()
-    options: dict[str, Any] = {}
-    if name == "SCS":
-        seconds_allowed = (
-            SECONDS_FOR_OTHERS if seconds_left is None else min(seconds_left, SECONDS_FOR_OTHERS)
-        )
-        options = {"time_limit_secs": seconds_allowed, "eps": 1e-8}
-    elif name == "MOSEK" and seconds_left is not None:
-        options = {"mosek_params": {"MSK_DPAR_OPTIMIZER_MAX_TIME": seconds_left}}
-    try:
-        with warnings.catch_warnings():
-            # cvxpy warns if a solution is inaccurate; the recorded status says so too.
-            warnings.simplefilter("ignore", UserWarning)
-            problem.solve(solver=name, **options)
-    except cp.SolverError as error:
-        nothing = np.zeros(0)
-        return Raw(name, f"failed: {error}", nothing, nothing, 0, time.perf_counter() - started)
-    if seconds_left is not None and remaining() == 0.0:
-        stopped()
-    duals = [np.atleast_1d(c.dual_value) for c in constraints if c.dual_value is not None]
-    packed = [dual if dual.ndim == 1 else pack((dual + dual.T) / 2) for dual in duals]
-    z = np.concatenate(packed) if duals else np.zeros(0)
-    values = np.zeros(0) if y.value is None else np.asarray(y.value)
-    iterations = int(getattr(problem.solver_stats, "num_iters", None) or 0)
-    return Raw(name, problem.status, values, z, iterations, time.perf_counter() - started)
 
 
 def _unpacking(size: int) -> sp.csr_array:

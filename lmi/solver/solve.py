@@ -35,7 +35,6 @@ from takagi.lmi.solver.installed_solvers import (
     incidence,
     prefers_sdpa,
     sdpa_is_installed,
-    with_others,
     with_sdpa,
 )
 from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
@@ -197,11 +196,8 @@ def attempts(program: ConeProgram, session: Session | None = None) -> Iterator[R
             yield session.solve(program)
         else:
             yield _variant(program, name, zeros)
-    if out_of_time():
-        return
-    if not sdpa_first and sdpa_is_installed():
+    if not sdpa_first and sdpa_is_installed() and not out_of_time():
         yield with_sdpa(program)
-    yield from with_others(program)
 
 
 def rescaled(program: ConeProgram, raw: Raw) -> Raw | None:
@@ -225,8 +221,8 @@ def again(program: ConeProgram, name: str, session: Session | None = None) -> Ra
     return _variant(program, name, guide(program))
 
 
-def quick() -> int:
-    """Return how many attempts come before the solvers that are slow to pose."""
+def number_of_solvers() -> int:
+    """Return how many solvers there are."""
     return len(VARIANTS) + int(sdpa_is_installed())
 
 

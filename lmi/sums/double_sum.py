@@ -35,8 +35,6 @@ Part: TypeAlias = tuple[Piece, bool]
 class Summand:
     """weight_t Theta_(i_t, j_t), added to item item_t, for t = 1 ... T.
 
-    Attributes
-    ----------
     i, j : (T,) rule of the vertex, rule of the gain.
     weight : (T,); integers, or binary fractions, stay exact where the matrices are fractions.
     item : (T,); None means one to each item.
@@ -357,9 +355,7 @@ def double_sum_of(
     rules : r.
     corners : as in ``DoubleSum``.
 
-    Raises
-    ------
-    ModelError : ``>>``, ``<=`` or ``>=``; blocks that differ by row and column; other rules.
+    Raises ModelError: ``>>``, ``<=`` or ``>=``; blocks that differ by row and column; other rules.
     """
     theta = statement.expression
     if statement.sign > 0 or not statement.strict:

@@ -68,8 +68,6 @@ def numbers_of(rows: Indices, values: int) -> Indices:
 class Simplex:
     """The weights of one premise, and the columns of corners in which they are factors.
 
-    Attributes
-    ----------
     name : of the premise.
     corners : number of weights.
     columns : of the rules' corners.
@@ -89,8 +87,6 @@ class Simplex:
 class SimplexCoefficients:
     """Coefficient k of the polynomial is scale sum_(t: item_t = k) weight_t Theta_(i_t, j_t).
 
-    Attributes
-    ----------
     i, j, item, weight : (T,); the weights are whole numbers, with the same sum in all items.
     total : their sum.
     scale : a power of two near 1 / total, that makes a coefficient about a mean of the Theta_ij.

@@ -73,9 +73,7 @@ class RelaxationSize:
         An LMI of width w has t = w (w + 1) / 2 rows: a full block (t, t), and rows as long as the
         unknowns in it.
 
-        Parameters
-        ----------
-        unknown : how many numbers of the double sum's unknowns appear in an item.
+        ``unknown`` : how many numbers of the double sum's unknowns appear in an item.
         """
         return sum(
             items * triangle(width) * (triangle(width) + unknown) for items, width in self.cones
@@ -93,9 +91,7 @@ def relaxation_size(
     rules, corners : as in ``DoubleSum``.
     size : of Theta: n for PDC in continuous time, 2 n in discrete time.
 
-    Raises
-    ------
-    ModelError : an unknown relaxation, or one that does not apply.
+    Raises ModelError: an unknown relaxation, or one that does not apply.
     """
     return size_of(name, DoubleSum(rules=rules, blocks=(size,), parts=(), corners=corners))
 
@@ -103,9 +99,7 @@ def relaxation_size(
 def size_of(name: str, loop: DoubleSum) -> RelaxationSize:
     """Return the size of a relaxation of a double sum.
 
-    Raises
-    ------
-    ModelError : an unknown relaxation, or one that does not apply.
+    Raises ModelError: an unknown relaxation, or one that does not apply.
     """
     r, n = loop.rules, loop.size
     if match := re.fullmatch(r"product-(\d+)|product", name):
@@ -272,9 +266,7 @@ def relaxation_named(name: str) -> Relaxation:
 
     It raises ModelError where it does not apply, and where it is too large to be posed.
 
-    Raises
-    ------
-    ModelError : unknown name; the message lists those that there are.
+    Raises ModelError: unknown name; the message lists those that there are.
     """
     text = name if isinstance(name, str) else ""
     match = re.fullmatch(r"(polya|product)-(\d+)", text)

@@ -37,7 +37,7 @@ import numpy as np
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide, optimise
-from takagi.lmi.solver.solve import quick
+from takagi.lmi.solver.solve import number_of_solvers
 from takagi.lmi.sums_of_squares.polynomial import Exponent, StatePolynomial, monomials
 from takagi.models.arrays import Floats
 
@@ -103,7 +103,7 @@ def multipliers(
         pencil = _Pencil(len(parts))
         pencil.semidefinite("Lambda", entries, strict=spare)
         pencil.squares("S", monomials(V.n, range(least, z + 1)), _terms(left), parts)
-        outcome = decide(pencil.condition({}), most=quick())
+        outcome = decide(pencil.condition({}), most=number_of_solvers())
         if outcome.status != "candidate":
             return None
         S, Lambda = pencil.values(outcome.values, "S"), pencil.values(outcome.values, "Lambda")
@@ -150,7 +150,7 @@ def larger_function(
         pencil.squares(name, half, constant, [{a: sign} for a in v])
     points, weights = _outside(U)
     cost = {j: float(weights @ np.prod(points ** np.array(a), axis=1)) for j, a in enumerate(v)}
-    outcome = optimise(pencil.condition(cost), slack=1e-2, inside=1e-5, most=quick())
+    outcome = optimise(pencil.condition(cost), slack=1e-2, inside=1e-5, most=number_of_solvers())
     values = outcome.values if outcome.status == "candidate" else outcome.feasible
     return _rounded(n, dict(zip(v, values["free"].ravel(), strict=False))) if values else None
 

@@ -61,9 +61,7 @@ class StatePolynomial:
         It is read by the grammar of plant files: nothing in it is executed, and a decimal is that
         decimal, exactly.
 
-        Raises
-        ------
-        ModelError : no polynomial with rational coefficients in these states.
+        Raises ModelError: no polynomial with rational coefficients in these states.
         """
         import sympy as sp
 

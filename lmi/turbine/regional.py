@@ -105,8 +105,6 @@ OBJECTIVE_SLACK = 1e-2
 class RegionGains:
     """Gains of one region with the published signs, or why there are none.
 
-    Attributes
-    ----------
     region : "partial load" or "full load".
     model : the regional model, its rules in the order of the gains.
     requirement : what was asked.
@@ -188,8 +186,6 @@ def regional_gains(
 ) -> RegionalGains:
     """Return the gains of both regions; a region without any carries a diagnosis.
 
-    Parameters
-    ----------
     partial_load, full_load : decay rate and operating set of each region.
     partial_model, full_model : regional models; None makes them with their default bands.
     speed_setpoint : de-rated rotor speed [rad/s], the one of the models; None takes the rated.

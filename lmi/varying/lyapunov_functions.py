@@ -125,19 +125,13 @@ def fuzzy_lyapunov_condition(
 
     Discrete time: A(h)' P(h+) A(h) < rho^2 P(h), as a Schur complement.  See ``fuzzy_condition``.
 
-    Parameters
-    ----------
-    model, rate_bounds, degree, decay_rate, relaxation, gains, sample_time : as for
-        ``fuzzy_lyapunov``; entries of the model may be Fractions.
+    ``model``, ``rate_bounds``, ``degree``, ``decay_rate``, ``relaxation``, ``gains``,
+    ``sample_time`` : as for ``fuzzy_lyapunov``; entries of the model may be Fractions.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknown ``P``, whose members are
-    the coefficients of P(h).  Nothing is solved.
+    Returns the condition in the model's coordinates as they are, with the unknown ``P``, whose
+    members are the coefficients of P(h).  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``fuzzy_lyapunov``.
+    Raises ModelError: as ``fuzzy_lyapunov``.
     """
     loop = varying_loop(model, gains, sample_time)
     degrees, rates = _degrees_and_rates(loop, rate_bounds, degree)
@@ -178,19 +172,15 @@ def fuzzy_lyapunov(
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
 
-    Returns
-    -------
-    An ``Answer``: ``family`` is P(h), ``decay_rate`` what it shows, recomputed from it.  A no is
-    about P of this degree and these coefficients; the diagnosis says so, or names a blend that is
-    unstable by itself.  Nothing is proved here.
+    Returns an ``Answer``: ``family`` is P(h), ``decay_rate`` what it shows, recomputed from it.  A
+    no is about P of this degree and these coefficients; the diagnosis says so, or names a blend
+    that is unstable by itself.  Nothing is proved here.
 
     Not promised: that the memberships do move within these rates.  Where they
     depend on the state, show it by other means, for instance on a level set.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, names, bounds for some memberships only, options that do not go
-        together, too many corners of rates to pose.
+    Raises ModelError: shapes, numbers, names, bounds for some memberships only, options that do not
+    go together, too many corners of rates to pose.
 
     Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006); in
     discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009); for constant memberships

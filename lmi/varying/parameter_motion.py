@@ -156,8 +156,6 @@ class MotionPoint:
 class ParameterMotion:
     """Where h is, and where it goes.
 
-    Attributes
-    ----------
     sizes : of the simplexes of l.
     now, then : h and h+ as functions of l, one ``MotionPoint`` a simplex of h; ``then`` is ``now``
         in continuous time.

@@ -36,8 +36,6 @@ RateBounds: TypeAlias = ArrayLike | Mapping[str, float]
 class Space:
     """Rule i is the corner corners[i] of the product: h_i = prod_k w^k_(corners[i, k]).
 
-    Attributes
-    ----------
     sizes : corners of each simplex: two for a premise, one where it is constant; all rules in a
         single simplex for a model without premises.
     corners : (r, K).
@@ -168,8 +166,6 @@ def _by_name(space: Space, bounds: Mapping[str, float]) -> list[float]:
 class VaryingLoop:
     """x' = A(h) x, or x' = (A(h) - B(h) K(h)) x where there are gains; x+ in discrete time.
 
-    Attributes
-    ----------
     A, B, K : (r, n, n), (r, n, m), (r, m, n); B and K are None without gains.
     space : of the memberships.
     sample_time : T in s; None for continuous time.

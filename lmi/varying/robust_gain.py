@@ -87,8 +87,6 @@ def robust_hinf_norm(
     For constant h an upper bound on the largest H-infinity norm of the family; it comes closer to
     that as degree and polya grow.
 
-    Parameters
-    ----------
     model : A (r, n, n), B (r, n, m) where there are gains, sample time and premises.
     gains : K (r, m, n) of u = -sum_j h_j K_j x; None for the model as it is.
     channel : (E, C, D, F), (r, ., .) each: w enters by E, and y = C x + D u + F w.

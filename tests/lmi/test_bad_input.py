@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import takagi.lmi as lmi
 from takagi.lmi import lqr_pdc, observer, pdc
-from takagi.lmi.argument_checks import fixed_mode, symmetric
+from takagi.lmi.argument_checks import fixed_mode
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]
@@ -254,15 +254,6 @@ def test_a_model_refuses_what_the_functions_refuse(vertices: object, message: st
         TSModel(vertices)  # type: ignore[arg-type]
 
 
-def test_an_unstable_mode_out_of_reach_is_named() -> None:
-    """Vertex 2 has a mode at 0.5 that the input does not move, in the state that carries it."""
-    A = np.array([np.diag([-1.0, 1.0]), np.diag([0.5, 1.0])])
-    model = TSModel(A, [[0.0], [1.0]], states=["drift [m]", "speed [m/s]"])
-
-    with pytest.raises(ModelError, match=r"vertex 2 of 2: the mode at 0.5.*\+1 \* drift \[m\]"):
-        pdc(model)
-
-
 @pytest.mark.parametrize(
     ("A", "B", "said"),
     [
@@ -342,13 +333,6 @@ def test_a_vertex_without_authority_is_legal_where_it_is_stable() -> None:
     assert design.status in ("candidate", "infeasible")
 
 
-def test_an_unknown_relaxation_lists_the_known_ones() -> None:
-    """The message lists all names and offers the near one."""
-    model = TSModel([[[1.0]]], [[[1.0]]])
-    with pytest.raises(ModelError, match="wang-tanaka-griffin.*polya-<d>.*mean 'tanaka-wang'"):
-        pdc(model, relaxation="tanaka-wong")
-
-
 @pytest.mark.parametrize(
     ("option", "message"),
     [
@@ -366,14 +350,6 @@ def test_options_that_make_no_sense(option: dict[str, object], message: str) -> 
     """Each option is checked where it is given."""
     with pytest.raises(ModelError, match=message):
         pdc(TSModel([[[1.0]]], [[[1.0]]]), **option)  # type: ignore[arg-type]
-
-
-def test_a_weight_that_is_not_symmetric_is_not_halved() -> None:
-    """cvxpy would use the symmetric part without a word."""
-    with pytest.raises(ModelError, match=r"entry \[0, 1\] is 1, \[1, 0\] is 0"):
-        symmetric("Q", [[1.0, 1.0], [0.0, 1.0]], 2, definite=False)
-    with pytest.raises(ModelError, match="eigenvalue -1; it must be positive semidefinite"):
-        symmetric("Q", [[1.0, 0.0], [0.0, -1.0]], 2, definite=False)
 
 
 def test_small_units_are_not_taken_for_no_authority() -> None:

@@ -24,8 +24,6 @@ ZERO, SHARE = 1e-10, 1e-12
 class DisturbanceChannel:
     """xdot = sum_i h_i (A_i x + B_i w), y = sum_i h_i (C_i x + D_i w); x+ in discrete time.
 
-    Attributes
-    ----------
     A, B, C, D : (r, n, n), (r, n, q), (r, p, n), (r, p, q).
     sample_time : T in s; None for continuous time.
     """
@@ -62,8 +60,6 @@ class DisturbanceChannel:
 class ChannelUnits:
     """x = states xhat, w = disturbance what, y = output yhat, and time in 1 / rate.
 
-    Attributes
-    ----------
     states : (n,) powers of two, as are the others.
     rate : in 1/s; 1 in discrete time, which counts samples.
     """
@@ -114,8 +110,6 @@ def disturbance_channel(
 
     With E there is no direct term from w to y: a model's D belongs to its input.
 
-    Parameters
-    ----------
     model : A (r, n, n), C (r, p, n), and E (r, n, q) or B (r, n, m) with D (r, p, m); or A itself,
         (r, n, n) or (n, n).
     B, C, D : with A itself only; (r, ., .), or (., .) for the same in every vertex.

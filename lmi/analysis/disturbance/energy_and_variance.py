@@ -79,18 +79,12 @@ def hinf_norm_condition(
 ) -> Condition:
     """Pose the bounded real lemma at every vertex with one P > 0; the objective is gamma.
 
-    Parameters
-    ----------
-    model, B, C, D, sample_time : as for ``hinf_norm``.
+    ``model``, ``B``, ``C``, ``D``, ``sample_time`` : as for ``hinf_norm``.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``P`` and ``gamma``.
-    Nothing is solved.
+    Returns the condition in the model's coordinates as they are, with the unknowns ``P`` and
+    ``gamma``.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``hinf_norm``.
+    Raises ModelError: as ``hinf_norm``.
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     r, n, q = path.B.shape
@@ -137,17 +131,13 @@ def hinf_norm(
     scales : (n,) engineering range of each state; None looks for units itself.
     tolerance : how far above the least gamma the answer may be, relative: P has a margin then.
 
-    Returns
-    -------
-    An ``Answer``: ``gain`` is gamma in units of y over units of w, the least that its P shows,
-    recomputed from P by eigenvalues; with it P touches the LMI.  Without a common P the status is
-    "infeasible", and the diagnosis names the vertices that rule it out.  Nothing is proved here.
-    The answer's condition is posed with time, w and y in units of order one as well.
+    Returns an ``Answer``: ``gain`` is gamma in units of y over units of w, the least that its P
+    shows, recomputed from P by eigenvalues; with it P touches the LMI.  Without a common P the
+    status is "infeasible", and the diagnosis names the vertices that rule it out.  Nothing is
+    proved here.  The answer's condition is posed with time, w and y in units of order one as well.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance or no output, a path that is
-        zero at every vertex, scales or a sample time that are not positive.
+    Raises ModelError: shapes, entries that are not finite, no disturbance or no output, a path that
+    is zero at every vertex, scales or a sample time that are not positive.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
@@ -204,19 +194,13 @@ def h2_norm_condition(
 
     In discrete time A_i' P A_i - P in the place of He(P A_i), and trace(D_i' D_i) is added.
 
-    Parameters
-    ----------
-    model, B, C, D, sample_time : as for ``h2_norm``.
+    ``model``, ``B``, ``C``, ``D``, ``sample_time`` : as for ``h2_norm``.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``P`` and ``nu``.
-    Nothing is solved.
+    Returns the condition in the model's coordinates as they are, with the unknowns ``P`` and
+    ``nu``.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``h2_norm``; or, in continuous time, a D that is not zero: then there is no
-        bound to pose.
+    Raises ModelError: as ``h2_norm``; or, in continuous time, a D that is not zero: then there is
+    no bound to pose.
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     why = infinite_variance(path.D, path.sample_time)
@@ -265,20 +249,16 @@ def h2_norm(
     scales : (n,) engineering range of each state; None balances the vertices.
     tolerance : how far above the least sqrt(nu) the answer may be, relative: P has a margin then.
 
-    Returns
-    -------
-    An ``Answer``: ``gain`` is sqrt(nu), recomputed from P; P is the one of the conditions above,
-    to rounding.  Its unit is that of y over that of w per sqrt(s) in continuous time.  In discrete
-    time it is per sample, y over w: the root of the sum of the squared impulse response, for noise
-    of unit covariance in each sample, whatever T; divide by sqrt(T) where w is a sampled noise of
-    unit intensity (covariance 1/T).  Without a common P, or with a direct feed-through in
+    Returns an ``Answer``: ``gain`` is sqrt(nu), recomputed from P; P is the one of the conditions
+    above, to rounding.  Its unit is that of y over that of w per sqrt(s) in continuous time.  In
+    discrete time it is per sample, y over w: the root of the sum of the squared impulse response,
+    for noise of unit covariance in each sample, whatever T; divide by sqrt(T) where w is a sampled
+    noise of unit intensity (covariance 1/T).  Without a common P, or with a direct feed-through in
     continuous time, the status is "infeasible" and the diagnosis says why.  Nothing is proved here.
     The answer's condition is posed with time, w and y in units of order one as well.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance or no output, a path that is
-        zero at every vertex, scales or a sample time that are not positive.
+    Raises ModelError: shapes, entries that are not finite, no disturbance or no output, a path that
+    is zero at every vertex, scales or a sample time that are not positive.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1.
     """

@@ -260,8 +260,6 @@ NARROWEST = 1e-9
 class OneVertex:
     """x' = A x + B w or x+ = A x + B w, y = C x + D w, in balanced states.
 
-    Attributes
-    ----------
     units : (n,), x = units xhat; A, B, C are those of xhat.
     step : sample time T in s; None for continuous time.
     """

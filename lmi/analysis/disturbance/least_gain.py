@@ -49,8 +49,6 @@ def least_gain(
 ) -> Answer:
     """Return the answer with the least gain: posed in units of order one, and recomputed from P.
 
-    Parameters
-    ----------
     scales : (n,) engineering range of each state; None balances the vertices.
     pose, measure : the condition, and what its unknowns show.
     decay_rate : alpha in 1/s that the condition also asks for.

@@ -77,19 +77,13 @@ def peak_gain_condition(
 ) -> Condition:
     """Pose the module's LMIs at one decay rate; the objective is gamma.
 
-    Parameters
-    ----------
     model, B, C, D, sample_time : as for ``peak_gain``.
     decay_rate : alpha in 1/s, positive: the parameter ``alpha``, or ``contraction`` = rho^2.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``P``, ``mu`` and
-    ``gamma``.  Nothing is solved.
+    Returns the condition in the model's coordinates as they are, with the unknowns ``P``, ``mu``
+    and ``gamma``.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``peak_gain``.
+    Raises ModelError: as ``peak_gain``.
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     rate = decay_parameter(positive_rate(decay_rate), path.sample_time)
@@ -170,17 +164,13 @@ def peak_gain(
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
 
-    Returns
-    -------
-    An ``Answer``: ``gain`` is gamma in units of y over units of w, recomputed from P and alpha by
-    eigenvalues, ``decay_rate`` is alpha, and x' P x <= 1 is invariant for |w| <= 1: no state leaves
-    it, from rest or from inside.  Every alpha gives a valid bound; that none gives a lesser one is
-    not promised for several vertices.  Nothing is proved here.
+    Returns an ``Answer``: ``gain`` is gamma in units of y over units of w, recomputed from P and
+    alpha by eigenvalues, ``decay_rate`` is alpha, and x' P x <= 1 is invariant for |w| <= 1: no
+    state leaves it, from rest or from inside.  Every alpha gives a valid bound; that none gives a
+    lesser one is not promised for several vertices.  Nothing is proved here.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance or no output, a path that is
-        zero at every vertex, a decay rate, scales or a sample time that are not positive.
+    Raises ModelError: shapes, entries that are not finite, no disturbance or no output, a path that
+    is zero at every vertex, a decay rate, scales or a sample time that are not positive.
 
     Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
     """

@@ -112,19 +112,14 @@ def attraction_ellipsoid(
         1 / max_k (x_k' P x_k)^(1/2), counts.  (n,) half-widths stand for the corners of a box.
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
 
-    Returns
-    -------
-    An ``Answer``, about 1e-4 below the largest measure by this condition, so that every LMI keeps
-    a margin, and a thousandth at most; "unknown" where no solver gets so near.  Nothing is proved
-    here.
-    Not promised: that it is the largest region of attraction, which need not be an ellipsoid; nor
-    a finite one where neither box nor limit bounds it: it is cut off where Q reaches 1000 times
-    the size of the last coordinates.
+    Returns an ``Answer``, about 1e-4 below the largest measure by this condition, so that every LMI
+    keeps a margin, and a thousandth at most; "unknown" where no solver gets so near.  Nothing is
+    proved here.  Not promised: that it is the largest region of attraction, which need not be an
+    ellipsoid; nor a finite one where neither box nor limit bounds it: it is cut off where Q reaches
+    1000 times the size of the last coordinates.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, unknown names, nothing that limits the ellipsoid, a saturation
-        without a limit.
+    Raises ModelError: shapes, numbers, unknown names, nothing that limits the ellipsoid, a
+    saturation without a limit.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2; Hu and Lin (2001).
     """
@@ -190,14 +185,11 @@ def attraction_pdc(
         ellipsoid; larger ones make harder gains.
     others : as for ``attraction_ellipsoid``.
 
-    Returns
-    -------
-    A ``Design``; its P is not scaled, as its level 1 is the ellipsoid.  Nothing is proved here.
+    Returns a ``Design``; its P is not scaled, as its level 1 is the ellipsoid.  Nothing is proved
+    here.
 
-    Raises
-    ------
-    ModelError : as ``attraction_ellipsoid``, and a vertex with an unstable mode that no input
-        moves.
+    Raises ModelError: as ``attraction_ellipsoid``, and a vertex with an unstable mode that no input
+    moves.
     """
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)

@@ -88,8 +88,6 @@ def measure_of(measure: str | ArrayLike, n: int) -> str | Array:
 class AttractionRequest:
     """What is asked, in one set of coordinates.
 
-    Attributes
-    ----------
     A, B : (r, n, n), (r, n, m); m = 0 without inputs.
     gains : K, (r, m, n) or (1, m, n); None where they are sought.
     sought : whether gains are sought; without gains and not sought, u = 0.

@@ -115,15 +115,11 @@ def lqr_pdc_condition(
         none.
     span : e in discrete time; changes the numbers, not what is feasible.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``S``, ``M``, ``W`` and
-    those of the relaxation.  Nothing is solved.
+    Returns the condition in the model's coordinates as they are, with the unknowns ``S``, ``M``,
+    ``W`` and those of the relaxation.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, weights that are not symmetric or not
-        definite, an unknown relaxation.
+    Raises ModelError: shapes, entries that are not finite, weights that are not symmetric or not
+    definite, an unknown relaxation.
     """
     relaxed = relaxation_named(relaxation)
     A = vertex_stack(model).astype(np.float64)

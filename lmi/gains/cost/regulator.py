@@ -25,7 +25,6 @@ from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise
 
@@ -67,20 +66,16 @@ def lqr_pdc(
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
 
-    Returns
-    -------
-    A ``Design``; ``cost`` is sum_k deviations_k^2 P_kk, or trace L' P L.  Without gains its answer
-    says which rules bind and what to relax.  The answer's condition is posed in states in which
-    the mean vertex costs |x|^2, so it has no ``coordinates``.  Nothing is proved here.
+    Returns a ``Design``; ``cost`` is sum_k deviations_k^2 P_kk, or trace L' P L.  Without gains its
+    answer says which rules bind and what to relax.  The answer's condition is posed in states in
+    which the mean vertex costs |x|^2, so it has no ``coordinates``.  Nothing is proved here.
 
     Not promised: with one relaxation there may be no gains, or a larger cost, where a richer one
     does better.  A state that costs nothing is charged 1e-6 of the cost.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, weights that are not symmetric or not
-        definite, inputs that are dependent or do nothing, a vertex with an unstable mode that no
-        input moves.
+    Raises ModelError: shapes, numbers, an unknown relaxation, weights that are not symmetric or not
+    definite, inputs that are dependent or do nothing, a vertex with an unstable mode that no input
+    moves.
 
     Source: Tanaka and Wang (2001), chapter 6.
     """
@@ -306,20 +301,11 @@ def guaranteed_cost_gain(
     ``A`` : (r, n, n);  B : (r, n, m), one gain for all.
     ``state_ranges``, ``input_ranges`` : (n,), (m,) engineering ranges.
 
-    Raises ModelError: shapes, or a range that is not positive.
-
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.4.1; the ranges are Bryson's
     rule.
     """
     vertices, inputs = np.asarray(A, dtype=np.float64), np.asarray(B, dtype=np.float64)
     x, u = np.asarray(state_ranges, dtype=np.float64), np.asarray(input_ranges, dtype=np.float64)
-    if vertices.ndim != 3 or inputs.shape[:2] != vertices.shape[:2]:
-        raise ModelError(
-            f"A {vertices.shape} and B {inputs.shape} were given; (r, n, n) and (r, n, m) are "
-            "needed"
-        )
-    if x.shape != vertices.shape[2:] or u.shape != inputs.shape[2:] or min(x.min(), u.min()) <= 0:
-        raise ModelError("one positive range per state and per input is needed")
     condition = guaranteed_cost_condition(vertices * x / x[:, None], inputs * u / x[:, None])
     outcome = optimise(condition, slack=SLACK)
     if outcome.status != "candidate":

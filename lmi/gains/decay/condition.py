@@ -52,8 +52,6 @@ class DecayRequest:
 
     It is itself what ``pdc_condition`` reads of a model.
 
-    Attributes
-    ----------
     A, B : (r, n, n), (r, n, m), scaled by powers of two: no digit is touched.
     sample_time : T in s; None for continuous time.
     premises, rules : the model's, for relaxations that know products of memberships.
@@ -121,12 +119,6 @@ class DecayRequest:
         A, B, _ = _balanced(self.A, self.B, self.sample_time)
         mode = fixed_mode(A, B, decay_rate, step=self.sample_time)
         return None if mode is None else mode[:2]
-
-    def slowness(self, eigenvalue: complex) -> float:
-        """Return the decay rate of a mode in 1/s."""
-        if self.sample_time is None:
-            return -eigenvalue.real
-        return float(-np.log(abs(eigenvalue)) / self.sample_time)
 
 
 def decay_request(
@@ -226,13 +218,9 @@ def pdc_condition(
     region : of the eigenvalues while the memberships stand still.
     sample_time : T in s; None takes the model's own, continuous where it has none.
 
-    Returns
-    -------
-    The condition, in the model's coordinates as they are.  Nothing is solved.
+    Returns the condition, in the model's coordinates as they are.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, an unknown relaxation.
+    Raises ModelError: shapes, entries that are not finite, an unknown relaxation.
 
     Source: Tanaka and Wang (2001), section 3.3.
     """

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from takagi.lmi.answer import Answer, Design, Status
+from takagi.lmi.argument_checks import too_slow
 from takagi.lmi.condition.evaluate import holds, margin, rate_of_values
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import triangle
@@ -309,18 +310,13 @@ def _answer(limited: LimitedOutcome, relaxation: str) -> Answer:
 def _no_by_fixed_mode(
     task: DecayRequest, fixed: tuple[int, complex], decay_rate: float, relaxation: str
 ) -> Design:
-    vertex, eigenvalue = fixed
     answer = Answer(
         status="infeasible",
         margin=-np.inf,
         bound=0.0,
         coordinates=task.s,
         condition=task.condition(decay_rate, relaxation),
-        diagnosis=(
-            f"vertex {vertex + 1} of {len(task.A)}: no input moves the mode at {eigenvalue:.6g}, "
-            f"which decays slower than {decay_rate:g} 1/s; ask for a decay rate below "
-            f"{task.slowness(eigenvalue):.6g} 1/s"
-        ),
+        diagnosis=too_slow(task.A, fixed, decay_rate, task.sample_time),
     )
     return Design(decay_rate=decay_rate, margin=-np.inf, relaxation=relaxation, answer=answer)
 

@@ -65,20 +65,16 @@ def pdc(
         ``EigenvalueRegion``; in 1/s, of
         x+ = A x without unit.  Of moving memberships it says what its quadratic function does.
 
-    Returns
-    -------
-    A ``Design``; without gains its answer says which rules bind and what to relax.  The answer's
-    ``decay_rate`` is what its unknowns show, at least what was asked for; of "max", its ``bound``
-    is a rate that there are no gains for, to solver accuracy: next to the design's, further off
-    where the rates between were not settled, inf where no rate was ruled out (in discrete time a
-    loop may reach zero in one step: rates end where V falls by 1e-8 in a sample).  With "auto"
-    ``ladder`` says what was tried.  Gains that do nothing beside the plant itself bring a
-    ``ZeroGainsWarning``.  Nothing is proved here.
+    Returns a ``Design``; without gains its answer says which rules bind and what to relax.  The
+    answer's ``decay_rate`` is what its unknowns show, at least what was asked for; of "max", its
+    ``bound`` is a rate that there are no gains for, to solver accuracy: next to the design's,
+    further off where the rates between were not settled, inf where no rate was ruled out (in
+    discrete time a loop may reach zero in one step: rates end where V falls by 1e-8 in a sample).
+    With "auto" ``ladder`` says what was tried.  Gains that do nothing beside the plant itself bring
+    a ``ZeroGainsWarning``.  Nothing is proved here.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, inputs that are dependent or do nothing,
-        a vertex with an unstable mode that no input moves, "max" without bounded gains.
+    Raises ModelError: shapes, numbers, an unknown relaxation, inputs that are dependent or do
+    nothing, a vertex with an unstable mode that no input moves, "max" without bounded gains.
 
     Source: Tanaka and Wang (2001), chapter 3.
     """

@@ -53,8 +53,6 @@ FEW_SOLVERS = 4
 class Largest:
     """The best unknowns found, with the rates between which the largest one lies.
 
-    Attributes
-    ----------
     limited : a candidate that shows ``low``, or the no at the start.
     low : decay rate in 1/s; -inf without gains.
     high : a rate in 1/s for which there are none, to solver accuracy; inf when none was met.  A
@@ -181,8 +179,6 @@ NOTHING_LEFT = 1e-3
 class RelaxationSearch:
     """What was tried so far.
 
-    Attributes
-    ----------
     results : results of the relaxations, in the order in which they were tried.
     designs : of those that were tried.
     no : why no relaxation has gains, where that was found.
@@ -277,7 +273,7 @@ def _try(search: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) ->
     status: RelaxationStatus = design.status
     if status == "infeasible" and served:
         status = "unknown"
-    result = _result(task, name, status, _bought(search.best, design, served, goal))
+    result = _result(task, name, status)
     search.results.append(
         replace(
             result,
@@ -287,22 +283,6 @@ def _try(search: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) ->
         )
     )
     search.designs.append(design)
-
-
-def _bought(previous: Design | None, design: Design, served: list[Design], goal: Goal) -> str:
-    """Return in words how a relaxation improves on those before it."""
-    if not design.found:
-        if served:
-            return f"not settled; no less than {served[-1].relaxation}, by a theorem"
-        return "no gains" if design.status == "infeasible" else "not settled"
-    if previous is None:
-        return "gains"
-    if goal != "max":
-        return f"gains, as by {previous.relaxation}"
-    gain = design.decay_rate - previous.decay_rate
-    if gain <= 2.0 * BACK * abs(previous.decay_rate):
-        return f"no more than {previous.relaxation}"
-    return f"{100.0 * gain / abs(previous.decay_rate):+.3g} % over {previous.relaxation}"
 
 
 def _look_outside(search: RelaxationSearch, task: DecayRequest, goal: Goal) -> None:
@@ -318,8 +298,6 @@ def _look_outside(search: RelaxationSearch, task: DecayRequest, goal: Goal) -> N
     settled_no = limited.outcome.status == "infeasible" and search.best is None
     blends = [lmi for lmi in limited.condition.lmis if lmi.name.endswith("blend")]
     count = sum(lmi.count for lmi in blends)
-    words = "none is faster," if np.isfinite(search.largest_rate) else "not ruled out"
-    words = "ruled out" if settled_no else words
     result = RelaxationResult(
         relaxation=ANY,
         status="infeasible" if settled_no else "bound",
@@ -331,7 +309,7 @@ def _look_outside(search: RelaxationSearch, task: DecayRequest, goal: Goal) -> N
         decay_rate=search.largest_rate
         if np.isfinite(search.largest_rate) and not settled_no
         else None,
-        note=f"{words} at {_count(count)} blends",
+        note=f"at {_count(count)} blends",
     )
     search.results.append(result)
     if settled_no:
@@ -346,7 +324,9 @@ def _parts(task: DecayRequest) -> int:
     return fine[0] if fine else 2
 
 
-def _result(task: DecayRequest, name: str, status: RelaxationStatus, note: str) -> RelaxationResult:
+def _result(
+    task: DecayRequest, name: str, status: RelaxationStatus, note: str = ""
+) -> RelaxationResult:
     size = _size(task, name)
     gains = task.gain_numbers // (len(task.A) if name == "common-gain" else 1)
     return RelaxationResult(

@@ -78,16 +78,12 @@ def hinf_pdc_condition(
         for disturbances of an energy of at most 1, and the objective is then gamma^2.
     sample_time : T in s; None takes the model's own, continuous where it has none.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``Q``, ``M``, and
-    ``gamma`` (``gamma2``, its square, with limits on the ellipsoid), and those of the relaxation.
-    Nothing is solved.
+    Returns the condition in the model's coordinates as they are, with the unknowns ``Q``, ``M``,
+    and ``gamma`` (``gamma2``, its square, with limits on the ellipsoid), and those of the
+    relaxation.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
-        relaxation.
+    Raises ModelError: shapes, entries that are not finite, no disturbance, no output, an unknown
+    relaxation.
     """
     plant = plant_of(model, performance, sample_time)
     alpha = number("decay_rate", decay_rate)
@@ -176,21 +172,18 @@ def hinf_pdc(
         smaller.  Of many rules or states it may be a thousandth where less was asked for.
     sample_time : T in s where the model cannot say.  Energies are then sums over samples.
 
-    Returns
-    -------
-    A ``Design``; its ``answer.gain`` is gamma in units of z over units of w, for which every LMI
-    was checked by eigenvalues with the gains as they are returned; P is that of the LMIs.  Without
-    gains its answer says why none were found.  The answer's condition is posed in coordinates
-    where a regulator's cost is |x|^2, so it has no ``coordinates``.  Nothing is proved here.
+    Returns a ``Design``; its ``answer.gain`` is gamma in units of z over units of w, for which
+    every LMI was checked by eigenvalues with the gains as they are returned; P is that of the LMIs.
+    Without gains its answer says why none were found.  The answer's condition is posed in
+    coordinates where a regulator's cost is |x|^2, so it has no ``coordinates``.  Nothing is proved
+    here.
 
     Not promised: with one relaxation gamma may be larger, or there may be no gains, where a
     richer one does better; of several rules none reaches the least gamma of the nonlinear loop.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
-        dependent or do nothing, a vertex with an unstable mode that no input moves, limits
-        without an energy.
+    Raises ModelError: shapes, numbers, an unknown relaxation, no disturbance, no output, inputs
+    that are dependent or do nothing, a vertex with an unstable mode that no input moves, limits
+    without an energy.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001).
     """

@@ -89,15 +89,11 @@ def peak_pdc_condition(
         for |w| <= 1.
     sample_time : T in s; None takes the model's own, continuous where it has none.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``Q``, ``M``, ``kappa``
-    and those of the relaxation.  Nothing is solved.
+    Returns the condition in the model's coordinates as they are, with the unknowns ``Q``, ``M``,
+    ``kappa`` and those of the relaxation.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : shapes, entries that are not finite, no disturbance, no output, an unknown
-        relaxation, a decay rate that is not positive.
+    Raises ModelError: shapes, entries that are not finite, no disturbance, no output, an unknown
+    relaxation, a decay rate that is not positive.
     """
     plant = plant_of(model, performance, sample_time)
     rate = positive_rate(decay_rate)
@@ -200,19 +196,15 @@ def peak_pdc(
         ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
 
-    Returns
-    -------
-    A ``Design``; its ``answer.gain`` is gamma in units of z over units of w, for which every LMI
-    was checked by eigenvalues with the gains as they are returned; ``decay_rate`` is alpha.  A
-    direct path D11 is added with its norm, which is exact for one output and one disturbance.
-    Nothing is proved here.
+    Returns a ``Design``; its ``answer.gain`` is gamma in units of z over units of w, for which
+    every LMI was checked by eigenvalues with the gains as they are returned; ``decay_rate`` is
+    alpha.  A direct path D11 is added with its norm, which is exact for one output and one
+    disturbance.  Nothing is proved here.
 
     Not promised: as for ``hinf_pdc``; nor that no other alpha gives less.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
-        dependent or do nothing, a vertex with an unstable mode that no input moves.
+    Raises ModelError: shapes, numbers, an unknown relaxation, no disturbance, no output, inputs
+    that are dependent or do nothing, a vertex with an unstable mode that no input moves.
 
     Source: Abedor, Nagpal, Poolla (1996), Int. J. Robust and Nonlinear Control 6; Boyd, El Ghaoui,
     Feron, Balakrishnan (1994), sections 6.1.3 and 7.3; Tanaka and Wang (2001).

@@ -51,8 +51,6 @@ LARGEST_SLACK = 16.0
 class FuzzyRequest:
     """What is asked for, in one set of coordinates.
 
-    Attributes
-    ----------
     A, B : (r, n, n), (r, n, m).
     space : of the memberships.
     rates : bounds of |dw/dt| in 1/s, one array for each simplex; ignored in discrete time.

@@ -16,9 +16,10 @@ from takagi.lmi.argument_checks import (
     number,
     positive_number,
     sample_time_of,
+    too_slow,
     vertex_stack,
 )
-from takagi.lmi.condition.evaluate import rate_of_parameter, rate_of_values
+from takagi.lmi.condition.evaluate import rate_of_values
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, state_units
 from takagi.lmi.cone.cone_program import assemble
@@ -75,22 +76,7 @@ class FuzzyUnits:
         return A * s / s[:, None], B * self.inputs / s[:, None]
 
 
-def units_of(
-    A: Floats, B: Floats, step: float | None, scales: ArrayLike | None, names: tuple[str, ...]
-) -> FuzzyUnits:
-    """Return units in which states and inputs are of order one.
-
-    Raises ModelError: scales that are not positive, a vertex with an unstable mode that no input
-    moves.
-    """
-    s = state_units(A, scales, step=step)
-    size = size_of_motion(A * s / s[:, None], 0.0, step) / 2
-    units = FuzzyUnits(s, balanced_inputs(B / s[:, None], size))
-    check_stabilisable(*units.scaled(A, B), units=s, names=names, step=step)
-    return units
-
-
-def searched(task: FuzzyRequest, units: FuzzyUnits, alpha: float) -> FuzzyDesign:
+def _searched(task: FuzzyRequest, units: FuzzyUnits, alpha: float) -> FuzzyDesign:
     """Return the first design that has gains, with the least effort at half its margin.
 
     ``task`` : in these units.
@@ -160,18 +146,10 @@ def _with_gains(
 def _no_by_fixed_mode(
     task: FuzzyRequest, units: FuzzyUnits, alpha: float, fixed: tuple[int, complex]
 ) -> FuzzyDesign:
-    vertex, eigenvalue = fixed
-    slowness = -eigenvalue.real
-    if task.sample_time is not None:
-        slowness = rate_of_parameter(abs(eigenvalue) ** 2, task.sample_time)
     condition = task.condition(alpha)
     outcome = Outcome("infeasible", {}, -np.inf, 0.0, {}, ())
     plain = _design(task, units, condition, outcome, alpha)
-    why = (
-        f"vertex {vertex + 1} of {len(task.A)}: no input moves the mode at {eigenvalue:.6g}, which "
-        f"decays slower than {alpha:g} 1/s; ask for a decay rate below "
-        f"{slowness:.6g} 1/s"
-    )
+    why = too_slow(task.A, fixed, alpha, task.sample_time)
     return replace(plain, answer=replace(plain.answer, diagnosis=why))
 
 
@@ -210,14 +188,10 @@ def fuzzy_pdc_condition(
     model, rate_bounds, decay_rate, relaxation, sample_time : as for ``fuzzy_pdc``.
     epsilon : the scalar of continuous time, relative to the time of the vertices.
 
-    Returns
-    -------
-    The condition in the model's coordinates as they are, with the unknowns ``P`` (``S`` in
+    Returns the condition in the model's coordinates as they are, with the unknowns ``P`` (``S`` in
     discrete time), ``G``, ``M``, ``nu`` and those of the relaxation.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : as ``fuzzy_pdc``.
+    Raises ModelError: as ``fuzzy_pdc``.
 
     Source: de Oliveira, Bernussou and Geromel (1999); Guerra and Vermeiren (2004); Mozelli,
     Palhares and Avellar (2009).
@@ -254,18 +228,14 @@ def fuzzy_pdc(
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; a model knows its own.
 
-    Returns
-    -------
-    A ``FuzzyDesign``; without gains its answer says which rules bind and what to relax.  Nothing is
-    proved here.
+    Returns a ``FuzzyDesign``; without gains its answer says which rules bind and what to relax.
+    Nothing is proved here.
 
     Not promised: that the closed loop keeps the memberships to their rates; in continuous time
     that a no for the scalars epsilon that are tried is one for those between them.
 
-    Raises
-    ------
-    ModelError : shapes, numbers, an unknown relaxation, inputs that are dependent or do nothing, a
-        vertex with an unstable mode that no input moves, rate bounds missing or not used.
+    Raises ModelError: shapes, numbers, an unknown relaxation, inputs that are dependent or do
+    nothing, a vertex with an unstable mode that no input moves, rate bounds missing or not used.
 
     Source: de Oliveira, Bernussou and Geromel (1999); Guerra and Vermeiren (2004); Mozelli,
     Palhares and Avellar (2009).
@@ -274,9 +244,13 @@ def fuzzy_pdc(
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
     step = sample_time_of(model, sample_time)
-    units = units_of(A, B, step, scales, tuple(getattr(model, "states", ())))
+    s = state_units(A, scales, step=step)
+    size = size_of_motion(A * s / s[:, None], 0.0, step) / 2
+    units = FuzzyUnits(s, balanced_inputs(B / s[:, None], size))
+    names = tuple(getattr(model, "states", ()))
+    check_stabilisable(*units.scaled(A, B), units=s, names=names, step=step)
     task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation)
-    return searched(task, units, alpha)
+    return _searched(task, units, alpha)
 
 
 def _task(

@@ -45,7 +45,7 @@ from takagi.lmi.gains.output_feedback.moderate import (
     without_fast_poles,
 )
 from takagi.lmi.refutation.refutation import objective_below
-from takagi.lmi.solver.solve import quick
+from takagi.lmi.solver.solve import number_of_solvers
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
@@ -105,27 +105,21 @@ def hinf_output_feedback(
 ) -> OutputFeedback:
     """Return a controller u = K(s) y with the least |z|_2 <= gamma |w|_2, within the tolerance.
 
-    Parameters
-    ----------
     plant : the generalised plant, in continuous time.
     norm_below : a gamma of at most this is enough, and the controller is a mild one; None asks for
         the least.
     tolerance : how far above the least gamma the controller may be, relative.  Nearer to it the
         controller gets faster poles.
 
-    Returns
-    -------
-    An ``OutputFeedback``.  Where its entries would be absurd, fast poles are replaced by their
-    gains, or gamma is a per cent above the least; ``answer.note`` says so, and how far gamma is
-    above the bound where no solver came within the tolerance.
+    Returns an ``OutputFeedback``.  Where its entries would be absurd, fast poles are replaced by
+    their gains, or gamma is a per cent above the least; ``answer.note`` says so, and how far gamma
+    is above the bound where no solver came within the tolerance.
 
     ``gain`` is the largest gain of its loop over a grid of frequencies with
     a search about each maximum, from the matrices that are handed back, whose loop is stable by its
     eigenvalues.  Nothing is proved here: ``certify`` of the loop, with ``L2Gain``, is a proof.
 
-    Raises
-    ------
-    ModelError : a tolerance or ``norm_below`` that is not positive.
+    Raises ModelError: a tolerance or ``norm_below`` that is not positive.
 
     Not promised: a controller of lower order, or without fast poles.
 
@@ -311,7 +305,7 @@ def _in_states(
     """Return the controller from the LMIs posed in x = T xhat, and their unknowns."""
     scaled_plant = plant.in_states(T)
     condition = hinf_output_feedback_condition(scaled_plant)
-    outcome = optimise(condition, slack=tolerance, most=quick())
+    outcome = optimise(condition, slack=tolerance, most=number_of_solvers())
     values = outcome.values if outcome.status == "candidate" else outcome.feasible
     answer = replace(outcome.as_answer(condition, None), objective_unit=ObjectiveUnit("gain", 1.0))
     nothing = OutputFeedback(
@@ -386,15 +380,11 @@ def mixed_sensitivity(
         or a number for that number in every channel; at least one.  Stable and proper.
     norm_below, tolerance : as for ``hinf_output_feedback``.
 
-    Returns
-    -------
-    An ``OutputFeedback``: ``controller`` from e = r - y to u, of the order of plant and weights
-    together at most, and ``gain``, gamma, recomputed from the closed loop.
+    Returns an ``OutputFeedback``: ``controller`` from e = r - y to u, of the order of plant and
+    weights together at most, and ``gain``, gamma, recomputed from the closed loop.
 
-    Raises
-    ------
-    ModelError : no weight, systems that do not fit, of discrete time or improper; a plant with a
-        direct term, a weight that is not stable.
+    Raises ModelError: no weight, systems that do not fit, of discrete time or improper; a plant
+    with a direct term, a weight that is not stable.
 
     Source: Skogestad and Postlethwaite (2005), sections 2.8.3 and 9.3.5.
     """

@@ -126,17 +126,13 @@ def hinf_fixed_order(
         gain.
     seed : of the random numbers: the same seed, the same starts.
 
-    Returns
-    -------
-    A ``FixedOrderDesign``.  Its norm is a local minimum, as a rule, of a problem that is not
-    convex: there may be better controllers, and none found does not mean that there are none.
+    Returns a ``FixedOrderDesign``.  Its norm is a local minimum, as a rule, of a problem that is
+    not convex: there may be better controllers, and none found does not mean that there are none.
     Nothing is proved here; ``certify(design.model, design.gains, claims=[L2Gain(output=
     design.output)])`` is a proof.
 
-    Raises
-    ------
-    ModelError : an order, starts or a seed that are not whole numbers from 0 on; a pattern that
-        does not fit.
+    Raises ModelError: an order, starts or a seed that are not whole numbers from 0 on; a pattern
+    that does not fit.
 
     Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Control Design.
     """

@@ -68,8 +68,6 @@ if TYPE_CHECKING:
 class GeneralisedPlant(ShortRepr):
     """x' = A x + B1 w + B2 u, z = C1 x + D11 w + D12 u, y = C2 x + D21 w, in continuous time.
 
-    Attributes
-    ----------
     A, B1, B2 : (n, n), (n, q), (n, m).
     C1, D11, D12 : (p, n), (p, q), (p, m).
     C2, D21 : (k, n), (k, q); u does not reach y directly.
@@ -243,8 +241,6 @@ def controller_matrices(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return A_K, B_K, C_K, D_K from the unknowns of the LMIs.
 
-    Parameters
-    ----------
     plant : A (n, n), or (r, n, n) for one matrix a rule; B (n, m); C (p, n).
     X, Y : (n, n), with I - X Y invertible.
     hats : Ah (n, n), Bh (n, p), Ch (m, n), Dh (m, p), each with a first axis of rules where A has
@@ -271,18 +267,12 @@ def _transposed(stack: Floats) -> Floats:
 def hinf_output_feedback_condition(plant: GeneralisedPlant) -> Condition:
     """Pose the module's LMIs; the objective is gamma.
 
-    Parameters
-    ----------
-    plant : in continuous time; u does not reach y directly.
+    ``plant`` : in continuous time; u does not reach y directly.
 
-    Returns
-    -------
-    The condition in the plant's coordinates as they are, with the unknowns ``X``, ``Y``, ``Ah``,
-    ``Bh``, ``Ch``, ``Dh`` and ``gamma``.  Nothing is solved.
+    Returns the condition in the plant's coordinates as they are, with the unknowns ``X``, ``Y``,
+    ``Ah``, ``Bh``, ``Ch``, ``Dh`` and ``gamma``.  Nothing is solved.
 
-    Raises
-    ------
-    ModelError : none; the plant has been checked.
+    Raises ModelError: none; the plant has been checked.
     """
     n, q, m = len(plant.A), plant.B1.shape[1], plant.B2.shape[1]
     p, outputs = len(plant.C1), len(plant.C2)

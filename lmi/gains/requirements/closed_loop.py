@@ -68,8 +68,6 @@ def closed_loop(
 ) -> DoubleSum:
     """Return the module's double sum; its rate is ``decay_parameter``, a condition's parameter.
 
-    Parameters
-    ----------
     A, B : (r, n, n), (r, n, m).
     Q, M : unknowns; M has r members, or one for a gain that all rules share.
     weight : margin of Theta for a margin 1 of Q.
@@ -99,8 +97,6 @@ def region_sums(
 
     Every relaxation applies to each of them.
 
-    Parameters
-    ----------
     A, B : (r, n, n), (r, n, m).
     Q, M : unknowns as in ``closed_loop``.
     region : in 1/s for x' = A x; of the eigenvalues of A itself for x+ = A x.

@@ -28,8 +28,6 @@ LIMIT_WEIGHT = 1e-3
 class Limits:
     """Limits in the coordinates of the condition; None where none exists.
 
-    Attributes
-    ----------
     inputs : (m,), |K_i x|_k <= inputs_k on the ellipsoid.
     initial : (points, n), all inside the ellipsoid.
     states : (n,), |x_k| <= states_k on the ellipsoid; inf for no limit.

@@ -233,21 +233,17 @@ def structured_pdc(
     seed : of the random numbers of ``starts``.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
 
-    Returns
-    -------
-    A ``StructuredDesign``.  Its value comes from LMIs that were checked by eigenvalues with exactly
-    the returned gains.  If the unstructured design is infeasible with a relaxation, so is the
-    structured one with the same relaxation.
+    Returns a ``StructuredDesign``.  Its value comes from LMIs that were checked by eigenvalues with
+    exactly the returned gains.  If the unstructured design is infeasible with a relaxation, so is
+    the structured one with the same relaxation.
 
     The gains need not be the best structured gains, as the problem is not convex; and "unknown"
     without gains does not mean that there are none.  With a gain bound ``unstructured`` is the
     result of the same search without the structure, which is also a local optimum.
 
-    Raises
-    ------
-    ModelError : wrong shapes, a pattern without True, dependent outputs, an unknown relaxation or
-        objective, a missing argument of an objective, or a vertex with an undamped mode that no
-        input moves, or that no gain of the pattern moves.
+    Raises ModelError: wrong shapes, a pattern without True, dependent outputs, an unknown
+    relaxation or objective, a missing argument of an objective, or a vertex with an undamped mode
+    that no input moves, or that no gain of the pattern moves.
 
     Source: derived in ``structure``, with the literature.
     """

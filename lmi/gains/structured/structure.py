@@ -56,8 +56,6 @@ DRAWS, UNMOVED = 3, 1e-9
 class Structure:
     """u = -sum_j h_j F_j C x with F_j zero off the pattern, and one F for each group of rules.
 
-    Attributes
-    ----------
     pattern : (m, p), True where F may differ from zero.
     C : (p, n), of full row rank.
     group : (r,), the number of the F that each rule uses, 0 ... groups - 1.
@@ -147,8 +145,6 @@ def structure_of(
 ) -> Structure:
     """Return the checked structure of a law for r rules, n states, m inputs.
 
-    Parameters
-    ----------
     sizes : (r, n, m).
     pattern : (m, p), or None for no zeros.
     output : (p, n); None for the states.
@@ -284,8 +280,6 @@ Objective: TypeAlias = Literal["decay_rate", "cost", "hinf"]
 class StructuredGains:
     """The gains K_j of a double sum: known ones, or unknown ones near them.
 
-    Attributes
-    ----------
     reference : L_j, (r, m, n).
     structure : the structure of the unknown gains, its C in the plant's states; None where
         K_j = L_j.

@@ -104,8 +104,6 @@ def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint
 class _Kept:
     """Lower limits that every accepted step respects.
 
-    Attributes
-    ----------
     mean : least mean wind error [m/s]; 0 sets no limit.
     multiple : least multiple of the wind error in the weakest cell.
     """
@@ -125,8 +123,6 @@ class _Kept:
 class Iteration:
     """State of the search; ``spot`` is the best point so far.
 
-    Attributes
-    ----------
     reach : radius of the trust region, in the logarithms of the gains.
     history : values of each accepted point; the first entry is the start.
     refused : number of steps that were not accepted.
@@ -260,8 +256,6 @@ STEPS = 12
 class OneStepDesign:
     """Gains and functions of the one-step design, and a comparison with the two-step gains.
 
-    Attributes
-    ----------
     law : law with the gains, rounded to the decimals that are emitted.
     functions : P with its multipliers, and R, at these gains.
     before, after : values of the two-step gains and of the new gains, by the same analysis.
@@ -290,8 +284,6 @@ def one_step_gains(
 ) -> OneStepDesign:
     """Return gains and functions found together, starting from the gains of ``loop.law``.
 
-    Parameters
-    ----------
     loop : loop, box, uncertainty and wind class; the gains of its law are the two-step gains.
     objective : weights of the objective; None maximises the wind class alone.
     steps : largest number of joint steps, accepted or not; 0 only analyses the given gains.

@@ -20,9 +20,9 @@ from takagi.lmi import (
 from takagi.lmi.analysis.disturbance.channel import disturbance_channel
 from takagi.lmi.analysis.disturbance.energy_and_variance import energy_gain_of, variance_bound
 from takagi.lmi.analysis.disturbance.peak_to_peak import peak_bound
-from takagi.models import ModelError, TSModel
+from takagi.models import TSModel
 from tests.lmi.known_models import gain_of
-from tests.lmi.norms import frequency_norm, sampled, sampled_gramian_norm, third_order
+from tests.lmi.norms import frequency_norm, sampled_gramian_norm
 
 Floats = NDArray[np.float64]
 
@@ -70,17 +70,6 @@ def test_one_vertex_has_the_norms_of_the_linear_system(
     assert found >= frequency_norm(A, B, C, D) * (1 - 1e-9)
     variance = gain_of(h2_norm(A, B, C, D, sample_time=0.5))
     assert variance == pytest.approx(sampled_gramian_norm(A, B, C, D), rel=1e-5)
-
-
-@pytest.mark.parametrize("step", [1e-1, 1e-3, 1e-4])
-def test_fast_sampling_leads_to_the_continuous_norms(step: float) -> None:
-    """gamma tends to that of x' = A x + B w; the variance per sample to T times its own."""
-    A, B, C = third_order()
-    Ad, Bd = sampled(A, B, step)
-    energy, noise = hinf_norm(Ad, Bd, C, sample_time=step), h2_norm(Ad, Bd, C, sample_time=step)
-
-    assert gain_of(energy) == pytest.approx(4.276759162964244, rel=2 * step + 1e-5)
-    assert gain_of(noise) / np.sqrt(step) == pytest.approx(2.237461821810309, rel=2 * step + 2e-5)
 
 
 def pulse_responses(model: TSModel, order: NDArray[np.intp]) -> Floats:
@@ -148,24 +137,6 @@ def test_a_vertex_outside_the_unit_circle_is_named() -> None:
         assert answer.status == "infeasible"
         assert answer.gain is None
         assert "vertex 2 of 2 is not stable" in answer.diagnosis
-
-
-def test_what_is_stable_in_one_time_is_not_in_the_other() -> None:
-    """-1.5 decays as a rate and grows as a factor; 0.5 the other way round."""
-    assert hinf_norm([[-1.5]], [[1.0]], [[1.0]]).found
-    assert not hinf_norm([[-1.5]], [[1.0]], [[1.0]], sample_time=1.0).found
-    assert not hinf_norm([[0.5]], [[1.0]], [[1.0]]).found
-    assert gain_of(hinf_norm([[0.5]], [[1.0]], [[1.0]], sample_time=1.0)) == pytest.approx(2.0)
-
-
-def test_the_sample_time_must_make_sense() -> None:
-    """Not positive, not the model's, or a continuous model: each is refused with its reason."""
-    with pytest.raises(ModelError, match="must be positive"):
-        hinf_norm([[0.5]], [[1.0]], [[1.0]], sample_time=0.0)
-    with pytest.raises(ModelError, match="the model's own is 0.1 s"):
-        h2_norm(two_vertices(), sample_time=0.2)
-    with pytest.raises(ModelError, match="continuous time"):
-        hinf_norm(TSModel([[[-1.0]]], [[1.0]], C=[[1.0]]), sample_time=0.2)
 
 
 def scattered(count: int, sample_time: float | None = None) -> TSModel:

@@ -91,14 +91,6 @@ def test_the_bound_lies_above_the_area_of_the_pulse_response() -> None:
     assert area < gain_of(found) < 1.2 * area
 
 
-def test_fast_sampling_leads_to_the_continuous_bound() -> None:
-    """Held disturbances are some of all, and ever more of them."""
-    continuous = gain_of(peak_gain(two_vertices()))
-
-    assert gain_of(peak_gain(two_vertices(1e-3))) == pytest.approx(continuous, rel=1e-3)
-    assert gain_of(peak_gain(two_vertices(0.3))) < continuous
-
-
 @pytest.mark.parametrize("sample_time", [None, 0.1])
 def test_the_condition_itself_in_cvxpy(sample_time: float | None) -> None:
     """At the decay rate of the answer the condition, read by cvxpy, has the same least gamma."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import common_lyapunov, explain, hinf_norm, max_decay_rate, observer, pdc
+from takagi.lmi import common_lyapunov, explain, hinf_norm, max_decay_rate, pdc
 from takagi.lmi.decision.outcome import Share, binding_items, binding_shares, shares_in_words
 from takagi.lmi.explaining.explanation import on_smaller_box, with_narrower_premise
 from takagi.models import ModelError, Premise, TSModel
@@ -120,7 +120,7 @@ def test_the_premise_that_takes_the_authority_away() -> None:
 def test_a_blend_whose_mode_decays_by_itself_is_not_in_the_way() -> None:
     """Half of each rule has no input, and decays at 2 1/s; the no is due to the bounded gain."""
     model = TSModel([[[1.0]], [[-5.0]]], [[[1.0]], [[-1.0]]])
-    told = explain(pdc(model, gain_bound=0.5), model, gain_bound=0.5, relaxations=())
+    told = explain(pdc(model, gain_bound=0.5), model, gain_bound=0.5)
 
     assert not told.found
     assert told.stuck is None
@@ -135,17 +135,6 @@ def test_the_cheapest_relaxation_that_helps_ends_the_search() -> None:
     assert "kim-lee has gains" in str(told)
 
 
-def test_relaxations_may_be_named_and_may_not_apply() -> None:
-    """Products need premises; nothing is asked when none is named."""
-    design = pdc(kim_lee_problem())
-    few = explain(design, kim_lee_problem(), relaxations=("product", "liu-zhang"), steps=1)
-    none = explain(design, kim_lee_problem(), relaxations=(), steps=1)
-
-    assert few.relaxations == (("product", None), ("liu-zhang", True))
-    assert few.asked_again == none.asked_again + 2
-    assert none.relaxations == ()
-
-
 @pytest.mark.slow
 def test_the_options_are_those_that_were_given_before() -> None:
     """An input limit that is too tight for the initial box: without it there is nothing to say."""
@@ -158,15 +147,6 @@ def test_the_options_are_those_that_were_given_before() -> None:
     assert "nothing to explain" in str(forgotten)
 
 
-def test_another_function_may_be_asked_again() -> None:
-    """An observer for two rules that see the state with opposite signs."""
-    model = TSModel(np.ones((2, 1, 1)), C=[[[1.0]], [[-0.25]]])
-    told = explain(observer(model), model, by=observer, relaxations=())
-
-    # C in 3/8 +- 5/8 theta keeps its sign for theta < 3/5.
-    assert told.box is not None and 0.6 - 1 / 64 <= told.box < 0.6
-
-
 def test_discrete_time() -> None:
     """x+ = 1.1 x, T = 0.1 s: V grows with log(1.1) / 0.1 = 0.953 1/s."""
     told = explain(common_lyapunov([[1.1]], sample_time=0.1), [[1.1]], sample_time=0.1, steps=12)
@@ -177,7 +157,7 @@ def test_discrete_time() -> None:
 def test_a_model_need_not_be_one_of_ours() -> None:
     """Arrays in any object."""
     plain = SimpleNamespace(A=kim_lee_problem().A, B=kim_lee_problem().B)
-    told = explain(pdc(plain), plain, relaxations=())
+    told = explain(pdc(plain), plain)
 
     assert told.box is not None and 0.9 < told.box < 1.0
     assert told.rules == ()
@@ -253,11 +233,3 @@ def test_without_premises_the_vertices_move_to_their_mean() -> None:
     assert not hasattr(plain, "C")
     assert on_smaller_box(A, half).ravel().tolist() == [1.0, 3.0]
     assert on_smaller_box(A[0], half).ravel().tolist() == [0.0]
-
-
-def test_shares_and_premises_that_make_no_sense() -> None:
-    """Premises count from 0; a box is not enlarged here."""
-    with pytest.raises(ModelError, match="premise 2 of 2; count from 0"):
-        with_narrower_premise(two_premises(), 2, Fraction(1, 2))
-    with pytest.raises(ModelError, match="share is 1.5; it must lie in 0 ... 1"):
-        with_narrower_premise(two_premises(), 0, Fraction(3, 2))

@@ -13,14 +13,10 @@ from numpy.typing import NDArray
 
 from takagi.lmi import (
     FuzzyDesign,
-    expressed,
     fuzzy_lyapunov,
     fuzzy_pdc,
-    fuzzy_pdc_condition,
-    latex,
     pdc,
 )
-from takagi.lmi.condition.evaluate import margin
 from takagi.models import ModelError, Premise, TSModel
 
 pytestmark = pytest.mark.numeric
@@ -204,24 +200,6 @@ def test_units_do_not_matter() -> None:
     np.testing.assert_allclose(scaled.gains * tau / s, plain.gains, rtol=1e-4)
 
 
-@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
-@pytest.mark.parametrize("kind", ["discrete", "continuous"])
-def test_cvxpy_finds_the_same_margin(kind: Any) -> None:
-    """The same condition through another modeller; and it prints.
-
-    What the solver says of its own accuracy depends on the processor; its numbers are checked.
-    """
-    if kind == "discrete":
-        condition = fuzzy_pdc_condition(guerra_vermeiren(1.3))
-    else:
-        condition = fuzzy_pdc_condition(tanaka_ohtake(1.3), rate_bounds=1.0)
-    said = expressed(condition)
-    said.problem(said.variables["nu"][0] <= 1e4).solve(solver="CLARABEL")
-
-    assert margin(condition, said.values()) > 1e-4
-    assert ("next rule 2" if kind == "discrete" else r"\kappa") in latex(condition)
-
-
 def test_a_no_says_what_binds_and_what_to_do() -> None:
     """Beyond the limits; and with a fixed mode slower than what is asked."""
     model = TSModel([[[-1.0, 0.0], [0.0, 1.0]]] * 2, [[[0.0], [1.0]]] * 2)
@@ -247,9 +225,3 @@ def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:
     """What was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
         fuzzy_pdc(tanaka_ohtake(1.0), **options)
-
-
-def test_rates_are_not_for_discrete_time() -> None:
-    """The next memberships are arbitrary there; a bound that would not be used is refused."""
-    with pytest.raises(ModelError, match="are for continuous time"):
-        fuzzy_pdc(guerra_vermeiren(1.0), rate_bounds=1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
@@ -85,20 +86,7 @@ def test_what_a_richer_relaxation_cannot_do_a_poorer_one_cannot_either() -> None
         assert exact_no(pdc_condition(model, relaxation=relaxation)) is not None
 
 
-def limits(
-    input_limit: float | None = None,
-    initial_box: float | None = None,
-    state_box: float | None = None,
-    gain_bound: float | None = None,
-) -> Limits:
-    return limits_of(
-        2,
-        1,
-        input_limit=input_limit,
-        initial_box=initial_box,
-        state_box=state_box,
-        gain_bound=gain_bound,
-    )
+limits = partial(limits_of, 2, 1)
 
 
 @pytest.mark.parametrize(

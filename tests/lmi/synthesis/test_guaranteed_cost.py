@@ -9,7 +9,6 @@ from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 from takagi.lmi.condition.evaluate import smallest_eigenvalues
 from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition, guaranteed_cost_gain
-from takagi.models import ModelError
 
 Floats = NDArray[np.float64]
 
@@ -96,14 +95,3 @@ def test_vertices_that_no_gain_serves() -> None:
     A, B = np.ones((2, 1, 1)), np.array([[[1.0]], [[-1.0]]])
 
     assert guaranteed_cost_gain(A, B, state_ranges=[1.0], input_ranges=[1.0]) is None
-
-
-@pytest.mark.parametrize(
-    ("x", "u", "few"),
-    [((1.0,), (1.0,), 2), ((1.0, 0.0), (1.0,), 2), ((1.0, 1.0), (-1.0,), 2), ((1, 1), (1,), 1)],
-)
-def test_misuse_is_named(x: tuple[float, ...], u: tuple[float, ...], few: int) -> None:
-    """One positive range per state and input, one B per vertex."""
-    A, B = vertices()
-    with pytest.raises(ModelError, match="needed"):
-        guaranteed_cost_gain(A, B[:few], state_ranges=x, input_ranges=u)

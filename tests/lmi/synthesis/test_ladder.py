@@ -121,6 +121,7 @@ def test_auto_is_never_worse_than_a_rung(seed: int, premises: bool) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::takagi.lmi.ZeroGainsWarning")
 @settings(derandomize=True, max_examples=12, deadline=None)
 @given(st.integers(0, 10_000), st.booleans())
 def test_what_contains_another_never_loses_its_gains(seed: int, premises: bool) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi import pdc
 from takagi.lmi.condition.evaluate import smallest_eigenvalues
-from takagi.models import ModelError, TSModel
+from takagi.models import TSModel
 from tests.lmi.known_models import pendulum
 
 Floats = NDArray[np.float64]
@@ -119,11 +119,3 @@ def test_the_rate_shown_is_where_an_inequality_becomes_singular(
 
     assert least[0] > 1e-8 and least[2] < -1e-8
     assert abs(least[1]) < 1e-3 * min(least[0], -least[2])
-
-
-def test_max_needs_a_bound() -> None:
-    """Without one a controllable plant can be as fast as one likes."""
-    with pytest.raises(ModelError, match="give gain_bound, or input_limit with initial_box"):
-        pdc(pendulum(), decay_rate="max")
-    with pytest.raises(ModelError, match="decay_rate is 'largest'; a finite number"):
-        pdc(pendulum(), decay_rate="largest", gain_bound=1.0)  # type: ignore[arg-type]

@@ -56,16 +56,6 @@ def test_a_half_plane_is_a_decay_rate() -> None:
         assert pdc(pendulum(), gain_bound=300.0, region=region).found is exists
 
 
-def test_a_disc_of_discrete_time_is_a_decay_rate() -> None:
-    """|z| < rho as a region and -ln(rho)/T as the rate have the same threshold."""
-    model = pendulum(0.05)
-    rate = pdc(model, decay_rate="max", gain_bound=300.0).decay_rate
-
-    for share, exists in ((0.99, True), (1.01, False)):
-        region = EigenvalueRegion.disc(float(np.exp(-share * rate * 0.05)))
-        assert pdc(model, gain_bound=300.0, region=region).found is exists
-
-
 @pytest.mark.parametrize(("options", "said"), [({"region": 3.0}, "an EigenvalueRegion is needed")])
 def test_misuse_is_refused(options: dict[str, object], said: str) -> None:
     """The message says what was given."""
