@@ -1,4 +1,4 @@
-"""Claims of kind ``effort-blend``: true ones are proved, broken ones never."""
+"""Claims of kind ``effort-blend``: designs with it, and its file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plants that do not rest at decimals: textbook plants are proved, forged balls are not."""
+"""Plants that do not rest at decimals: textbook plants are proved."""
 
 from __future__ import annotations
 

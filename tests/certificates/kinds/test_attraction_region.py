@@ -1,4 +1,4 @@
-"""Regions of attraction of polynomials: exact thresholds, van der Pol's oscillator, forgeries."""
+"""Regions of attraction of polynomials: exact thresholds, van der Pol's oscillator."""
 
 from __future__ import annotations
 

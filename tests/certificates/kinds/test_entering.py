@@ -1,4 +1,4 @@
-"""Norms from some of the disturbances, the others at rest: exact thresholds and false claims.
+"""Norms from some of the disturbances, the others at rest: exact thresholds.
 
 x' = -2 x + w1/5 + 3 w2, y = x: from one disturbance with the entry e the energy gain and the peak
 are e/2, and the variance of y under white noise is e^2/4; from both, e is their Euclidean norm.

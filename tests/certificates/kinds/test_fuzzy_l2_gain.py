@@ -1,4 +1,4 @@
-"""Energy gain by P(h): exact thresholds by hand, ROLMIP's masses, simulation, forged claims."""
+"""Energy gain by P(h): exact thresholds by hand, ROLMIP's masses, simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Amplitudes and rates of inputs on an invariant set: exact limits, a simulation, mutants."""
+"""Amplitudes and rates of inputs on an invariant set: exact limits, and a simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The energy gain: exact thresholds, other ways to the same number, and claims that are false."""
+"""The energy gain: exact thresholds, and other ways to the same number."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Observers and loops with observers: exact limits, cross terms, and claims that are false."""
+"""Observers and loops with observers: exact limits, and designs."""
 
 from __future__ import annotations
 

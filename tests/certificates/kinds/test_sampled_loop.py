@@ -1,4 +1,4 @@
-"""Laws that run every T seconds: exact thresholds, the plants simulated, forged claims refused."""
+"""Laws that run every T seconds: exact thresholds, and the plants simulated."""
 
 from __future__ import annotations
 
