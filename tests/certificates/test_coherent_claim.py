@@ -1,4 +1,4 @@
-"""The claim about the effort-sharing loop: it proves, and breaks wherever it is made false."""
+"""The claim about the effort-sharing loop: it is proved, and what its file has to be."""
 
 from __future__ import annotations
 

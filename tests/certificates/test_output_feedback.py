@@ -160,6 +160,7 @@ def program_of(found: PlantDesign, folder: Path) -> ProgramRun:
     return ProgramRun(read_controller(path))
 
 
+@pytest.mark.slow
 def test_measured_premises_take_the_plants_own_weights(tmp_path: Path) -> None:
     """Angle measured, sin(theta)/theta is known; the set is that of the design with all states."""
     found = done(pendulum(tmp_path))

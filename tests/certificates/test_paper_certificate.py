@@ -132,6 +132,20 @@ def test_motions_from_the_boundary_stay_and_settle() -> None:
             assert norm(z, rest) <= first * np.exp(-found.decay_rate * t) * (1 + 1e-4) + 1e-5
 
 
+def test_no_equilibrium_no_proof() -> None:
+    """With f_1 = 0 at rated speed the shared integrator has no equilibrium above rated wind.
+
+    Source: docs/laws.md, "How Schulte's law was read", placement 1.
+    """
+    law = make_law(placement=1.0)
+    found = published_candidate(law, winds=[(15.0, 15.1)])
+    assert not found.cells
+    assert all("no equilibrium" in gap.reason for gap in found.unproved)
+    claim = check_document(document(law, published_claim(found))).claims[0]
+    assert claim.verdict is Verdict.UNDECIDED
+    assert "proved at no wind" in claim.text
+
+
 @pytest.mark.slow
 def test_overlaps_move_the_ramp_with_its_placement() -> None:
     """Other overlaps keep the share of the ramp above rated speed."""

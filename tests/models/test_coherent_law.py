@@ -46,8 +46,12 @@ def turbine() -> Turbine:
 
 
 @pytest.fixture(scope="module")
-def law(turbine: Turbine) -> EffortSharingLaw:
-    schedule = effort_schedule(turbine)
+def schedule(turbine: Turbine) -> EffortSchedule:
+    return effort_schedule(turbine)
+
+
+@pytest.fixture(scope="module")
+def law(turbine: Turbine, schedule: EffortSchedule) -> EffortSharingLaw:
     return EffortSharingLaw.of(turbine, schedule, gains(schedule))
 
 
@@ -150,9 +154,10 @@ def test_the_schedule_wind_stays_inside_the_table(law: EffortSharingLaw) -> None
     assert rate == pytest.approx(1 / law.wind_filter)
 
 
-def test_without_a_filter_the_estimate_is_the_schedule_wind(turbine: Turbine) -> None:
+def test_without_a_filter_the_estimate_is_the_schedule_wind(
+    turbine: Turbine, schedule: EffortSchedule
+) -> None:
     """tau_f = 0 passes the estimate through: the state's second entry plays no part."""
-    schedule = effort_schedule(turbine)
     direct = EffortSharingLaw.of(turbine, schedule, gains(schedule), wind_filter=0.0)
 
     one, two = (direct.command([0.0, s], Measurement(1.2, 0.0, 14.0)) for s in (3.0, 20.0))
@@ -165,19 +170,14 @@ def test_shares(law: EffortSharingLaw) -> None:
     assert law.pitch_share(5.0) == 0.0 and law.pitch_share(20.0) == 1.0
 
 
-def test_sizes_that_differ_are_misuse(turbine: Turbine) -> None:
+def test_sizes_that_differ_are_misuse(turbine: Turbine, schedule: EffortSchedule) -> None:
     """One gain per node and one integral rate per interval, all positive."""
     with pytest.raises(ModelError, match="integral rates"):
         EffortGains(np.ones(3), np.ones(3))
     with pytest.raises(ModelError, match="positive"):
         EffortGains(np.array([1.0, 0.0]), np.ones(1))
     with pytest.raises(ModelError, match="wind nodes"):
-        EffortSharingLaw.of(turbine, effort_schedule(turbine), EffortGains(np.ones(3), np.ones(2)))
-
-
-@pytest.fixture(scope="module")
-def schedule(turbine: Turbine) -> EffortSchedule:
-    return effort_schedule(turbine)
+        EffortSharingLaw.of(turbine, schedule, EffortGains(np.ones(3), np.ones(2)))
 
 
 def test_nodes_are_trims(turbine: Turbine, schedule: EffortSchedule) -> None:

@@ -71,7 +71,7 @@ def test_textbook_bounds_of_the_pendulum() -> None:
     assert len(textbook().rules) == 16
 
 
-@pytest.mark.parametrize("make", [textbook, found])
+@pytest.mark.parametrize("make", [textbook, pytest.param(found, marks=pytest.mark.slow)])
 def test_blend_equals_the_plant(make: object) -> None:
     """A(z) x + B(z) u is the plant's derivative at random points, also at the angle 0."""
     model: TSModel = make()  # type: ignore[operator]

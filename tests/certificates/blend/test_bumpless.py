@@ -1,4 +1,4 @@
-"""Claims ``bumpless`` of a plant with two actuators: bounds by hand, sampled, and damaged."""
+"""Claims ``bumpless`` of a plant with two actuators: bounds by hand and sampled."""
 
 from __future__ import annotations
 

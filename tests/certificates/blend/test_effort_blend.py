@@ -1,4 +1,4 @@
-"""Claims of kind ``effort-blend``: true ones are proved, broken ones never."""
+"""Claims of kind ``effort-blend``: designs with it, and its file."""
 
 from __future__ import annotations
 
@@ -124,6 +124,48 @@ def test_a_program_reads_what_it_divides_by() -> None:
 
     assert [one["name"] for one in program["read"]] == ["x", "air"]
     assert "/(air + x)" in program["send"][-1]["formula"]
+
+
+def test_gains_may_go_with_what_is_known() -> None:
+    """Regional gains by the share: the same in all rules that differ in errors alone."""
+
+    def by_share(document: Data) -> None:
+        names = [p["name"] for p in document["model"]["embedding"]["premises"]]
+        assert names == ["high_share", "cooling_off", "heating_off"]
+        document["gains"]["K"] = [[[4.0 + (k >= 4), 6.0]] for k in range(8)]
+
+    document = changed(by_share)
+
+    assert verdicts(document)[-1] == "PROVED"
+
+
+@cache
+def of_two_rules() -> PlantDesign:
+    """Actuators without errors cancel all but x in x' = a x^2 + U: two rules."""
+    changes = {
+        "low": '"2", error = 0.1 -> "2"',
+        "high": '"2 + x", error = 0.2 -> "2 + x"',
+        "equation": "a*x - -> a*x^2 -",
+    }
+    with TemporaryDirectory() as folder:
+        plant = plant_of(Path(folder), **changes)
+    return certify_plant(plant, lambda model: np.array([GAIN] * len(model.A)), PlantSettings())
+
+
+@pytest.mark.parametrize(("premise", "verdict"), [("x", "PROVED"), ("effort/3", "UNDECIDED")])
+def test_two_gains_go_by_the_weights_of_the_model(premise: str, verdict: str) -> None:
+    """Two rules, and two gains."""
+    document = copy.deepcopy(dict(of_two_rules().document))
+    document["claims"] = [c for c in document["claims"] if c["kind"] in ABOUT]
+    law = document["gains"]
+    (own,) = law["premises"]
+    assert own["expression"] == "x" and law["rules"] == [[0], [1]]
+    # Not in place: in memory model and law share their premises.
+    law["premises"] = [{**own, "expression": premise}]
+    law["K"] = [[[4.0, 6.0]], [[5.0, 6.0]]]
+    document = resealed(document)
+
+    assert verdicts(document) == ["PROVED", verdict]
 
 
 def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) -> None:

@@ -29,7 +29,9 @@ from tests.models.library_plants import library_model
 PLANTS = [name for name, kind in built_in_kinds().items() if kind == "plant"]
 
 
-@pytest.mark.parametrize("name", PLANTS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n == "split_range" else ()) for n in PLANTS]
+)
 def test_the_embedding_is_proved(name: str) -> None:
     """Identity, ranges and determinants, with the standard library alone; the data are short."""
     model = library_model(name)

@@ -11,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import (
+    Domain,
     Interval,
     Plant,
     Variable,
@@ -132,3 +134,19 @@ def test_a_law_states_an_irrational_trim_to_its_last_digit() -> None:
     assert "about the exact trim, which the law has to" in certificate.checked.claims[0].text
     trim = certificate.document["gains"]["trim"]
     assert abs(trim["input"][0] - 19.62**0.5 / 10) < 1e-15
+
+
+def test_a_model_on_less_than_the_plants_ranges_is_about_its_own_box() -> None:
+    """The pendulum's sin(x)/x within [-1, 1] of [-2, 2]: bounds and box are those of the domain."""
+    x, v = sp.symbols("x v", real=True)
+    plant = Plant(
+        equations=(v, -sp.sin(x)),
+        states=(Variable(x, "rad", Interval.of(-2, 2)), Variable(v, "rad/s")),
+        name="pendulum",
+    )
+    model = sector_model(plant, domain=Domain.of_box({x: Interval.of(-1, 1)}))
+
+    data = plant_data(model)
+
+    assert data["states"][0]["range"] == [-1, 1]
+    assert said_of(data).verdict is Verdict.PROVED

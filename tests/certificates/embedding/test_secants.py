@@ -59,6 +59,20 @@ def test_differences_are_blends_of_the_vertices() -> None:
         assert np.all(ends.min(axis=0) <= f + 1e-9) and np.all(f <= ends.max(axis=0) + 1e-9)
 
 
+def test_a_law_cannot_have_the_weights_of_secants() -> None:
+    """Gains that differ from rule to rule are checked in all pairs."""
+    from takagi.certificates.checker.replay.loop_reading import read_model_loop
+
+    model = secant_model(load_plant("flexible_joint"))
+    gains = np.array([[[1.0, 0.0, 0.0, 0.0]], [[2.0, 0.0, 0.0, 0.0]]])
+    document = certify(model, gains).document
+
+    family = read_model_loop(as_read(document["model"]), as_read(document["gains"]))
+
+    assert not family.shared_weights
+    assert len(family.groups()) == 4
+
+
 @pytest.mark.parametrize("name", ["tora", "cart_pole_2rules"])
 def test_plants_without_secants_are_refused(name: str) -> None:
     """A mass matrix, and an absolute value."""

@@ -1,9 +1,11 @@
-"""Plants that do not rest at decimals: textbook plants are proved, forged balls are not."""
+"""Plants that do not rest at decimals: textbook plants are proved."""
 
 from __future__ import annotations
 
+import copy
 import json
 import math
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.cross_check.comparison import cross_checked_document
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import PlantFile, load_plant
@@ -118,6 +121,23 @@ def test_each_embedding_is_proved_and_says_where_it_rests(
 
     assert found is Verdict.PROVED
     assert "its own rest is proved to lie in" in words
+
+
+@pytest.mark.parametrize("name", ["tank", "fan"])
+def test_secants_are_proved_about_the_same_rest(tmp_path: Path, name: str) -> None:
+    given = document(secant_model(load_plant(filed(tmp_path, PLANTS[name]))))
+    assert verdict(given)[0] is Verdict.PROVED
+
+    forged = moved(given, ("states", 1), Fraction(1, 10**9))
+    assert verdict(forged)[0] is Verdict.UNDECIDED
+
+
+def moved(given: dict[str, Any], place: tuple[str, int], by: Fraction) -> dict[str, Any]:
+    """The document with one ball moved by a share of its value."""
+    found = copy.deepcopy(given)
+    rest = found["model"][place[0]][place[1]]["rest"]
+    rest["value"] = str(Fraction(repr(rest["value"])) * (1 + by))
+    return found
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.design.plant.design import certify_plant, design_plant
@@ -20,9 +22,11 @@ from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant
 from takagi.reports.loops.plant_motion import uncertain_ends
 from takagi.reports.simulation.plant import simulate_plant
+from tests.certificates.kinds.claims import resealed, verdicts
 from tests.plant_files import written
 from tests.plant_rates import plant_rate
 
+Data = dict[str, Any]
 # theta'' = (g/l) sin(theta) + (1 + w) u / (m l^2): w is known to the law, m is not.
 ARM = """
 format = 1
@@ -73,6 +77,27 @@ def by_rules() -> PlantDesign:
     with TemporaryDirectory() as folder:
         plant, path = arm(Path(folder))
         return certify_plant(plant, gains, PlantSettings(), files=[path])
+
+
+def changed(change: Callable[[Data], None]) -> Data:
+    found = copy.deepcopy(dict(by_rules().document))
+    found["claims"] = [c for c in found["claims"] if c["kind"] in ("sector-embedding", "decay")]
+    change(found)
+    return resealed(found)
+
+
+def mass(document: Data) -> Data:
+    found: Data = next(v for v in document["model"]["disturbances"] if v["name"] == "m")
+    return found
+
+
+def test_gains_that_go_with_known_signals_are_proved() -> None:
+    document = changed(lambda _: None)
+
+    assert mass(document)["unknown"] is True
+    assert verdicts(document) == ["PROVED", "PROVED"]
+    words = check_document(document).claims[0].text
+    assert "m is an uncertain parameter, constant or moving in any way in the range" in words
 
 
 def test_the_plant_file_says_which_parameters_are_uncertain(tmp_path: Path) -> None:

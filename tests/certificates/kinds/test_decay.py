@@ -118,6 +118,14 @@ def test_rates_beyond_all_numbers_are_an_answer() -> None:
     )
 
 
+def test_an_input_without_effect_changes_nothing() -> None:
+    """B = 0 is written, so that gains have something to be gains of."""
+    model = TSModel([[[-1.0]]], [[[0.0]]])
+
+    assert certify(model, [[5.0]], decay_rate=0.9).verdict is Verdict.PROVED
+    assert certify(model, [[5.0]], decay_rate=1.1).verdict is Verdict.DISPROVED
+
+
 def test_misuse_is_refused() -> None:
     """A negative rate, claims beside a rate, gains of another shape: the error says what to do."""
     model = TSModel([[[-1.0]]], [[[1.0]]])

@@ -1,4 +1,4 @@
-"""Leaving a set under white noise: exact thresholds, a known answer, simulation, forged claims."""
+"""Leaving a set under white noise: exact thresholds, a known answer, simulation."""
 
 from __future__ import annotations
 

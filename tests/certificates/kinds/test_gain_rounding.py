@@ -33,6 +33,18 @@ def test_room_of_a_scalar_loop(way: str, sample_time: Any, A: float, room: float
         assert verdict_of(model, gains, claim(tau=[step], **one)) == verdict.name
 
 
+@pytest.mark.parametrize("absolute", [None, [[2.0]]])
+def test_no_step_at_all_is_never_claimed(absolute: Any) -> None:
+    """x' = -x decays at 1 1/s with this gain, and with no smaller one."""
+    found = certify(
+        TSModel([[[0.0]]], [[[1.0]]]), [[1.0]], claims=[GainRounding(1.0, absolute=absolute)]
+    )
+    claimed = found.document["claims"][0]
+
+    assert found.verdict is Verdict.UNDECIDED
+    assert claimed["relative"] + claimed["absolute"][0][0] > 0
+
+
 def loop(sample_time: float | None) -> tuple[TSModel, np.ndarray[Any, Any]]:
     """Return two rules with two inputs, in continuous time or as Euler steps of it."""
     A = np.array([[[0.0, 1.0], [1.0, 0.0]], [[0.0, 1.0], [2.0, 0.0]]])

@@ -1,4 +1,4 @@
-"""The variance under white noise: exact thresholds, a second way, and claims that are false."""
+"""The variance under white noise: exact thresholds, and a second way."""
 
 from __future__ import annotations
 

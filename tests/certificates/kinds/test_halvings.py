@@ -116,6 +116,14 @@ def test_every_kind_is_shown_on_pieces(kind: str, request_: Any, model: TSModel)
     assert verdicts(again) == ["UNDECIDED"]
 
 
+@pytest.mark.parametrize(
+    "request_", [Decay(0.2501), L2Gain(3.999), H2Norm(1.4142), ObserverError(K, 0.2501)]
+)
+def test_no_pieces_show_what_is_false(request_: Any) -> None:
+    """A hair beyond the same bounds."""
+    assert certify(dual(), K, claims=[request_]).verdict is not Verdict.PROVED
+
+
 def test_a_scheduled_function_takes_higher_degrees() -> None:
     """P(h) without bounds on the rates is one P: its coefficients need (h_1 + h_2)^3."""
     found = certify(opposed(), K, claims=[FuzzyDecay()])

@@ -62,19 +62,6 @@ def test_disturbance_that_the_set_just_withstands() -> None:
     assert verdict_of(model, None, claim | {"level": MORE}) == "UNDECIDED"
 
 
-def test_disturbance_that_a_sampled_set_just_withstands() -> None:
-    """|x| <= 2 is what |w| <= 1 holds x+ = x/2 + w to; s = 1/2."""
-    box = {"x1 [-]": [-2, 2]}
-    model = model_data([[[0.5]]], E=[[[1]]], sample_time=1, box=box)
-    _, claim = line()
-    claim |= {"P": [[0.25]], "multiplier": 0.5}
-
-    assert verdict_of(model, None, claim) == "PROVED"
-    assert verdict_of(model, None, claim | {"disturbance_bounds": [MORE]}) == "UNDECIDED"
-    for s in (0.49, 0.51):
-        assert verdict_of(model, None, claim | {"multiplier": s}) == "UNDECIDED"
-
-
 def test_more_work_than_a_reader_waits_for_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Corners count: two disturbances have two that are not opposite."""
     model, claim = line()

@@ -1,4 +1,4 @@
-"""The energy gain: exact thresholds, other ways to the same number, and claims that are false."""
+"""The energy gain: exact thresholds, and other ways to the same number."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.certificates import Verdict
+from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import L2Gain
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import hinf_norm
@@ -102,6 +102,13 @@ def test_disturbance_added_to_the_input() -> None:
 
     assert [claim["disturbance"] for claim in ways] == ["disturbances", "inputs"]
     assert ways[0]["gain"] == pytest.approx(ways[1]["gain"], rel=1e-6)
+
+
+def test_certificate_with_several_claims(tmp_path: Any) -> None:
+    certificate = certify(loop(), K, claims=[L2Gain(), L2Gain(output=(np.eye(2),))])
+
+    assert certificate.verdict is Verdict.PROVED
+    assert [claim["kind"] for claim in certificate.document["claims"]] == ["l2-gain"] * 2
 
 
 def test_unstable_loop_is_not_claimed() -> None:

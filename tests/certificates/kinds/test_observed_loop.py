@@ -49,13 +49,6 @@ def test_limits_of_a_linear_plant_from_both_sides(changed: Data, proved: bool) -
     assert (verdict == "PROVED") is proved, text
 
 
-def test_the_rate_from_both_sides() -> None:
-    """P = diag(1, s), s large: the rate tends to the slowest pole, 2 1/s."""
-    far = {"P": [[1, 0], [0, 1000000]]}
-    assert outcome(*line(**far, decay_rate=1.999))[0] == "PROVED"
-    assert outcome(*line(**far, decay_rate=2))[0] == "UNDECIDED"
-
-
 def test_the_sentence_says_where_it_may_start() -> None:
     """xhat starts at the measured x: e = 0, so that V = x^2 and |x| <= 1 may start."""
     text = outcome(*line())[1]
@@ -100,14 +93,6 @@ def test_the_motion_of_the_plant_stays_in_the_proved_set() -> None:
         assert np.abs(found.y).max() <= 1 and value[-1] < 1e-8
 
 
-def test_weights_of_a_model_without_a_plant_are_assumed() -> None:
-    """Two rules, nothing about what they depend on: the sentence says that they are known."""
-    model, gains, claim = line()
-    two = {**model, "A": [[[1]], [[0.5]]]}
-    text = outcome(two, gains, claim)[1]
-    assert "which it is assumed to know" in text
-
-
 @pytest.mark.parametrize(
     ("C", "hidden"),
     [
@@ -126,15 +111,6 @@ def test_a_premise_is_measured_by_one_output_in_all_rules(C: Any, hidden: str) -
         C=stack, D=(), states=("x1", "x2"), inputs=(), scheduled_by=("x1",)
     )
     assert hidden_premises(family) == hidden
-
-
-def test_the_sentence_keeps_ranges_of_disturbances_apart() -> None:
-    """Without disturbance: no range of one is granted."""
-    model, gains, claim = line()
-    box = {"x1 [-]": [-1, 1], "w [-]": [-0.5, 0.5]}
-    pushed = model | {"E": [[[1]]], "disturbance_names": ["w [-]"], "box": box}
-    text = outcome(pushed, gains, claim)[1]
-    assert "without disturbance" in text and "w" not in text.split("box")[1].split(";")[0]
 
 
 @pytest.mark.parametrize(

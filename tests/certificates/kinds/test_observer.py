@@ -1,4 +1,4 @@
-"""Observers and loops with observers: exact limits, cross terms, and claims that are false."""
+"""Observers and loops with observers: exact limits, and designs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.claims import law_data, model_data, verdict_of
+from tests.certificates.kinds.claims import model_data, verdict_of
 
 Data = dict[str, Any]
 
@@ -26,16 +26,6 @@ def line() -> tuple[Data, Data]:
     """Return x' = x, y = x, L = 3: the error decays at 2 exactly; and a claim just below."""
     claim = {"name": "line", "kind": "observer", "L": [[[3]]], "P": [[1]]}
     return model_data([[[1]]], C=[[[1]]]), claim | {"decay_rate": 1.999999999}
-
-
-def joint() -> tuple[Data, Data, Data]:
-    """Return x' = x + u, u = -3 xhat, L = 4: z' = [[-2, 3], [0, -3]] z, and a claim.
-
-    With P = diag(1, s) and no rate: 4 * 6 s > 9, so s > 3/8.
-    """
-    model = model_data([[[1]]], B=[[[1]]], C=[[[1]]])
-    claim = {"name": "joint", "kind": "observed-feedback", "L": [[[4]]], "decay_rate": 0}
-    return model, law_data([[[3]]]), claim | {"P": [[1, 0], [0, 0.375000001]]}
 
 
 def crossed() -> TSModel:
@@ -63,19 +53,6 @@ def test_sampled_error() -> None:
 
     assert verdict_of(model, None, claim | {"decay_rate": 0.69314718}) == "PROVED"
     assert verdict_of(model, None, claim | {"decay_rate": 0.69314719}) == "UNDECIDED"
-
-
-def test_joint_function_from_both_sides() -> None:
-    model, gains, claim = joint()
-
-    assert verdict_of(model, gains, claim) == "PROVED"
-    for mutant in (
-        {"P": [[1, 0], [0, 0.375]]},
-        {"P": [[1, 0], [0, -1]]},
-        {"L": [[[3.9]]]},
-        {"decay_rate": 0.1},
-    ):
-        assert verdict_of(model, gains, claim | mutant) == "UNDECIDED"
 
 
 def test_designed_observer_and_loop_are_proved() -> None:

@@ -1,4 +1,4 @@
-"""Peaks under bounded disturbance: exact thresholds, a simulation, and claims that are false."""
+"""Peaks under bounded disturbance: exact thresholds, and a simulation."""
 
 from __future__ import annotations
 

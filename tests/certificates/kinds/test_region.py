@@ -97,60 +97,9 @@ def test_a_design_is_proved_in_its_region() -> None:
     assert open_.tried[0]
 
 
-GENERAL = "L + z M"
+def test_a_sampled_loop_lies_inside_a_circle() -> None:
+    """In discrete time the region is of the matrix itself: 0.5 lies in |z| < 0.51."""
+    model = TSModel([np.diag([0.5, -0.2])], sample_time=1.0)
 
-
-@pytest.mark.parametrize(
-    ("L", "M", "words"),
-    [
-        ([[1]], [[1]], "Re z < -0.5"),
-        ([[1]], [[-1]], "Re z > 0.5"),
-        ([[1]], [[2]], GENERAL),
-        ([[-2, 0], [0, -2]], [[0, 1], [0, 0]], "|z| < 2"),
-        ([[-2, 3], [3, -2]], [[0, 1], [0, 0]], "|z + 3| < 2"),
-        ([[-2, -3], [-3, -2]], [[0, 1], [0, 0]], "|z - 3| < 2"),
-        # Radii that differ, none or a negative one; another M.
-        ([[-2, 0], [0, -3]], [[0, 1], [0, 0]], GENERAL),
-        ([[-2, -2], [-2, -3]], [[0, 1], [0, 0]], GENERAL),
-        ([[0, 0], [0, 0]], [[0, 1], [0, 0]], GENERAL),
-        ([[2, 0], [0, 2]], [[0, 1], [0, 0]], GENERAL),
-        ([[-2, 0], [0, -2]], [[0, 1], [0, 1]], GENERAL),
-        ([[-2, 0], [0, -2]], [[0, 1], [1, 0]], GENERAL),
-        ([[-2, 0], [0, -2]], [[0, 2], [0, 0]], GENERAL),
-        ([[-2, 0], [0, -2]], [[0, 1], [-1, 0]], "|Im z| < 1"),
-        ([[0, 0], [0, 0]], [[3, 1], [-1, 3]], "|Im z| < -3 Re z"),
-        ([[-2, 0], [0, -2]], [[3, 1], [-1, 3]], "|Im z| < 1 - 3 Re z"),
-        ([[-2, 0], [0, -2]], [[1, 1], [-1, 1]], "|Im z| < 1 - 1 Re z"),
-        # No sector: the ends of L or M differ, L has another entry, or the sign or size of M's.
-        ([[-2, 0], [0, -1]], [[3, 1], [-1, 3]], GENERAL),
-        ([[-2, 0], [0, 0]], [[3, 1], [-1, 3]], GENERAL),
-        ([[0, 0], [0, -2]], [[3, 1], [-1, 3]], GENERAL),
-        ([[-2, -2], [-2, -2]], [[3, 1], [-1, 3]], GENERAL),
-        ([[-2, 1], [1, -2]], [[3, 1], [-1, 3]], GENERAL),
-        ([[-2, 0], [0, -2]], [[3, 1], [-1, 2]], GENERAL),
-        ([[-2, 0], [0, -2]], [[1, 1], [-1, 3]], GENERAL),
-        ([[-2, 0], [0, -2]], [[3, 1], [-1, 1]], GENERAL),
-        ([[-2, 0], [0, -2]], [[3, 1], [-1, -1]], GENERAL),
-        ([[-2, 0], [0, -2]], [[-1, 1], [-1, 3]], GENERAL),
-        ([[-2, 0], [0, -2]], [[3, 1], [1, 3]], GENERAL),
-        ([[-2, 0], [0, -2]], [[3, 2], [-2, 3]], GENERAL),
-        ([[-2, 0], [0, -2]], [[3, 2], [-1, 3]], GENERAL),
-        ([[-2, 0], [0, -2]], [[3, 1], [-2, 3]], GENERAL),
-        ([[-2, 0], [0, -2]], [[-3, 1], [-1, -3]], GENERAL),
-        (
-            [[-2, 0, 0], [0, -2, 0], [0, 0, -2]],
-            [[3, 1, 0], [-1, 3, 0], [0, 0, 3]],
-            GENERAL,
-        ),
-    ],
-)
-def test_a_part_is_named_by_what_it_is(L: Any, M: Any, words: str) -> None:
-    """Whether or not x' = -9 x lies in it; what is no plane, disc, strip or sector is a formula."""
-    found = said_of(
-        model_data([[[-9]]]),
-        None,
-        {"name": "p", "kind": "region", "P": [[1]], "parts": [{"L": L, "M": M}]},
-    )
-
-    start = "lie where " if found.verdict is Verdict.PROVED else "inequality of "
-    assert found.text.partition(start)[2].startswith(words), found.text
+    assert certify(model, claims=[Poles(EigenvalueRegion.disc(0.51))]).verdict is Verdict.PROVED
+    assert certify(model, claims=[Poles(EigenvalueRegion.disc(0.5))]).verdict is Verdict.UNDECIDED

@@ -1,4 +1,4 @@
-"""Laws that run every T seconds: exact thresholds, the plants simulated, forged claims refused."""
+"""Laws that run every T seconds: exact thresholds, and the plants simulated."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import pytest
 import sympy as sp
 from scipy.linalg import expm
 
-from takagi.certificates import Verdict, certify
+from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker import check_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import embedding_claim, law_members, plant_data
 from takagi.certificates.requests import SampledLoop
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.models import Floats, TSModel
+from takagi.models import Floats, ModelError, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of, verdict_of
 from tests.certificates.weights.cells import cubic
 from tests.reports.plant_designs import design_of
@@ -176,6 +176,22 @@ def test_sentence_assumes_the_range_of_a_signal_that_schedules_alone() -> None:
 
 
 START, MIDDLE, END = [[1, 1.5], [1.5, 2.25]], [[1, 0.75], [0.75, 0]], [[1, 0], [0, 0]]
+
+
+def test_loops_that_have_no_such_claim() -> None:
+    model, gains, claim = integrator(1)
+    with pytest.raises(CertificateError, match="continuous time"):
+        said_of(
+            model_data([[[0]]], B=[[[1]]], sample_time=1), law_data([[[1]]], sample_time=1), claim
+        )
+    with pytest.raises(CertificateError, match="gains"):
+        said_of(model, None, claim)
+    with pytest.raises(ModelError, match="discrete time"):
+        SampledLoop(0.1).attempt(loop_of(TSModel([[[0.5]]], [[[1.0]]], sample_time=1.0), [[[0.1]]]))
+    with pytest.raises(ModelError, match="give gains"):
+        certify(TSModel([[[-1.0]]]), claims=[SampledLoop(0.1)])
+    with pytest.raises(ModelError, match="sample_time"):
+        SampledLoop(0.0)
 
 
 def test_switched_and_blended_at_will() -> None:

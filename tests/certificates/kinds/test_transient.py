@@ -1,4 +1,4 @@
-"""Overshoot and settling time: exact limits, a simulation, and claims that are false."""
+"""Overshoot and settling time: exact limits, and a simulation."""
 
 from __future__ import annotations
 

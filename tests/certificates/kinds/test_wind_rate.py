@@ -1,4 +1,4 @@
-"""How fast a known wind may move: thresholds, and a claim whose numbers are damaged."""
+"""How fast a known wind may move: thresholds, and motions."""
 
 from __future__ import annotations
 

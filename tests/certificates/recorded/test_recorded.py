@@ -8,21 +8,24 @@ from typing import Any
 
 import pytest
 
-from tests.certificates.recorded.answers import answer_in_words, cases, kinds, recorded
+from tests.certificates.recorded.answers import Case, answer_in_words, cases, kinds
 from tests.certificates.recorded.damages import Damage, answer_to, damages, names
 
 TOGETHER = 16
-PARTS = [
-    (kind, first)
-    for kind in kinds()
-    for first in range(0, sum(1 for _ in recorded(kind)), TOGETHER)
-]
+
+
+@cache
+def listed_cases(kind: str) -> list[Case]:
+    return list(cases(kind))
+
+
+PARTS = [(kind, first) for kind in kinds() for first in range(0, len(listed_cases(kind)), TOGETHER)]
 
 
 @pytest.mark.parametrize(("kind", "first"), PARTS)
 def test_the_answer_is_the_same(kind: str, first: int, tmp_path: Path) -> None:
     """Honest and forged ones; ``answers`` tells how the answers are written anew."""
-    for number, case in enumerate(list(cases(kind))[first : first + TOGETHER]):
+    for number, case in enumerate(listed_cases(kind)[first : first + TOGETHER]):
         found, said = answer_in_words(case.text, tmp_path / "certificate.json")
         where = f"{kind}.jsonl, line {first + number + 1}: {case.what}"
         assert found == case.answer, where
@@ -32,7 +35,7 @@ def test_the_answer_is_the_same(kind: str, first: int, tmp_path: Path) -> None:
 def test_both_answers_are_recorded_of_every_kind() -> None:
     """What is proved alone, or refused alone, would notice half; ``document`` is read, no more."""
     for kind in set(kinds()) - {"document"}:
-        first = {answer[0][0] for answer, _ in recorded(kind)}
+        first = {case.answer[0][0] for case in listed_cases(kind)}
         assert "PROVED" in first or "DISPROVED" in first, kind
         assert first & {"UNDECIDED", "refused"}, kind
 

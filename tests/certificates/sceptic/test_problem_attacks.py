@@ -90,24 +90,6 @@ def test_the_rounded_matrix_is_within_its_error(seed: int) -> None:
         assert matrix[i, j] == matrix[j, i]
 
 
-@pytest.mark.parametrize("scaled", [False, True])
-def test_weights_off_the_diagonal(scaled: bool) -> None:
-    """[[1, x], [x, 1]] in its cone: -1 <= x <= 1, and with sqrt(2) off the diagonal sqrt(2) more.
-
-    The multiplier [[h, h], [h, h]] needs 2 h = 1 of a matrix; counted once it would be h = 1 and
-    bound x by -2; counted twice, h = 1/2 and with sqrt(2) bound x by -1, above the optimum.
-    """
-    block = cone("semidefinite", 2, [0, 0, 1], [1, 1, 1], [0, 2, 1], scaled=scaled)
-    model = problem(block)
-    assert verdict(model, "optimum-bound", [0.5, 0.5, 0.5]) != "PROVED" or not scaled
-    # Diagonals are a little larger than 1/sqrt(2), so that the multiplier is inside.
-    point = [0.7072, 1, 0.7072] if scaled else [0.5, 0.5, 0.5]
-    checked = check_document(document(model, "optimum-bound", point))
-    assert checked.verdict.name == "PROVED"
-    bound = checked.claims[0].figures[0].value  # type: ignore[union-attr]
-    assert bound <= (-sqrt(2) if scaled else -1)  # type: ignore[operator]
-
-
 def test_sentences_round_towards_less() -> None:
     """A point's value up, a bound down, a radius down; for a maximum the other way."""
     third = equation([0, 0, -1], [1, 0, 3])

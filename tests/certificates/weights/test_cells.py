@@ -5,21 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 import sympy as sp
+from numpy.typing import NDArray
 
-from takagi.certificates import certify
+from takagi.certificates import Verdict, certify
 from takagi.certificates.checker.replay.claim_kinds import READ
-from takagi.certificates.requests import FuzzyDecay, L2Gain, ObservedFeedback, ObserverError
+from takagi.certificates.requests import FuzzyDecay, H2Norm, L2Gain, ObservedFeedback, ObserverError
 from takagi.certificates.requests.request import Request
-from takagi.models import ModelError
+from takagi.models import ModelError, TSModel, sector_model
+from takagi.models.laws.pdc import PdcLaw
 from tests.certificates.weights.cells import (
     EVIDENCE,
     cell_document,
     cubic,
+    plant_document,
     verdicts,
 )
 from tests.docs_pages import catalogue
+from tests.symbolic_plants import plant_of as symbolic_plant
 
 table = catalogue("catalogue.kinds")
 
@@ -53,6 +58,7 @@ def test_the_checker_says_what_the_page_says(kind: str, form: str, said: str) ->
     assert found[-1] == wanted
 
 
+Floats = NDArray[np.float64]
 x, v, u, w = sp.symbols("x v u w", real=True)
 
 
@@ -76,3 +82,39 @@ def test_what_needs_the_weights_is_refused_of_averages_of_slopes(
     """Each would be false.  That such a claim is refused is in ``cells``."""
     with pytest.raises(ModelError, match=words):
         certify(cubic("secants"), gains, claims=[request_])
+
+
+def circular() -> tuple[TSModel, Floats]:
+    """Return x' = x + (5 - u^2) u and gains for u = 0 and for |u| = 2."""
+    z = sp.Symbol("z", real=True)
+    plant = symbolic_plant(
+        [x + (5 - u**2) * u],
+        [x],
+        [u],
+        box={x: (-10, 10), u: (-2, 2)},
+        premises={z: u**2},
+        name="weak",
+    )
+    model = sector_model(plant)
+    weak_at_rest = float(model.B[0, 0, 0]) > 3
+    gains = np.array([[[0.3]], [[1.2]]] if weak_at_rest else [[[1.2]], [[0.3]]])
+    return model, gains
+
+
+def test_a_law_cannot_schedule_by_its_own_command() -> None:
+    """Blends with the same u^2 in plant and law decay; the law as it is run does not."""
+    model, gains = circular()
+    law = PdcLaw(model, gains, np.zeros(1), np.zeros(1))
+
+    command = float(law.command([6.5])[0])
+
+    assert abs(command) <= 2
+    assert 6.5 + (5 - command**2) * command > 4
+    claim = {"kind": "decay", "P": [[1]], "decay_rate": 0.1}
+    assert verdicts(plant_document(model, claim, gains)) == ["PROVED", "UNDECIDED"]
+    assert verdicts(plant_document(model, claim, [[1.2]])) == ["PROVED", "PROVED"]
+
+
+def test_white_noise_through_a_secant_embedding() -> None:
+    """x' = -x - x^3 + noise: E V' = -2 x^2 - 2 x^4 + 1, so the mean of x^2 is at most 1/2."""
+    assert certify(cubic("secants"), claims=[H2Norm(0.7072)]).verdict is Verdict.PROVED

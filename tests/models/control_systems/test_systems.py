@@ -62,7 +62,9 @@ def states_by_control(plant: Any, law: PdcLaw, start: Any, time: Any) -> Any:
     return np.atleast_2d(found.outputs)
 
 
-@pytest.mark.parametrize("name", ["duffing", "mass_spring_damper", "tora"])
+@pytest.mark.parametrize(
+    "name", ["duffing", pytest.param("mass_spring_damper", marks=pytest.mark.slow), "tora"]
+)
 def test_plant_and_law_move_as_in_our_simulation(name: str) -> None:
     """Without and with a mass matrix; both integrate with a relative tolerance of 1e-11."""
     plant, law = small_law(name)

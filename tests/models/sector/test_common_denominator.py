@@ -6,11 +6,13 @@ the five inertias and the equations that are used here (American Control Confere
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 import sympy as sp
 
-from takagi.models import Interval, ModelError, Plant, Variable, sector_model
+from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.terms import terms_of
 
@@ -53,9 +55,14 @@ def pendubot(angle: str = "0.26") -> Plant:
     )
 
 
+@cache
+def pendubot_model() -> TSModel:
+    return sector_model(pendubot())
+
+
 def test_the_pendubot_has_six_premises_that_can_be_read() -> None:
     """1/det M, cos q2 in adj M, two of gravity (one of the sum of the angles), two of the rates."""
-    model = sector_model(pendubot())
+    model = pendubot_model()
     assert model.derivation is not None and model.derivation.form is not None
     premises = set(model.derivation.form.factored.premises.values())
 
@@ -75,7 +82,7 @@ def test_every_rule_has_the_input_matrix_of_some_inverse() -> None:
     """B of each rule is [t2, -(t2 + t3 c)] times 1/d, with c and d from their ranges."""
     _, t2, t3, *_ = (float(v) for v in INERTIAS.values())
     cosines = np.cos([0.26, 0.0])
-    ratios = [B[3, 0] / B[2, 0] for B in sector_model(pendubot()).B]
+    ratios = [B[3, 0] / B[2, 0] for B in pendubot_model().B]
 
     for ratio in ratios:
         assert min(abs(-(t2 + t3 * c) / t2 - ratio) for c in cosines) < 1e-6
@@ -84,7 +91,7 @@ def test_every_rule_has_the_input_matrix_of_some_inverse() -> None:
 def test_the_blend_is_the_plant_at_points() -> None:
     """x' of the blend against M^-1 f in floating point, a way of its own."""
     found = pendubot()
-    model = sector_model(found)
+    model = pendubot_model()
     rates = sp.lambdify((Q1, Q2, W1, W2, U), list(found.equations))
     draw = np.random.default_rng(3)
     for x in draw.uniform(-1, 1, (50, 5)) * [0.26, 0.26, 2, 2, 10]:
