@@ -73,6 +73,8 @@ class ObjectiveUnit:
     shown = factor * objective^(1 / power) + offset: the condition is posed in units of order one,
     and some objectives are squares.
 
+    Attributes
+    ----------
     quantity : "gain" or "cost", as the answer or design names it.
     factor, power, offset : of the formula.
     """
@@ -94,7 +96,9 @@ class ObjectiveUnit:
     def objective(self, value: float) -> float:
         """Return the objective at which the quantity has this value.
 
-        Raises ModelError: a value that no objective has.
+        Raises
+        ------
+        ModelError : a value that no objective has.
         """
         root = (value - self.offset) / self.factor
         if not root > 0:
@@ -215,7 +219,9 @@ class GainsWithAnswer(WithAnswer):
     def require(self) -> tuple[Floats, Floats]:
         """Return (gains, P).
 
-        Raises ModelError: there are none; the message is the diagnosis.
+        Raises
+        ------
+        ModelError : there are none; the message is the diagnosis.
         """
         if self.gains is None or self.P is None:
             raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")

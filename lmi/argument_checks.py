@@ -40,7 +40,9 @@ def vertex_stack(model: Vertices) -> Array:
 
     Fractions stay fractions, so that a builder can be evaluated exactly.
 
-    Raises ModelError: no vertices, not square, or an entry that is not finite.
+    Raises
+    ------
+    ModelError : no vertices, not square, or an entry that is not finite.
     """
     source = model.A if isinstance(model, _HasVertices) else model
     A = _numbers("A", source)
@@ -61,7 +63,9 @@ def vertex_stack(model: Vertices) -> Array:
 def input_stack(model: object, A: Array, letter: str = "B") -> Array:
     """Return B (r, n, m), or C' (r, n, p) for letter "C", checked against A.
 
-    Raises ModelError: absent, shape, not finite, or inputs (outputs) that are not independent.
+    Raises
+    ------
+    ModelError : absent, shape, not finite, or inputs (outputs) that are not independent.
     """
     signals = "inputs" if letter == "B" else "outputs"
     source = getattr(model, letter, None)
@@ -135,7 +139,9 @@ def corners_of(model: object) -> Indices | None:
 def number(name: str, value: object, *, at_least: float | None = None) -> float | Fraction:
     """Return a finite real number.
 
-    Raises ModelError: not one, or below ``at_least``.
+    Raises
+    ------
+    ModelError : not one, or below ``at_least``.
     """
     if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(float(value)):
         raise ModelError(f"{name} is {value!r}; a finite number is needed")
@@ -147,7 +153,9 @@ def number(name: str, value: object, *, at_least: float | None = None) -> float 
 def positive_number(name: str, value: float) -> float:
     """Return a positive number.
 
-    Raises ModelError: it is not one.
+    Raises
+    ------
+    ModelError : it is not one.
     """
     number_read = float(number(name, value))
     if number_read <= 0:
@@ -158,7 +166,9 @@ def positive_number(name: str, value: float) -> float:
 def whole_number(name: str, value: object) -> int:
     """Return a whole number from 0 on.
 
-    Raises ModelError: not one.
+    Raises
+    ------
+    ModelError : not one.
     """
     if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
         raise ModelError(f"{name} is {value!r}; a whole number from 0 is needed")
@@ -168,7 +178,9 @@ def whole_number(name: str, value: object) -> int:
 def positive_vector(name: str, value: ArrayLike, size: int) -> Array:
     """Return (size,) positive numbers; one number stands for all.
 
-    Raises ModelError: another length, or an entry that is not positive and finite.
+    Raises
+    ------
+    ModelError : another length, or an entry that is not positive and finite.
     """
     vector = _numbers(name, value).astype(np.float64)
     if vector.shape not in ((), (size,)):
@@ -183,7 +195,9 @@ def positive_vector(name: str, value: ArrayLike, size: int) -> Array:
 def symmetric(name: str, value: ArrayLike, size: int, *, definite: bool) -> Array:
     """Return a symmetric weight (size, size), positive definite or semidefinite.
 
-    Raises ModelError: shape, not finite, not symmetric (cvxpy would use half of it), or indefinite.
+    Raises
+    ------
+    ModelError : shape, not finite, not symmetric (cvxpy would use half of it), or indefinite.
     """
     weight = _numbers(name, value).astype(np.float64)
     if weight.shape != (size, size):
@@ -283,6 +297,8 @@ def check_stabilisable(
 
     Undamped: Re >= 0, or |z| >= 1 in discrete time.
 
+    Parameters
+    ----------
     A, B : in states and inputs of order one, x = units xhat, so that rounding means something.
     names : of the states; x1, x2, ... when empty.
     dual : write the message about outputs and observation instead.

@@ -45,6 +45,8 @@ _exact = np.frompyfunc(Fraction, 1, 1)
 class Basis:
     """The B_a of given degrees, the last simplex changing first.
 
+    Attributes
+    ----------
     sizes : corners of each simplex.
     degrees : g_k.
     """
@@ -232,6 +234,8 @@ def _rank(exponents: Indices, degree: int) -> Indices:
 class UnknownPolynomial:
     """X(h) = sum_a B_a(h) sum_m weights[a, m] X_m: linear in the members X_m of an unknown.
 
+    Attributes
+    ----------
     basis : of a.
     weights : (count, members).
     """
@@ -350,7 +354,9 @@ class PolynomialLyapunov(ShortRepr):
     def at(self, h: ArrayLike) -> Floats:
         """Return P(h), (..., n, n), for memberships h of the rules, (..., r).
 
-        Raises ModelError: another number of memberships.
+        Raises
+        ------
+        ModelError : another number of memberships.
         """
         weights = np.asarray(h, dtype=np.float64)
         if weights.shape[-1:] != (len(self.corners),):

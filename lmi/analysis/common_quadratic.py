@@ -237,6 +237,8 @@ def impossibility_multipliers(
 
     Z_i <= I fixes the scale.
 
+    Parameters
+    ----------
     A : (N, n, n).
     decay_rate : alpha [1/s].
     sample_time : T in s of x+ = A x; None for x' = A x.

@@ -49,6 +49,8 @@ def common_lyapunov_condition(
     fast it varies.  P <= I only fixes the scale.  alpha is the parameter ``alpha``; in discrete
     time, A_i' P A_i - rho^2 P < 0, it is ``contraction``, rho^2 = e^(-2 alpha T).
 
+    Parameters
+    ----------
     model : a model (its A), (N, n, n) or (n, n); entries may be Fractions.
     decay_rate : alpha in 1/s; 0 asks for stability only.
     weight : margin of the vertex inequalities for a margin 1 of P; None takes their own size,
@@ -56,8 +58,10 @@ def common_lyapunov_condition(
     sample_time : T in s of x+ = A x, where the model cannot say; None takes the model's own,
         continuous time where it has none.
 
-    Raises ModelError: shapes, no vertices, entries that are not finite, a sample time that is not
-    positive or not the model's.
+    Raises
+    ------
+    ModelError : shapes, no vertices, entries that are not finite, a sample time that is not
+        positive or not the model's.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1, quadratic stability; Tanaka
     and Wang (2001), theorem 2, for discrete time.

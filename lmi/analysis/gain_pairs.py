@@ -16,7 +16,9 @@ from takagi.models.ts.vertex_arrays import finite_array
 def gain_stack(gains: ArrayLike, r: int, m: int, n: int) -> Array:
     """Return K, (r, m, n), of u = -sum_j h_j K_j x; one (m, n) gain stands for all rules.
 
-    Raises ModelError: another shape, or an entry that is not finite.
+    Raises
+    ------
+    ModelError : another shape, or an entry that is not finite.
     """
     K = finite_array("K", gains)
     if K.shape not in ((r, m, n), (1, m, n), (m, n)):

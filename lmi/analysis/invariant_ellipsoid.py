@@ -58,6 +58,8 @@ FINER, BETWEEN = 3, 9
 class Ellipsoid:
     """A candidate {x' P x <= 1} that is invariant under ``scale`` times the disturbances.
 
+    Attributes
+    ----------
     P : (n, n), or None where no common P was found.
     multipliers : (G,) alpha per group of vertices.
     scale : the factor on the stated disturbance for which it is invariant and inside the bounds.
@@ -130,6 +132,8 @@ def invariant_ellipsoid(
 ) -> Ellipsoid:
     """Return a candidate ellipsoid inside |h_i' x| <= 1 under the largest scale of d.
 
+    Parameters
+    ----------
     A : (N, n, n) vertices;  d : (N, n) disturbances at scale 1.
     groups : (N,) group of each vertex, 0 ... G-1; vertices of one group share one multiplier.
     directions : (D, n) rows h_i, so scaled that the bound is 1.

@@ -32,7 +32,9 @@ def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Conditio
     model : a model (its A), (N, n, n) or (n, n); entries may be Fractions.
     region : in the units of the eigenvalues of A, see ``EigenvalueRegion``.
 
-    Raises ModelError: shapes, no vertices, entries that are not finite, no region.
+    Raises
+    ------
+    ModelError : shapes, no vertices, entries that are not finite, no region.
 
     Source: Chilali and Gahinet (1996), IEEE Trans. Automatic Control 41(3), theorem 2.2, with one
     P for all vertices.

@@ -53,6 +53,8 @@ def sampled_loop_condition(
 ) -> Condition:
     """Pose the module's LMIs with least I <= P <= I, P > 0; nothing is solved.
 
+    Parameters
+    ----------
     A, B : (r, n, n), (r, n, m) vertices.
     K : (s, m, n) gains of u = -K x.
     sample_time : T in s.

@@ -88,7 +88,9 @@ def start_set_condition(
     G : (N, n, n);  rows : (T, n);  weight : (n, n), symmetric.
     decay_rate : alpha [1/s];  sample_time : T in s of z+ = G z.
 
-    Raises ModelError: sizes that do not fit.
+    Raises
+    ------
+    ModelError : sizes that do not fit.
     """
     count, n = G.shape[:2]
     if G.shape != (count, n, n) or rows.shape[1:] != (n,) or weight.shape != (n, n):
@@ -131,7 +133,9 @@ def start_set(
     decay_rate : V falls at least as e^(-2 alpha t).
     sample_time : T in s of z+ = G z; None in continuous time.
 
-    Raises ModelError: no limit, or sizes that do not fit.
+    Raises
+    ------
+    ModelError : no limit, or sizes that do not fit.
 
     Source: the module's.
     """
@@ -192,7 +196,9 @@ def tracking_condition(
     jumps, errors : (q, n) rows m_j, or (k, n) rows c_k; one of both.
     residuals : (n,) numbers e_k > 0; None for none.  ``left`` is their share of the set.
 
-    Raises ModelError: sizes that do not fit, a rate that is not positive, both objectives or none.
+    Raises
+    ------
+    ModelError : sizes that do not fit, a rate that is not positive, both objectives or none.
     """
     count, n = A.shape[:2]
     rows_given = [row_stack for row_stack in (jumps, errors) if row_stack is not None]

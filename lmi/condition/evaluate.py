@@ -26,6 +26,8 @@ def lmi_value(
 ) -> Array:
     """Return F_k(X), (count, size, size), summed term by term; the sign is not applied.
 
+    Parameters
+    ----------
     values : unknown name -> (count, rows, cols).
     parameters : parameter name -> number.
     zero : what empty entries start from; 0.0 for floats, Fraction(0) for exact arithmetic.
@@ -169,7 +171,9 @@ def fractions(array: ArrayLike) -> Array:
     A float becomes the dyadic number it stores: 0.1 is not 1/10.  Give ``Fraction("0.1")``, or a
     string, for the decimal.
 
-    Raises ModelError: an entry that is not a finite number.
+    Raises
+    ------
+    ModelError : an entry that is not a finite number.
     """
     source = np.asarray(array, dtype=object)
     result = np.empty(source.shape, dtype=object)

@@ -18,6 +18,8 @@ from takagi.lmi.condition.unknown import Unknown
 class Expressed:
     """A condition as cvxpy objects.
 
+    Attributes
+    ----------
     variables : unknown name -> one cvxpy variable per member.
     margin : the cvxpy variable t, or the number it was fixed to.
     expressions : LMI name -> sign F_k, one cvxpy expression per item.

@@ -34,6 +34,8 @@ from takagi.models.errors import ModelError
 class LogDet:
     """sign times log det X; of a condition it is the whole objective.
 
+    Attributes
+    ----------
     X : (n, n), symmetric.
     sign : 1, or -1 for ``-log_det(X)``.
     """
@@ -48,7 +50,9 @@ class LogDet:
 def log_det(value: object) -> LogDet:
     """Return log det X, for ``pose(maximise=log_det(P))``; the objective is then -det(P)^(1/n).
 
-    Raises ModelError: several matrices, or one that is not square.
+    Raises
+    ------
+    ModelError : several matrices, or one that is not square.
     """
     X = expression_of(value).flat()
     if X.shape[0] != X.shape[1] or X.count > 1:

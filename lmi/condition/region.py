@@ -34,6 +34,8 @@ Rows: TypeAlias = tuple[tuple[Number, ...], ...]
 class RegionPart:
     """{z : L + z M + conj(z) M' < 0}, with L symmetric; Fractions stay Fractions.
 
+    Attributes
+    ----------
     L, M : (k, k), as rows.
     kind : what it is, in plain words, e.g. ``"disc"``.
     name, latex : the set as a formula, in text and in LaTeX.

@@ -61,13 +61,15 @@ def pose(
     parameters : values of those that stand in an ``LMI``; statements bring their own.
     name, source : of the condition.
 
-    Returns the condition as data; nothing is solved.  ``decide`` and ``optimise`` solve it,
-    ``latex`` writes it, ``expressed`` passes it to cvxpy, ``exact_solution`` decides an answer
-    exactly.
+    Returns
+    -------
+    The condition as data; nothing is solved.  ``decide`` and ``optimise`` solve it, ``latex``
+    writes it, ``expressed`` passes it to cvxpy, ``exact_solution`` decides an answer exactly.
 
-    Raises ModelError: no statement, another value than a statement, an inequality of a matrix that
-    is not symmetric, unknowns of one name that differ, an objective with a constant, two
-    objectives.
+    Raises
+    ------
+    ModelError : no statement, another value than a statement, an inequality of a matrix that is not
+        symmetric, unknowns of one name that differ, an objective with a constant, two objectives.
     """
     if not statements:
         raise ModelError("pose: no statement was given; give at least one, e.g. P >> 0")
@@ -133,7 +135,9 @@ def _goal(minimise: object, maximise: object) -> tuple[Expression | None, tuple[
 def condition_of(statements: StatedCondition, caller: str) -> Condition:
     """Return a condition, or that of one statement or of several in a list.
 
-    Raises ModelError: anything else.
+    Raises
+    ------
+    ModelError : anything else.
     """
     if isinstance(statements, Condition):
         return statements

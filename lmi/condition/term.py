@@ -70,6 +70,8 @@ def _of(array: Array, length: int, chosen: slice | Indices) -> Array:
 class Labels(Sequence[str]):
     """of(0), ..., of(size - 1) as a sequence.
 
+    Attributes
+    ----------
     size : how many.
     of : the name of item k, k = 0 ... size - 1.
     """
@@ -391,7 +393,9 @@ class Condition(ShortRepr):
     def refuse_equalities(self) -> None:
         """Raise where LMIs alone can be read: what reads them would leave the equalities out.
 
-        Raises ModelError: it has equalities.
+        Raises
+        ------
+        ModelError : it has equalities.
         """
         if self.equalities:
             raise ModelError(

@@ -79,7 +79,9 @@ class Unknown(Operators):
     def member(self, number: int) -> Expression:
         """Return one of several members, counted from 0.
 
-        Raises ModelError: there is no such member.
+        Raises
+        ------
+        ModelError : there is no such member.
         """
         if not 0 <= number < self.count:
             raise ModelError(

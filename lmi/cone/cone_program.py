@@ -173,6 +173,8 @@ class Assembled:
 
     Rows are the upper triangles, column by column, off-diagonals times sqrt(2).
 
+    Attributes
+    ----------
     condition : what was assembled.
     offsets : unknown name -> its first variable.
     entries : (row, column, value) of the matrix without parameters.
@@ -235,7 +237,9 @@ def assemble(condition: Condition) -> Assembled:
 
     Nothing is solved.  Memory grows with the number of nonzero products of coefficients only.
 
-    Raises ModelError: a condition with equalities.
+    Raises
+    ------
+    ModelError : a condition with equalities.
     """
     condition.refuse_equalities()
     offsets, variables = {}, 0

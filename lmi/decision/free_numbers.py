@@ -90,7 +90,9 @@ def refuse_kept(
 ) -> None:
     """Refuse what is given about a condition's cone data where equalities change them.
 
-    Raises ModelError: cone data, or upper bounds of unknowns.
+    Raises
+    ------
+    ModelError : cone data, or upper bounds of unknowns.
     """
     if assembled is not None or rows:
         argument = "cone data" if assembled is not None else "upper bounds of unknowns (rows)"

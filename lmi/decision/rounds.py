@@ -280,6 +280,8 @@ def decide_by_vertices(
     A no for some vertices is a no for all.  The labels of the condition's vertices are those of
     the whole set.
 
+    Parameters
+    ----------
     A : (N, n, n).
     pose : builder called as pose(vertices, decay_rate=, weight=).
     most : as for ``decide``, for each round.

@@ -24,6 +24,8 @@ ONE_DIRECTION, REACH = 1e-3, 1e-3
 class UncontrollableBlend:
     """At sum_i h_i A_i, sum_i h_i B_i the mode of this eigenvalue is moved by no input.
 
+    Attributes
+    ----------
     weights : (r,) h.
     eigenvalue : lambda, with v' A(h) = lambda v' and v' B(h) = 0 to solver accuracy.
     direction : (n,) v, its largest entry 1.
@@ -91,6 +93,8 @@ NAMED = 4
 class PremiseRelief:
     """What one premise costs, the others on their whole ranges.
 
+    Attributes
+    ----------
     name, unit : of the premise.
     share : the largest share of its range, about the middle, with an answer, of those that were
         tried; 0 where it must be a constant; None where even that does not help.

@@ -307,7 +307,9 @@ def expression_of(value: object, owner: str = "the matrix") -> Expression:
 def matrix_product(first: Expression, second: Expression) -> Expression:
     """Return first times second; one of the two must be known.
 
-    Raises ModelError: shapes, or two unknowns in one product.
+    Raises
+    ------
+    ModelError : shapes, or two unknowns in one product.
     """
     _refuse_two_unknowns(first, second)
     if first.shape[1] != second.shape[0]:
@@ -362,7 +364,9 @@ def yalmip_product(first: Expression, factor: object) -> Expression:
 def total(first: Expression, summand: object, sign: int) -> Expression:
     """Return first + sign * other; the number 0 has any shape.
 
-    Raises ModelError: another shape.
+    Raises
+    ------
+    ModelError : another shape.
     """
     if isinstance(summand, Real) and not isinstance(summand, bool) and summand == 0:
         return first
@@ -416,7 +420,9 @@ def kron(first: object, second: object) -> Expression:
 
     kron(M, X) = sum_k kron(M e_k, I) X kron(e_k', I), one term for each column of M.
 
-    Raises ModelError: two unknowns.
+    Raises
+    ------
+    ModelError : two unknowns.
     """
     one, two = expression_of(first).flat(), expression_of(second).flat()
     _refuse_two_unknowns(one, two)
@@ -517,7 +523,9 @@ def matrix(value: object, latex: str, *, over: str = "") -> Expression:
     over : "i" or "j": (r, p, q) is by this rule of a Theta_ij, and the symbol has ``{i}`` or
         ``{j}``; "ij": (r, r, p, q) is by both.
 
-    Raises ModelError: not a matrix of finite numbers, or an empty symbol.
+    Raises
+    ------
+    ModelError : not a matrix of finite numbers, or an empty symbol.
     """
     if isinstance(value, str) or not isinstance(latex, str):
         raise ModelError(
@@ -552,7 +560,9 @@ def identity(size: int) -> Expression:
 def by_rule(array: Any, over: str) -> Any:
     """Return (r, ...) as (r, 1, ...) over "i", as (1, r, ...) over "j".
 
-    Raises ModelError: another name of a rule.
+    Raises
+    ------
+    ModelError : another name of a rule.
     """
     if over not in ("i", "j"):
         raise ModelError(f"over is {over!r}; 'i' (the vertex's rule) or 'j' (the gain's) is needed")
@@ -571,7 +581,9 @@ def added(
     count : number of sums.
     latex : the sum as it is written before a term.
 
-    Raises ModelError: another number of items, an item of a sum that there is not.
+    Raises
+    ------
+    ModelError : another number of items, an item of a sum that there is not.
     """
     X = expression_of(value)
     N = X.count
@@ -617,7 +629,9 @@ class Parameter(Operators):
 def He(value: object) -> Expression:
     """Return X + X'.
 
-    Raises ModelError: X is not square.
+    Raises
+    ------
+    ModelError : X is not square.
     """
     X = expression_of(value)
     if X.shape[0] != X.shape[1]:
@@ -628,7 +642,9 @@ def He(value: object) -> Expression:
 def trace(value: object) -> Expression:
     """Return the trace as a 1 x 1 expression, to be minimised or compared.
 
-    Raises ModelError: X is not square.
+    Raises
+    ------
+    ModelError : X is not square.
     """
     X = expression_of(value).flat()
     n = X.shape[0]

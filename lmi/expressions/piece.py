@@ -51,7 +51,9 @@ def data_stack(value: object, owner: str) -> Data:
 
     Decimal strings and Fractions stay exact.
 
-    Raises ModelError: entries that are not numbers or not finite, or an array with one axis.
+    Raises
+    ------
+    ModelError : entries that are not numbers or not finite, or an array with one axis.
     """
     try:
         array = np.asarray(value)
@@ -143,6 +145,8 @@ class Symbol(Protocol):
 class Piece:
     """factor times left[t] X[members[t]] right[t], with X transposed where ``transposed``.
 
+    Attributes
+    ----------
     unknown : X, or None for a known matrix, which is ``left``.
     left, right : (N, p, a) and (N, b, q), or N = 1 for the same in all; right is None for a known
         matrix and for a scalar X, then left is (N, p, q). For two rules (r, r, ., .), with 1 in the
@@ -281,7 +285,9 @@ def common_lead(leads: set[tuple[int, ...]]) -> tuple[int, ...]:
 def single_parameter(first: Piece, second: Piece) -> NamedNumber | None:
     """Return the named number of a product.
 
-    Raises ModelError: both factors have one.
+    Raises
+    ------
+    ModelError : both factors have one.
     """
     if first.parameter is not None and second.parameter is not None:
         raise ModelError(

@@ -221,8 +221,10 @@ def extreme_parameter(
     centre : return the unknowns of largest margin slightly before the value; without, those
         that allow it, with no margin left.
 
-    Raises ModelError: no such parameter in the condition, a tolerance that is not positive, or
-    unknowns to start from that are feasible at no value.
+    Raises
+    ------
+    ModelError : no such parameter in the condition, a tolerance that is not positive, or unknowns
+        to start from that are feasible at no value.
 
     Not promised: a finite ``bound``; and a value that is approached only as the unknowns
     degenerate is approached as far as ``worst`` lets them.

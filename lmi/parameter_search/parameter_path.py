@@ -70,7 +70,9 @@ class ParameterPencil:
     ) -> ParameterPencil:
         """Separate a condition into the parts with and without the parameter.
 
-        Raises ModelError: no term has the parameter.
+        Raises
+        ------
+        ModelError : no term has the parameter.
         """
         slopes = tuple(_slope(lmi, name) for lmi in condition.lmis)
         if not any(slopes):

@@ -27,6 +27,8 @@ def least_over_rate(
     several, the search is confined to the two intervals next to the best of ``rates``.  The golden
     section divides the logarithm of the rate, so that ``tolerance`` is relative.
 
+    Parameters
+    ----------
     value : function from the rate to the bound; inf where no bound exists.
     rates : ascending, at least three; the first and the last bound the search.
     tolerance : relative tolerance of the rate.

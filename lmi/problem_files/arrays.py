@@ -44,8 +44,10 @@ CVXPY_SOLVERS = ("CLARABEL", "SCS")
 def read_sedumi(path: Path) -> ConicProblem:
     """Return the problem of a MAT file with A (or At), b, c and K.
 
-    Raises ModelError: a member is missing or does not fit, a matrix is not symmetric, or a cone is
-    not supported.
+    Raises
+    ------
+    ModelError : a member is missing or does not fit, a matrix is not symmetric, or a cone is not
+        supported.
     """
     source, members = path.name, mat_content(path)
     for name in ("b", "c", "K"):
@@ -108,7 +110,9 @@ def _fill(block: Block, index: int, values: Floats, source: str) -> None:
 def read_cvxpy(path: Path) -> ConicProblem:
     """Return the problem of an npz file with cvxpy's data; see ``save_cvxpy``.
 
-    Raises ModelError: a member is missing or does not fit.
+    Raises
+    ------
+    ModelError : a member is missing or does not fit.
     """
     source = path.name
     try:
@@ -147,7 +151,9 @@ def save_cvxpy(problem: Any, path: Path | str) -> None:
     problem : a ``cvxpy.Problem`` with linear, second-order and semidefinite cones.
     path : the file, which ends with .npz.
 
-    Raises ModelError: a cone of another kind, or a quadratic objective that is none in cones.
+    Raises
+    ------
+    ModelError : a cone of another kind, or a quadratic objective that is none in cones.
     """
     data, _, inverse = problem.get_problem_data("CLARABEL", solver_opts={"use_quad_obj": False})
     dims = data["dims"]

@@ -93,6 +93,8 @@ class Block:
 class ConicProblem:
     """The problem of the module.
 
+    Attributes
+    ----------
     name : of the file.
     objective : c, (variables,);  offset : c_0.
     maximised : whether the file asks for the largest -(c'x + c_0).

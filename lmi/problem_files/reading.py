@@ -25,7 +25,9 @@ LARGEST_FILE = 50_000_000
 def read_problem_file(path: Path) -> ConicProblem:
     """Return the problem of a file that ends with ``.dat-s``, ``.cbf``, ``.mat`` or ``.npz``.
 
-    Raises ModelError: another ending, a file that cannot be read, or contents that do not fit.
+    Raises
+    ------
+    ModelError : another ending, a file that cannot be read, or contents that do not fit.
     """
     ending = ending_of(path.name)
     require(bool(ending), str(path), f"a file that ends with {', '.join(FORMS)} is needed")
@@ -44,7 +46,9 @@ def ending_of(name: str) -> str:
 def read_solution_file(path: Path, problem: ConicProblem) -> Solution:
     """Return a solution: JSON with ``x`` and, if known, ``y``, or the text of CSDP.
 
-    Raises ModelError: a file that cannot be read, or numbers that do not fit the problem.
+    Raises
+    ------
+    ModelError : a file that cannot be read, or numbers that do not fit the problem.
     """
     text, source = _text(path), path.name
     if path.suffix.lower() != ".json":

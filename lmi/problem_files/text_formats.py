@@ -49,7 +49,9 @@ PUNCTUATION = re.compile(r"[,(){}]")
 def read_sdpa(text: str, source: str) -> ConicProblem:
     """Return the problem of a ``.dat-s`` file.
 
-    Raises ModelError: a line that is not as the format has it; the line is named.
+    Raises
+    ------
+    ModelError : a line that is not as the format has it; the line is named.
     """
     lines = [
         (number, PUNCTUATION.sub(" ", line))
@@ -89,7 +91,9 @@ def read_sdpa(text: str, source: str) -> ConicProblem:
 def read_solution(text: str, problem: ConicProblem, source: str) -> Solution:
     """Return the solution of a ``.dat-s`` problem as CSDP writes it.
 
-    Raises ModelError: another number of variables, or an entry outside the blocks.
+    Raises
+    ------
+    ModelError : another number of variables, or an entry outside the blocks.
     """
     lines, decimals = text.splitlines(), Decimals(source)
     x = np.array([decimals(word) for word in (lines[0].split() if lines else [])])
@@ -183,7 +187,9 @@ class _Reader:
 def read_cbf(text: str, source: str) -> ConicProblem:
     """Return the problem of a ``.cbf`` file.
 
-    Raises ModelError: a line that is not as the format has it, or a cone that is not supported.
+    Raises
+    ------
+    ModelError : a line that is not as the format has it, or a cone that is not supported.
     """
     reader = _Reader(text, source)
     sense, scalars, matrices = "MIN", 0, []

@@ -40,6 +40,8 @@ LARGEST = 40_000_000
 class Equalities:
     """What the entries of multipliers must satisfy: matrix . z = 0, and sign . z <= 0.
 
+    Attributes
+    ----------
     rows : of the program, those whose multipliers may differ from zero.
     sizes, starts : of each multiplier, and where it begins among these rows.
     matrix : independent equalities of length 1; the last is the constant's, where it has a sign.

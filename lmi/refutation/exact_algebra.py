@@ -54,6 +54,8 @@ class Block:
 class Adjoint:
     """The integer matrix of the module's formula, as entries without repetition or zeros.
 
+    Attributes
+    ----------
     condition : what was read.
     row, column, value : entry t is value_t (an int) in row_t (a number of an unknown, in the
         order of the unknowns), column_t (an entry of z).
@@ -96,8 +98,10 @@ class Adjoint:
 def adjoint(condition: Condition) -> Adjoint:
     """Return the integer matrix of a condition.  Nothing is solved, nothing is rounded.
 
-    Raises ModelError: an entry that is not a finite number, or equalities, which have no
-    multipliers here.
+    Raises
+    ------
+    ModelError : an entry that is not a finite number, or equalities, which have no multipliers
+        here.
     """
     condition.refuse_equalities()
     offsets, variables = {}, 0
@@ -129,7 +133,9 @@ def adjoint(condition: Condition) -> Adjoint:
 def over_one_denominator(array: Array) -> tuple[Array, int]:
     """Return integers N and a positive integer D with array = N / D exactly.
 
-    Raises ModelError: an entry that is not a finite number.
+    Raises
+    ------
+    ModelError : an entry that is not a finite number.
     """
     # Wide integers have more digits than a float, and NaN has a mantissa like any other.
     if array.dtype.kind == "f" and array.dtype.itemsize <= 8 and np.isfinite(array).all():

@@ -37,6 +37,8 @@ LARGEST_DENOMINATOR = 64
 class Face:
     """Z_k = U_k S_k U_k' for every block k.
 
+    Attributes
+    ----------
     bases : U_k, (n_k, r_k) of ints, linearly independent columns; r_k may be 0.
     starts : where the entries of S_k, upper triangle column by column, begin in s.
     row, column, value : the rows of the adjoint in s: row_v . z = sum of value_t s_column(t).

@@ -89,7 +89,9 @@ class Alternative(ShortRepr):
     def fault(self) -> str:
         """Return the reason why it is not a proof; an empty text if it is one.
 
-        Raises ModelError: a multiplier of an LMI that is not there, or of another shape.
+        Raises
+        ------
+        ModelError : a multiplier of an LMI that is not there, or of another shape.
         """
         if self.function and not self.multipliers:
             return fault_of_function(self.condition, self.function)
@@ -136,7 +138,9 @@ class Alternative(ShortRepr):
 def multiplier_entries(read: Adjoint, multipliers: Mapping[str, Array]) -> Array:
     """Return z, (columns,): the entries of the multipliers on and above the diagonal.
 
-    Raises ModelError: a multiplier of an LMI that is not there, or of another shape.
+    Raises
+    ------
+    ModelError : a multiplier of an LMI that is not there, or of another shape.
     """
     names = [lmi.name for lmi in read.condition.lmis]
     for name, value in multipliers.items():
@@ -212,11 +216,15 @@ def exact_no(
         out have zeros.
     parameters : exact values; None takes the condition's own, as the dyadics they store.
 
-    Returns an ``Alternative`` that has been checked.  The solver is called when the given
-    multipliers do not do.
+    Returns
+    -------
+    An ``Alternative`` that has been checked.  The solver is called when the given multipliers do
+    not do.
 
-    Raises ModelError: a multiplier of an LMI that is not there, or of another shape; an entry of
-    the condition that is not a finite number.
+    Raises
+    ------
+    ModelError : a multiplier of an LMI that is not there, or of another shape; an entry of the
+        condition that is not a finite number.
     """
     condition = condition_of(condition, "exact_no")
     numbers: dict[str, Any] = {**condition.parameters, **(parameters or {})}
@@ -357,8 +365,10 @@ def objective_below(asked: Condition | Answer | Design, value: float | Fraction)
     value : of an answer converted to the units in which its condition is posed, by a product in
         floating point; what is proved is about the condition that is returned.
 
-    Raises ModelError: a condition without an objective, an answer that minimised nothing, or a
-    value that is no finite number, or that no objective has.
+    Raises
+    ------
+    ModelError : a condition without an objective, an answer that minimised nothing, or a value that
+        is no finite number, or that no objective has.
     """
     value = number("value", value)
     if isinstance(asked, Design):

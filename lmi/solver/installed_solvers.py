@@ -51,6 +51,8 @@ from takagi.models.arrays import Indices
 class Incidence:
     """Pairs (variable, cone), one for each cone in which a variable appears.
 
+    Attributes
+    ----------
     size, first, rows : (cones,) width of a cone, its first row in A, how many rows it has.
     variable, cone : (pairs,) by variable, then by cone.
     touched : (variables,) in how many cones each variable appears.

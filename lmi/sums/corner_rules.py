@@ -92,7 +92,9 @@ class _Named(Protocol):
 def product_rules(source: HasPremises | Corners | ArrayLike) -> ProductRules:
     """Return the rules of a model with premises, or of an array of corners (rules, premises).
 
-    Raises ModelError: a model without premises; combinations of corners missing or twice.
+    Raises
+    ------
+    ModelError : a model without premises; combinations of corners missing or twice.
     """
     if isinstance(source, ProductRules):
         return source

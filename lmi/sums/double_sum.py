@@ -35,6 +35,8 @@ Part: TypeAlias = tuple[Piece, bool]
 class Summand:
     """weight_t Theta_(i_t, j_t), added to item item_t, for t = 1 ... T.
 
+    Attributes
+    ----------
     i, j : (T,) rule of the vertex, rule of the gain.
     weight : (T,); integers, or binary fractions, stay exact where the matrices are fractions.
     item : (T,); None means one to each item.

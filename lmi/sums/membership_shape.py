@@ -53,6 +53,8 @@ def rate_of(
 ) -> Expression | int:
     """Return dP/dt at one velocity of the memberships, by the rule of the vertex.
 
+    Parameters
+    ----------
     corners : (r, K), the corner of each simplex that rule i takes.
     velocity : dw^k/dt, one array for each simplex.
     members : (r,), the member of P for each rule; None for the rules' own order.

@@ -68,6 +68,8 @@ def numbers_of(rows: Indices, values: int) -> Indices:
 class Simplex:
     """The weights of one premise, and the columns of corners in which they are factors.
 
+    Attributes
+    ----------
     name : of the premise.
     corners : number of weights.
     columns : of the rules' corners.
@@ -87,6 +89,8 @@ class Simplex:
 class SimplexCoefficients:
     """Coefficient k of the polynomial is scale sum_(t: item_t = k) weight_t Theta_(i_t, j_t).
 
+    Attributes
+    ----------
     i, j, item, weight : (T,); the weights are whole numbers, with the same sum in all items.
     total : their sum.
     scale : a power of two near 1 / total, that makes a coefficient about a mean of the Theta_ij.
@@ -114,7 +118,9 @@ class SimplexCoefficients:
 def simplexes_of(rules: ProductRules) -> tuple[Simplex, ...]:
     """Return every premise of the rules, in the order of the columns.
 
-    Raises ModelError: a premise with different numbers of corners in its columns.
+    Raises
+    ------
+    ModelError : a premise with different numbers of corners in its columns.
     """
     simplexes = []
     for name in dict.fromkeys(rules.premises):
@@ -233,7 +239,9 @@ def product(loop: DoubleSum, degree: int = 0) -> RelaxedSum:
     degree; necessary and sufficient as d grows, with prod_k (D_k + d + s_k - 1 choose s_k - 1)
     LMIs for s_k corners.
 
-    Raises ModelError: the memberships are not known to be products.
+    Raises
+    ------
+    ModelError : the memberships are not known to be products.
 
     Source: as the module.
     """
@@ -246,7 +254,9 @@ def product_liu_zhang(loop: DoubleSum) -> RelaxedSum:
     As Liu and Zhang's, with pairs of equal products added up: never more conservative than that,
     nor than "product".
 
-    Raises ModelError: the memberships are not known to be products.
+    Raises
+    ------
+    ModelError : the memberships are not known to be products.
 
     Source: derived here: sum_ij h_i h_j Theta_ij < sum_ij h_i h_j X_ij = (h x I)' X (h x I) < 0.
     """
@@ -257,7 +267,9 @@ def product_liu_zhang(loop: DoubleSum) -> RelaxedSum:
 def known_rules(loop: DoubleSum) -> ProductRules:
     """Return the rules as products.
 
-    Raises ModelError: they are not known to be products.
+    Raises
+    ------
+    ModelError : they are not known to be products.
     """
     if loop.corners is None:
         raise ModelError(

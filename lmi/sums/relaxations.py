@@ -99,7 +99,9 @@ def relaxation_size(
 def size_of(name: str, loop: DoubleSum) -> RelaxationSize:
     """Return the size of a relaxation of a double sum.
 
-    Raises ModelError: an unknown relaxation, or one that does not apply.
+    Raises
+    ------
+    ModelError : an unknown relaxation, or one that does not apply.
     """
     r, n = loop.rules, loop.size
     if match := re.fullmatch(r"product-(\d+)|product", name):
@@ -266,7 +268,9 @@ def relaxation_named(name: str) -> Relaxation:
 
     It raises ModelError where it does not apply, and where it is too large to be posed.
 
-    Raises ModelError: unknown name; the message lists those that there are.
+    Raises
+    ------
+    ModelError : unknown name; the message lists those that there are.
     """
     text = name if isinstance(name, str) else ""
     match = re.fullmatch(r"(polya|product)-(\d+)", text)

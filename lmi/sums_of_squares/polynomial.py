@@ -26,7 +26,9 @@ MOST_MONOMIALS = 120
 def monomials(n: int, degrees: Sequence[int]) -> tuple[Exponent, ...]:
     """Return the exponents of all monomials in n variables of these degrees, in a fixed order.
 
-    Raises ModelError: more monomials than the limit for a Gram matrix.
+    Raises
+    ------
+    ModelError : more monomials than the limit for a Gram matrix.
     """
     count = sum(comb(n + d - 1, d) for d in degrees)
     if count > MOST_MONOMIALS:
@@ -141,7 +143,9 @@ class StatePolynomial:
 def function_of_linearisation(f: Sequence[StatePolynomial]) -> StatePolynomial:
     """Return x'Px with A'P + P A = -I for the linear part x' = A x of x' = f(x), to six digits.
 
-    Raises ModelError: A has an eigenvalue that is not stable.
+    Raises
+    ------
+    ModelError : A has an eigenvalue that is not stable.
     """
     n = len(f)
     A = np.array(

@@ -39,6 +39,8 @@ GROWN = 1.25
 class EffortSettings:
     """The requirements on the effort loop.
 
+    Attributes
+    ----------
     bandwidth : proportional action aimed at where pitch acts [1/s].
     partial_bandwidth : the same where torque alone acts; a fast speed loop there only makes the
         torque vary.  At most the other; region 2.5 goes from one to the other.
@@ -67,6 +69,8 @@ class EffortSettings:
 class EffortDesign:
     """Gains over the nodes, and what they were designed for.
 
+    Attributes
+    ----------
     gains : gamma (K,) and nu (K-1,), rounded to the decimals that are emitted.
     gain_pairs : (K, 2) gamma_e [1/s] and gamma_I [1/s^2] as the LMIs gave them.
     stiffness : (K, 2) range of a at each node [1/s].
@@ -84,8 +88,9 @@ def effort_gains(
 ) -> EffortDesign:
     """Return LMI gains at every wind node of the schedule.
 
-    Raises ModelError: a setting out of range, or no gain at some wind; names the wind and what to
-    relax.
+    Raises
+    ------
+    ModelError : a setting out of range, or no gain at some wind; names the wind and what to relax.
     """
     chosen = settings or EffortSettings()
     _check(chosen)

@@ -50,6 +50,8 @@ LIMIT_WEIGHT = 1e-3
 class ActuatorBound:
     """|u - c x| <= limit on the ellipsoid.
 
+    Attributes
+    ----------
     name : what is bounded, in words.
     limit : in the condition's coordinates, > 0.
     offset : c, (n,); zero for the command itself.
@@ -73,15 +75,21 @@ def regional_gain_condition(
 ) -> Condition:
     """Pose decay at every rule, set inside ellipsoid inside box, and the actuator bounds.
 
+    Parameters
+    ----------
     A : (r, n, n);  B : (n, 1), the same in every rule; both in scaled coordinates.
     decay_rate : alpha [1/s].
     corners : (s, n), the operating set is their hull (and its mirror image).
     bounds : what must hold on the ellipsoid; one of them is made least.
     box : (n,) half widths of the model's box; inf where a state is free.
 
+    Returns
+    -------
     The condition in Q (n, n), M (r, 1, n) and mu.  Nothing is solved.
 
-    Raises ModelError: shapes that do not fit, or a bound that is not positive.
+    Raises
+    ------
+    ModelError : shapes that do not fit, or a bound that is not positive.
     """
     rules, n = A.shape[:2]
     if A.shape != (rules, n, n) or B.shape != (n, 1) or corners.shape[1:] != (n,):
@@ -151,6 +159,8 @@ WIND_SAMPLES = 43
 class Requirement:
     """The requirement on one region's gains.
 
+    Attributes
+    ----------
     decay_rate : alpha [1/s]; V' <= -2 alpha V.
     speed_error : rotor speed errors of the operating set, up to this [rad/s].
     pitch_error : its pitch deviations, up to this [rad]; unused in partial load.

@@ -105,6 +105,8 @@ OBJECTIVE_SLACK = 1e-2
 class RegionGains:
     """Gains of one region with the published signs, or why there are none.
 
+    Attributes
+    ----------
     region : "partial load" or "full load".
     model : the regional model, its rules in the order of the gains.
     requirement : what was asked.
@@ -186,11 +188,15 @@ def regional_gains(
 ) -> RegionalGains:
     """Return the gains of both regions; a region without any carries a diagnosis.
 
+    Parameters
+    ----------
     partial_load, full_load : decay rate and operating set of each region.
     partial_model, full_model : regional models; None makes them with their default bands.
     speed_setpoint : de-rated rotor speed [rad/s], the one of the models; None takes the rated.
 
-    Raises ModelError: misuse only (a set outside the model's box, a model of something else).
+    Raises
+    ------
+    ModelError : misuse only (a set outside the model's box, a model of something else).
     """
     low = partial_model or partial_load_model(turbine, speed_setpoint=speed_setpoint)
     high = full_model or full_load_model(turbine, speed_setpoint=speed_setpoint)
@@ -212,7 +218,9 @@ def region_gains(
     Of all gains that meet the requirement, these need the least actuator effort on the ellipsoid:
     the smallest torque (partial load), the smallest pitch reference (full load).
 
-    Raises ModelError: the operating set is not inside the model's box, or the input matrix varies.
+    Raises
+    ------
+    ModelError : the operating set is not inside the model's box, or the input matrix varies.
     """
     task = region_request(turbine, model, requirement, speed_setpoint)
     condition = task.condition(requirement)

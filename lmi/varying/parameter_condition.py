@@ -56,6 +56,8 @@ class TermCoefficients:
 
     Item v * count + b is coefficient b at velocity v.
 
+    Attributes
+    ----------
     basis : of the coefficients.
     motion : whose l it is.
     eye : (1, n, n), exact where the model is.
@@ -97,6 +99,8 @@ class TermCoefficients:
     ) -> Expression:
         """Return X(l) K(l), or K(l) X(l), in every item.
 
+        Parameters
+        ----------
         factor : K; None is the identity.
         behind : K stands behind X.
         latex : of K.
@@ -184,6 +188,8 @@ class TermCoefficients:
 class SoughtPolynomial:
     """A P(h) that is sought, and the loop it is sought for.
 
+    Attributes
+    ----------
     P : its coefficients.
     basis : of P, in h.
     A : x' = A(h) x, or x+ = A(h) x.

@@ -156,6 +156,8 @@ class MotionPoint:
 class ParameterMotion:
     """Where h is, and where it goes.
 
+    Attributes
+    ----------
     sizes : of the simplexes of l.
     now, then : h and h+ as functions of l, one ``MotionPoint`` a simplex of h; ``then`` is ``now``
         in continuous time.
@@ -201,7 +203,9 @@ def kept_degrees(degrees: Degrees, rates: Sequence[Floats], *, discrete: bool) -
 
     In discrete time it may: only the next step matters.
 
-    Raises ModelError: some memberships of one simplex without a bound, others with one.
+    Raises
+    ------
+    ModelError : some memberships of one simplex without a bound, others with one.
     """
     kept = []
     for degree, rate in zip(degrees, rates, strict=True):

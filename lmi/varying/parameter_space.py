@@ -36,6 +36,8 @@ RateBounds: TypeAlias = ArrayLike | Mapping[str, float]
 class Space:
     """Rule i is the corner corners[i] of the product: h_i = prod_k w^k_(corners[i, k]).
 
+    Attributes
+    ----------
     sizes : corners of each simplex: two for a premise, one where it is constant; all rules in a
         single simplex for a model without premises.
     corners : (r, K).
@@ -82,7 +84,9 @@ def space_of(model: object, rules: int) -> Space:
 def degrees_of(space: Space, degree: int | Sequence[int]) -> Degrees:
     """Return the degree in each simplex; one number stands for all.
 
-    Raises ModelError: not whole, negative, or not one for each.
+    Raises
+    ------
+    ModelError : not whole, negative, or not one for each.
     """
     degrees = tuple(degree) if isinstance(degree, Sequence) else (degree,) * len(space.sizes)
     if len(degrees) != len(space.sizes) or not all(
@@ -100,7 +104,9 @@ def degrees_of(space: Space, degree: int | Sequence[int]) -> Degrees:
 def polya_of(polya: object) -> int:
     """Return a degree to raise by.
 
-    Raises ModelError: not a whole number from 0.
+    Raises
+    ------
+    ModelError : not a whole number from 0.
     """
     if isinstance(polya, bool) or not isinstance(polya, (int, np.integer)) or polya < 0:
         raise ModelError(f"polya is {polya!r}; a whole number from 0 is needed")
@@ -166,6 +172,8 @@ def _by_name(space: Space, bounds: Mapping[str, float]) -> list[float]:
 class VaryingLoop:
     """x' = A(h) x, or x' = (A(h) - B(h) K(h)) x where there are gains; x+ in discrete time.
 
+    Attributes
+    ----------
     A, B, K : (r, n, n), (r, n, m), (r, m, n); B and K are None without gains.
     space : of the memberships.
     sample_time : T in s; None for continuous time.
@@ -237,8 +245,10 @@ def varying_loop(
 ) -> VaryingLoop:
     """Return the loop of a model, or of vertices (r, n, n); with gains its B is needed.
 
-    Raises ModelError: shapes, entries that are not finite, gains without inputs, a sample time that
-    is not positive or not the model's.
+    Raises
+    ------
+    ModelError : shapes, entries that are not finite, gains without inputs, a sample time that is
+        not positive or not the model's.
     """
     A = vertex_stack(model)
     step = sample_time_of(model, sample_time)

@@ -24,6 +24,8 @@ ZERO, SHARE = 1e-10, 1e-12
 class DisturbanceChannel:
     """xdot = sum_i h_i (A_i x + B_i w), y = sum_i h_i (C_i x + D_i w); x+ in discrete time.
 
+    Attributes
+    ----------
     A, B, C, D : (r, n, n), (r, n, q), (r, p, n), (r, p, q).
     sample_time : T in s; None for continuous time.
     """
@@ -60,6 +62,8 @@ class DisturbanceChannel:
 class ChannelUnits:
     """x = states xhat, w = disturbance what, y = output yhat, and time in 1 / rate.
 
+    Attributes
+    ----------
     states : (n,) powers of two, as are the others.
     rate : in 1/s; 1 in discrete time, which counts samples.
     """
@@ -110,14 +114,18 @@ def disturbance_channel(
 
     With E there is no direct term from w to y: a model's D belongs to its input.
 
+    Parameters
+    ----------
     model : A (r, n, n), C (r, p, n), and E (r, n, q) or B (r, n, m) with D (r, p, m); or A itself,
         (r, n, n) or (n, n).
     B, C, D : with A itself only; (r, ., .), or (., .) for the same in every vertex.
     sample_time : T in s of x+ = A x + B w, where arrays cannot say; None for continuous time, or
         the model's own.
 
-    Raises ModelError: shapes, entries that are not finite, no disturbance, no output, a path that
-    is zero at every vertex, or a sample time that is not positive or not the model's.
+    Raises
+    ------
+    ModelError : shapes, entries that are not finite, no disturbance, no output, a path that is
+        zero at every vertex, or a sample time that is not positive or not the model's.
     """
     A = vertex_stack(model).astype(np.float64)
     step = sample_time_of(model, sample_time)

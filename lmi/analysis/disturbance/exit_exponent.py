@@ -96,10 +96,14 @@ def exit_condition(system: NoisyVertices, *, rate: float, price: float) -> Condi
     rate : a in 1/s, positive.
     price : r of Dinkelbach's method, positive.
 
-    Returns the condition with the unknowns ``P``, ``b`` (if d has entries), ``c`` and ``kappa``.
-    Nothing is solved.
+    Returns
+    -------
+    The condition with the unknowns ``P``, ``b`` (if d has entries), ``c`` and ``kappa``.  Nothing
+    is solved.
 
-    Raises ModelError: sizes that do not fit, no rows, or a rate or price that is not positive.
+    Raises
+    ------
+    ModelError : sizes that do not fit, no rows, or a rate or price that is not positive.
     """
     N, n, m, q = *system.A.shape[:2], system.D.shape[2], system.S.shape[2]
     if not len(system.rows) or system.rows.shape[1] != n or q == 0:

@@ -260,6 +260,8 @@ NARROWEST = 1e-9
 class OneVertex:
     """x' = A x + B w or x+ = A x + B w, y = C x + D w, in balanced states.
 
+    Attributes
+    ----------
     units : (n,), x = units xhat; A, B, C are those of xhat.
     step : sample time T in s; None for continuous time.
     """
@@ -311,6 +313,8 @@ class OneVertex:
         Q solves the equation with B B' / sigma + delta R in the place of B B' / sigma, R of the
         size of Q in every state, and delta so that gamma grows by the tolerance, relative.
 
+        Returns
+        -------
         P > 0 but for rounding, in the model's states; None where the vertex decays more slowly,
         or no such P was found in floating point.
         """

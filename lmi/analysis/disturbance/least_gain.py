@@ -49,6 +49,8 @@ def least_gain(
 ) -> Answer:
     """Return the answer with the least gain: posed in units of order one, and recomputed from P.
 
+    Parameters
+    ----------
     scales : (n,) engineering range of each state; None balances the vertices.
     pose, measure : the condition, and what its unknowns show.
     decay_rate : alpha in 1/s that the condition also asks for.
@@ -57,7 +59,9 @@ def least_gain(
     guess : of P; asked first, without scales.
     tolerance : how far above the least the objective may be, relative, so that P keeps a margin.
 
-    Raises ModelError: scales that are not positive.
+    Raises
+    ------
+    ModelError : scales that are not positive.
     """
     s = state_units(path.A, scales, step=path.sample_time)
     why = _hopeless_vertex(path, s, decay_rate) or infinite

@@ -116,7 +116,9 @@ def peak_gain_condition(
 def positive_rate(decay_rate: float) -> float:
     """Return the decay rate in 1/s.
 
-    Raises ModelError: not a positive number.
+    Raises
+    ------
+    ModelError : not a positive number.
     """
     rate = float(number("decay_rate", decay_rate))
     if rate <= 0:

@@ -22,8 +22,10 @@ def state_box_of(
 ) -> Array | None:
     """Return (n,) half-widths, inf for none: those given, within the model's own box.
 
-    Raises ModelError: shapes, numbers, a model whose domain is not a box, a box of the model
-    without 0 inside, or with the range of an input that no limit keeps.
+    Raises
+    ------
+    ModelError : shapes, numbers, a model whose domain is not a box, a box of the model without 0
+        inside, or with the range of an input that no limit keeps.
     """
     if getattr(model, "domain", None) is not None:
         raise ModelError(
@@ -56,7 +58,9 @@ def state_box_of(
 def measure_of(measure: str | ArrayLike, n: int) -> str | Array:
     """Return "volume", "trace" or points, (k, n); half-widths (n,) become corners of the box.
 
-    Raises ModelError: an unknown name, a shape, entries that are not finite, points that are all 0.
+    Raises
+    ------
+    ModelError : an unknown name, a shape, entries that are not finite, points that are all 0.
     """
     if isinstance(measure, str):
         if measure not in MEASURES:

@@ -156,7 +156,9 @@ def largest_lmi(S: Unknown) -> LMI:
 def initial_factor(deviations: ArrayLike, size: int) -> Array:
     """Return L, (size, size): the covariance of x(0) is L L'.
 
-    Raises ModelError: a shape, or an entry, that makes no sense.
+    Raises
+    ------
+    ModelError : a shape, or an entry, that makes no sense.
     """
     if np.ndim(deviations) < 2:
         return np.diag(positive_vector("deviations", deviations, size))

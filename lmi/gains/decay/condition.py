@@ -126,8 +126,10 @@ def decay_request(
 ) -> DecayRequest:
     """Return the task in coordinates of order one; ``model`` and ``decay_rate`` as for ``pdc``.
 
-    Raises ModelError: shapes, numbers, inputs that are dependent or do nothing, a vertex with an
-    unstable mode that no input moves.
+    Raises
+    ------
+    ModelError : shapes, numbers, inputs that are dependent or do nothing, a vertex with an
+        unstable mode that no input moves.
     """
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)

@@ -53,6 +53,8 @@ FEW_SOLVERS = 4
 class Largest:
     """The best unknowns found, with the rates between which the largest one lies.
 
+    Attributes
+    ----------
     limited : a candidate that shows ``low``, or the no at the start.
     low : decay rate in 1/s; -inf without gains.
     high : a rate in 1/s for which there are none, to solver accuracy; inf when none was met.  A
@@ -179,6 +181,8 @@ NOTHING_LEFT = 1e-3
 class RelaxationSearch:
     """What was tried so far.
 
+    Attributes
+    ----------
     results : results of the relaxations, in the order in which they were tried.
     designs : of those that were tried.
     no : why no relaxation has gains, where that was found.
@@ -201,7 +205,9 @@ class RelaxationSearch:
 def goal_of(decay_rate: object) -> Goal:
     """Return a decay rate in 1/s, or "max".
 
-    Raises ModelError: neither.
+    Raises
+    ------
+    ModelError : neither.
     """
     if isinstance(decay_rate, str) and decay_rate == "max":
         return "max"

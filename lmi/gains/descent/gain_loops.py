@@ -148,6 +148,8 @@ def _of_pencil(system: tuple[Floats, Floats, Floats, Floats], level: float) -> C
 class GainLoops:
     """Systems i = 1 ... r with u = F_g(i) y, F zero off the pattern.
 
+    Attributes
+    ----------
     A, B1, B2 : (r, n, n), (r, n, q), (r, n, m).
     C1, D11, D12 : (r, p, n), (r, p, q), (r, p, m).
     C2, D21 : (r, k, n), (r, k, q).

@@ -66,6 +66,8 @@ def descend(
 ) -> Descent:
     """Return the end of a descent from x.
 
+    Parameters
+    ----------
     function : x to (value, gradient); a value of inf is a wall.
     steps : the most steps.
     enough : the descent ends where ``WINDOW`` steps together gained less than this.
@@ -176,6 +178,8 @@ def best_gains(
 ) -> list[Found]:
     """Return the gains that the best starts lead to, the best first; empty if none is stable.
 
+    Parameters
+    ----------
     named_gains : names and gains F (groups, m, k) to start from, as well as F = 0.
     starts : the number of random gains to start from.
     seed : of their numbers.

@@ -33,6 +33,8 @@ DEAD = 1e-3
 class Decoupling:
     """Gains F_i, (r, m, n), for u = -F_i x, and two parts of x' P x, (n, n), on V and across it.
 
+    Attributes
+    ----------
     leaving : (k, m), what inputs u move out of V or show in the output: ``leaving`` u.
     rate : in 1/s, of the slowest mode of the loop at the mean vertex.
     """

@@ -224,7 +224,9 @@ def hidden(task: DisturbanceRequest) -> Design | None:
 def below(task: DisturbanceRequest, value: float) -> Design:
     """Return gains with a norm of at most the value and the largest margin, or why there are none.
 
-    Raises ModelError: a value that no norm has, such as one below the direct path's.
+    Raises
+    ------
+    ModelError : a value that no norm has, such as one below the direct path's.
     """
     tries: tuple[Try, ...] = ()
     plain: Design | None = None

@@ -36,6 +36,8 @@ class Disturbed(Protocol):
 class DisturbedPlant:
     """x' or x+ = sum_i h_i (A_i x + B_i u + E_i w), z = sum_i h_i (C_i x + D12_i u + D11_i w).
 
+    Attributes
+    ----------
     A, B, E : (r, n, n), (r, n, m), (r, n, q).
     C, D12, D11 : (r, p, n), (r, p, m), (r, p, q).
     sample_time : T in s; None for continuous time.
@@ -96,14 +98,18 @@ def plant_of(
 ) -> DisturbedPlant:
     """Return the plant that a model and a performance output make.
 
+    Parameters
+    ----------
     model : A (r, n, n), B (r, n, m), and the disturbance's E (r, n, q).  Without ``performance``
         the output is the model's, z = C x + D u, with nothing direct from w to z.
     performance : (C1, D12, D11) of z = C1 x + D12 u + D11 w, each (r, ., .) or (., .); D12 and D11
         may be None or left out.
     sample_time : T in s where the model cannot say; see ``sample_time_of``.
 
-    Raises ModelError: shapes, entries that are not finite, no disturbance, no output, an input that
-    does nothing, a path that is zero.
+    Raises
+    ------
+    ModelError : shapes, entries that are not finite, no disturbance, no output, an input that does
+        nothing, a path that is zero.
     """
     if isinstance(model, DisturbedPlant):
         return model

@@ -43,6 +43,8 @@ SPREADS = (2.0**10, 1.0)
 class DisturbanceCoordinates:
     """x = states xhat, u = inputs uhat - feedback x, w = disturbance what, z = output zhat.
 
+    Attributes
+    ----------
     states : (n, n), diagonal where limits are to be posed in them.
     inputs : (m,).
     feedback : K0, (m, n), zero where limits are posed on the input.
@@ -71,6 +73,8 @@ class DisturbanceCoordinates:
     ) -> DisturbanceCoordinates:
         """Return coordinates where x' P x is |xhat|^2 and the loop's numbers are of order one.
 
+        Parameters
+        ----------
         P : (n, n), a guess of the Lyapunov function, but for its size.
         feedback : (m, n), a guess of the gains, from which the input is counted; None, as with
             limits, counts it from zero.
@@ -156,6 +160,8 @@ class DisturbanceCoordinates:
 class Regulator(NamedTuple):
     """x' P x, the cost of the linear-quadratic regulator at the mean vertex; its gains and poles.
 
+    Attributes
+    ----------
     gains : (m, n) of u = -K x.
     """
 
@@ -241,6 +247,8 @@ def _size(matrices: Array) -> float:
 class Norm(NamedTuple):
     """What is made least, and what its number means in the model's units.
 
+    Attributes
+    ----------
     condition : builder of the LMIs, called as builder(plant, relaxation=, decay_rate=, limits=).
     gain : the bound, from the request, the coordinates and the objective.
     size : what x' Q^-1 x is multiplied by, from the request and the coordinates.
@@ -255,6 +263,8 @@ class Norm(NamedTuple):
 class DisturbanceRequest:
     """A plant, and the other requirements on its gains.
 
+    Attributes
+    ----------
     norm : of the disturbance's effect, to be made small.
     decay_rate : alpha in 1/s that is asked for.
     limits : in the model's units; None where there are none.
@@ -334,9 +344,11 @@ def disturbance_request(
 ) -> DisturbanceRequest:
     """Return the checked task.
 
-    Raises ModelError: shapes, numbers, an unknown relaxation, no disturbance, no output, inputs
-    that are dependent or do nothing, a vertex with an unstable mode that no input moves, a
-    tolerance below 1e-7, which no solver keeps.
+    Raises
+    ------
+    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
+        dependent or do nothing, a vertex with an unstable mode that no input moves, a tolerance
+        below 1e-7, which no solver keeps.
     """
     relaxation_named(relaxation)
     plant = plant_of(model, performance, limits_given.sample_time)

@@ -49,6 +49,8 @@ def root_share(plant: DisturbedPlant) -> float:
 class LoopBlocks:
     """The module's matrices of a disturbed loop, as expressions.
 
+    Attributes
+    ----------
     G : G_ij, over s in discrete time.
     next_G : G_ij over sqrt(s); None in continuous time.
     Z, output : Z_ij over sqrt(s), and Z_ij itself.
@@ -110,6 +112,8 @@ def disturbed_condition(
 ) -> Condition:
     """Pose Q > 0, the double sums, the statements, what is asked of the loop without w, limits.
 
+    Parameters
+    ----------
     decay_rate : alpha > 0 in 1/s of V' <= -2 alpha V, or V(x+) <= e^(-2 alpha T) V, without w; 0
         asks for none.
     unknowns : those that come first among the solver's variables, behind Q and M.

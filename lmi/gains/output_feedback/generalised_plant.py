@@ -68,6 +68,8 @@ if TYPE_CHECKING:
 class GeneralisedPlant(ShortRepr):
     """x' = A x + B1 w + B2 u, z = C1 x + D11 w + D12 u, y = C2 x + D21 w, in continuous time.
 
+    Attributes
+    ----------
     A, B1, B2 : (n, n), (n, q), (n, m).
     C1, D11, D12 : (p, n), (p, q), (p, m).
     C2, D21 : (k, n), (k, q); u does not reach y directly.
@@ -166,7 +168,9 @@ class ControllerFound:
     def require(self) -> StateSpace:
         """Return the controller.
 
-        Raises ModelError: there is none; the message is the diagnosis.
+        Raises
+        ------
+        ModelError : there is none; the message is the diagnosis.
         """
         if self.controller is None:
             raise ModelError(f"no controller was found ({self.status}): {self.diagnosis}")
@@ -241,6 +245,8 @@ def controller_matrices(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return A_K, B_K, C_K, D_K from the unknowns of the LMIs.
 
+    Parameters
+    ----------
     plant : A (n, n), or (r, n, n) for one matrix a rule; B (n, m); C (p, n).
     X, Y : (n, n), with I - X Y invertible.
     hats : Ah (n, n), Bh (n, p), Ch (m, n), Dh (m, p), each with a first axis of rules where A has

@@ -68,6 +68,8 @@ def closed_loop(
 ) -> DoubleSum:
     """Return the module's double sum; its rate is ``decay_parameter``, a condition's parameter.
 
+    Parameters
+    ----------
     A, B : (r, n, n), (r, n, m).
     Q, M : unknowns; M has r members, or one for a gain that all rules share.
     weight : margin of Theta for a margin 1 of Q.

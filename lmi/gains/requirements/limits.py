@@ -185,7 +185,9 @@ def gain_lmis(
 def corners_of_box(box: Array) -> Array:
     """Return (k, n), of every pair of opposite corners one; half-widths may be 0, but not all.
 
-    Raises ModelError: more corners than LMIs that can be solved.
+    Raises
+    ------
+    ModelError : more corners than LMIs that can be solved.
     """
     some = np.flatnonzero(box)
     if 2 ** (len(some) - 1) > MOST_CORNERS:

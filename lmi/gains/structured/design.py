@@ -55,8 +55,10 @@ def plant_for(
     For "cost" the output is z = [F x; G u] with Q = F' F, R = G' G, so that |z|^2 is the cost's
     integrand.
 
-    Raises ModelError: an argument that the objective needs is missing, or one that it does not use
-    is given; otherwise as ``lqr_pdc`` and ``hinf_pdc``.
+    Raises
+    ------
+    ModelError : an argument that the objective needs is missing, or one that it does not use is
+        given; otherwise as ``lqr_pdc`` and ``hinf_pdc``.
     """
     _check_given(objective, {"Q": Q, "R": R}, performance)
     A = vertex_stack(model).astype(np.float64)

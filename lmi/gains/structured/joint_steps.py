@@ -33,6 +33,8 @@ class LocalUnits:
     gamma is |what|^2 - |zhat|^2 times the rate. The solver then finds P near I and gamma near 1, or
     near a multiple of 1 if no value is known.
 
+    Attributes
+    ----------
     states, inputs : (n, n), (m,).
     time : in 1/s; 1 in discrete time, which counts samples.
     speed : size of x' (or of x+ - x) in these units; 1 in continuous time.
@@ -127,6 +129,8 @@ FEW = 3
 class StructuredPoint:
     """Gains with the best function found for them, in the model's units.
 
+    Attributes
+    ----------
     F : (groups, m, p).
     P : (n, n).
     value : decay rate in 1/s, cost, or gamma, that P shows for F.
@@ -145,6 +149,8 @@ class StructuredPoint:
 class StepSearch:
     """The objective of the search, with what all its steps need.
 
+    Attributes
+    ----------
     plant : in the model's units.
     deviations : L of the covariance L L' of x(0), for the cost.
     gain_bound : on the spectral norm of every K_i; None without.

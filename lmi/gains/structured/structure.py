@@ -56,6 +56,8 @@ DRAWS, UNMOVED = 3, 1e-9
 class Structure:
     """u = -sum_j h_j F_j C x with F_j zero off the pattern, and one F for each group of rules.
 
+    Attributes
+    ----------
     pattern : (m, p), True where F may differ from zero.
     C : (p, n), of full row rank.
     group : (r,), the number of the F that each rule uses, 0 ... groups - 1.
@@ -145,13 +147,17 @@ def structure_of(
 ) -> Structure:
     """Return the checked structure of a law for r rules, n states, m inputs.
 
+    Parameters
+    ----------
     sizes : (r, n, m).
     pattern : (m, p), or None for no zeros.
     output : (p, n); None for the states.
     shared : (r,) labels; rules of one label share a gain. None gives each rule its own gain.
 
-    Raises ModelError: shapes, entries that are not true or false, a pattern without a free entry,
-    linearly dependent outputs.
+    Raises
+    ------
+    ModelError : shapes, entries that are not true or false, a pattern without a free entry,
+        linearly dependent outputs.
     """
     r, n, m = sizes
     C = np.eye(n) if output is None else _outputs(output, n)
@@ -166,7 +172,9 @@ def structure_of(
 def pattern_of(pattern: ArrayLike, m: int, p: int) -> NDArray[np.bool_]:
     """Return the checked pattern, (m, p).
 
-    Raises ModelError: its shape, entries that are not true or false, no free entry.
+    Raises
+    ------
+    ModelError : its shape, entries that are not true or false, no free entry.
     """
     try:
         entries = np.asarray(pattern)
@@ -280,6 +288,8 @@ Objective: TypeAlias = Literal["decay_rate", "cost", "hinf"]
 class StructuredGains:
     """The gains K_j of a double sum: known ones, or unknown ones near them.
 
+    Attributes
+    ----------
     reference : L_j, (r, m, n).
     structure : the structure of the unknown gains, its C in the plant's states; None where
         K_j = L_j.

@@ -44,6 +44,8 @@ EYE = np.eye(3)[None]
 class Around:
     """Corners in coordinates where the present function is |x|^2.
 
+    Attributes
+    ----------
     moving : corners and their secants; the secants are zero when the gains are fixed.
     speed : (N,) alpha of each corner, or 2 d [1/s].
     scale : (N,) s of each corner.

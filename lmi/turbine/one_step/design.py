@@ -72,7 +72,9 @@ NO_WIND = "in some cell of wind speeds the loop tolerates no error of the wind e
 def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint:
     """Return the point at given gains; its functions are found without a first guess.
 
-    Raises ModelError: no function was found; the message says what to change.
+    Raises
+    ------
+    ModelError : no function was found; the message says what to change.
     """
     windy, calm = loop.corners(theta)
     directions = loop.box.directions
@@ -123,6 +125,8 @@ class _Kept:
 class Iteration:
     """State of the search; ``spot`` is the best point so far.
 
+    Attributes
+    ----------
     reach : radius of the trust region, in the logarithms of the gains.
     history : values of each accepted point; the first entry is the start.
     refused : number of steps that were not accepted.
@@ -256,6 +260,8 @@ STEPS = 12
 class OneStepDesign:
     """Gains and functions of the one-step design, and a comparison with the two-step gains.
 
+    Attributes
+    ----------
     law : law with the gains, rounded to the decimals that are emitted.
     functions : P with its multipliers, and R, at these gains.
     before, after : values of the two-step gains and of the new gains, by the same analysis.
@@ -284,12 +290,16 @@ def one_step_gains(
 ) -> OneStepDesign:
     """Return gains and functions found together, starting from the gains of ``loop.law``.
 
+    Parameters
+    ----------
     loop : loop, box, uncertainty and wind class; the gains of its law are the two-step gains.
     objective : weights of the objective; None maximises the wind class alone.
     steps : largest number of joint steps, accepted or not; 0 only analyses the given gains.
     tell : called with a line of text before each step.
 
-    Raises ModelError: no function was found at the given gains, or ``steps`` is below 0.
+    Raises
+    ------
+    ModelError : no function was found at the given gains, or ``steps`` is below 0.
     """
     if steps < 0:
         raise ModelError(f"steps = {steps} was given; 0 or more are needed")

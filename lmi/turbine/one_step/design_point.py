@@ -22,6 +22,8 @@ from takagi.models.errors import ModelError, did_you_mean
 class ReachedValues:
     """Values that given gains achieve; the same analysis computes them for all gains.
 
+    Attributes
+    ----------
     wind_error : geometric mean over wind of the largest |v - v_s| for which {x' P x <= 1} is
         invariant [m/s], while the schedule wind moves at the requested rates.
     overspeed : largest |omega - omega*| on that set [rad/s].
@@ -105,6 +107,8 @@ class Objective:
     A quantity that shall grow enters with a minus sign.  Logarithms make the weights independent
     of units: equal weights trade one per cent of one quantity for one per cent of another.
 
+    Attributes
+    ----------
     wind_class : weight of the largest multiple of the wind class for which {x' P x <= 1} is
         invariant and inside the box.
     overspeed : weight of the peak of the speed error under the wind class that was requested.
@@ -143,7 +147,9 @@ OBJECTIVES: Mapping[str, Objective] = MappingProxyType(
 def objective_named(name: str) -> Objective:
     """Return the weights that belong to a name.
 
-    Raises ModelError: the name is unknown; the message lists the known names.
+    Raises
+    ------
+    ModelError : the name is unknown; the message lists the known names.
     """
     if name not in OBJECTIVES:
         raise ModelError(

@@ -48,6 +48,8 @@ RAISED = 0.03
 class Weights:
     """Weights of the relative changes whose sum one step minimises, and limits on the changes.
 
+    Attributes
+    ----------
     wind_class : (K - 1,) weights of 1 / multiple of the wind error in each cell.
     overspeed : weight of the largest speed error on {x' P x <= 1}.
     decay : weight of 1 / decay rate.
@@ -91,6 +93,8 @@ def joint_step(
 ) -> JointStep | None:
     """Return the best step of the convex condition; None if the solver finds none.
 
+    Parameters
+    ----------
     windy, calm : corners under the wind class, and undisturbed; without secants if the gains are
         fixed.
     directions : (D, 3) rows h_i scaled so that the box is |h_i' x| <= 1; the first is speed.

@@ -37,6 +37,8 @@ from takagi.models.turbine.data import Turbine
 class LoopFunctions:
     """The quadratic functions found at given gains.
 
+    Attributes
+    ----------
     P : (3, 3); the set {x' P x <= 1} is invariant and inside the box.
     multipliers : (K - 1,) alpha of the invariance inequality, one for each cell.
     scales : (K - 1,) multiple of the requested wind error for which P is invariant in each cell.
@@ -103,6 +105,8 @@ FULL_WIDTH = 0.5
 class WindCellCorners:
     """Corners of all cells at given gains.
 
+    Attributes
+    ----------
     A : (N, 3, 3) loop matrices.
     fixed : (N, 3) disturbance by the residual of the trim tables and by the wind rate.
     error : (N, 3) disturbance by the requested wind error.
@@ -119,6 +123,8 @@ class WindCellCorners:
 class MovingCorners:
     """Corners with their secants in the logarithms u of the gains.
 
+    Attributes
+    ----------
     at : the corners at u = 0.
     members : (N, 3) indices of the gains that a corner depends on: gamma at both ends, then nu.
     A : (N, 3, 3, 3);  fixed, error : (N, 3, 3);  changes per unit of each of these logarithms.
@@ -145,6 +151,8 @@ class LoopOfGains:
     The gains form one row theta of G = 2K - 1 numbers: gamma at the K nodes, then nu of the K - 1
     cells.
 
+    Attributes
+    ----------
     law : law whose schedule is used; theta replaces its gains.
     error : (K - 1,) |v - v_s| of each cell [m/s], its part of the wind class.
     enclosed : encloses one cell, at its wind rate, with given gains and the cell's number; raises
@@ -178,8 +186,10 @@ class LoopOfGains:
     def corners(self, theta: Floats) -> tuple[WindCellCorners, WindCellCorners]:
         """Return the corners of all cells under the wind class, and undisturbed.
 
-        Raises ModelError: at these gains a cell leaves a table or an actuator limit; the message
-        names the cell.
+        Raises
+        ------
+        ModelError : at these gains a cell leaves a table or an actuator limit; the message names
+            the cell.
         """
         gains = self.at(theta).gains
         cells = [self._rows(self.enclosed(gains, k), k) for k in range(self.cells)]
