@@ -153,12 +153,6 @@ _TURBINE = group(
         float,
     ),
     option(
-        "margins TEXT",
-        "Turbines: margins that the loop that runs must have, as `takagi check --margins` takes "
-        'them: "gain 1.5, phase 20deg, delay 15ms". Settings that were not given are changed, as '
-        "little as possible, until the margins are met. Effort-sharing law.",
-    ),
-    option(
         "inertia LOW HIGH",
         "Turbines: true over nominal inertia that gains and certificate must cover; 0.9 1.1 unless "
         "given. Effort-sharing law.",

@@ -8,7 +8,7 @@
 an eigenvalue there, so that no response over frequency is needed: a wind takes a millisecond.  The
 conjugate matrix has the conjugate eigenvalues, which is why phi > 0 is enough.
 
-The figures are small on purpose.  They are no design targets (those are given by ``--margins``):
+The figures are small on purpose.  They are no targets (``takagi check --margins`` has those):
 below them a drive or a generator that differs a little from its file, or a controller that sends
 one sample later, makes the loop oscillate.
 

@@ -32,11 +32,11 @@ from takagi.certificates.design.turbine.effort_sharing_gains import (
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
+from takagi.lmi.turbine.effort import EffortSettings
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
-from takagi.reports.margins.design_levers import effort_of
 from takagi.reports.margins.loops_over_wind import (
     GROWTH,
     LEAST_GAIN,
@@ -183,7 +183,7 @@ def _cures(
     tell: Tell,
 ) -> list[str]:
     """Return options of the command line that make the loop stable, one a kind."""
-    effort, turbine = effort_of(settings), loops.plant.turbine
+    effort, turbine = settings.effort or EffortSettings(), loops.plant.turbine
 
     def narrower(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
         number = _short(factor * effort.bandwidth)
@@ -307,11 +307,11 @@ def _by_how_much(one: SmallMargin) -> str:
 
 def _ways(least: SmallMargin) -> list[str]:
     """Return options of the command line that make such a margin larger."""
-    asked = f"gain {LEAST_GAIN:g}, phase {degrees(LEAST_PHASE):.0f}deg, delay {SAMPLE * 1e3:g}ms"
     of_torque = ["a band-stop below the torsion mode (--torsion-filter)", "a faster --speed-filter"]
     return [
         *(of_torque if least.command != "pitch" else []),
-        f'a smaller --bandwidth, or --margins "{asked}", which looks for numbers that keep them',
+        "a smaller --bandwidth",
+        "a slower --wind-filter",
     ]
 
 

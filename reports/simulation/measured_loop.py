@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from takagi.models.turbine.loader import load_turbine
 from takagi.reports.margins.running_loop import RunningLoops
 from takagi.reports.margins.running_search import SearchedMargins, searched_margins, wind_ranges
-from takagi.reports.margins.thresholds import AskedMargins, failed, measured
+from takagi.reports.margins.thresholds import RAISED_BY, AskedMargins, failed, measured
 from takagi.reports.simulation.design_runs import DesignRun, design_runs
 from takagi.reports.simulation.laws import filed_laws
 
@@ -91,4 +91,6 @@ def filed_margins(asked: AskedMargins, gains: Path, model: Path) -> MarginsFound
     if found.none:
         every = [*found.none, *(row.wind for row in found.rows)]
         below = (f"the loop has no rest at {wind_ranges(found.none, every)}", *below)
+    if below:
+        below = (*below, RAISED_BY)
     return MarginsFound(below, measured(found.rows, asked, str(gains)) if found.rows else ())

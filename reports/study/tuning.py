@@ -74,10 +74,10 @@ class Lever:
 
     def value(self, settings: DesignSettings) -> float:
         """Return the value that the settings have."""
-        from takagi.reports.margins.design_levers import effort_of
+        from takagi.lmi.turbine.effort import EffortSettings
 
         if self.option in _EFFORT:
-            return float(getattr(effort_of(settings), _EFFORT[self.option]))
+            return float(getattr(settings.effort or EffortSettings(), _EFFORT[self.option]))
         return float(getattr(settings, _SETTINGS[self.option]))
 
 
@@ -471,12 +471,12 @@ def _winds(inputs: Mapping[str, Any]) -> dict[str, Any]:
 def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:
     from takagi.certificates.design.turbine.scale import default_settings
     from takagi.certificates.design.turbine.settings import check_limits
-    from takagi.reports.margins.design_levers import effort_of
+    from takagi.lmi.turbine.effort import EffortSettings
 
     settings = default_settings(turbine)
     of_effort: dict[str, Any] = {_EFFORT[k]: v for k, v in at.items() if k in _EFFORT}
     direct: dict[str, Any] = {_SETTINGS[k]: v for k, v in at.items() if k in _SETTINGS}
-    effort = replace(effort_of(settings), **of_effort)
+    effort = replace(settings.effort or EffortSettings(), **of_effort)
     settings = replace(settings, effort=effort, **direct)
     check_limits(turbine, settings)
     return settings

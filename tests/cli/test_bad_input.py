@@ -321,50 +321,15 @@ def test_the_installed_command_says_no_more_than_its_message(verb: str, tmp_path
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--margins", "gan 1.5"], "did you mean 'gain'"),
-        (["--margins", "gain 1.5, sample 0.2s"], "sample at least every"),
-        (["--margins", "gain 1.5", "--one-step"], "leave --one-step"),
-        (["--margins", "gain 1.5", "--law", "paper"], "option --margins belongs to"),
         (["--bandwidth-growth", "20"], "bandwidth growth 20 was given"),
         (["--bandwidth-growth", "-1"], "option --bandwidth-growth: -1 was given"),
     ],
 )
-def test_margins_that_say_nothing_are_refused_before_the_long_work(
+def test_options_out_of_range_are_refused_before_the_long_work(
     options: list[str], words: str, tmp_path: Path, capsys: Capture
 ) -> None:
     assert main(["design", "nrel5mw", "--out", str(tmp_path / "out"), *options]) == 2
     assert words in told(capsys) and not (tmp_path / "out").exists()
-
-
-@pytest.mark.usefixtures("never")
-def test_a_file_may_ask_for_margins(
-    turbine_file: Callable[[str, str], Path],
-    tmp_path: Path,
-    capsys: Capture,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """[design] of a turbine's file; the command line goes first; no number that keeps them is 1."""
-    from takagi.reports.margins import kept_margins
-
-    path, asked = turbine_file("[rotor]", '[design]\nmargins = "gain 1.5"\n\n[rotor]'), []
-
-    def none(_: Any, __: Any, margins: Any, **more: Any) -> Any:
-        asked.append((margins.gain, more["given"]))
-        return kept_margins.NoMargins("margins: at 11 m/s it is missed")
-
-    monkeypatch.setattr(kept_margins, "settings_with_margins", none)
-    out = ["--out", str(tmp_path / "out")]
-    assert main(["design", str(path), *out, "--wind-filter", "9"]) == 1
-    assert "at 11 m/s it is missed" in told(capsys)
-    assert main(["design", str(path), *out, "--margins", "gain 1.2"]) == 1
-    assert [gain for gain, _ in asked] == [1.5, 1.2] and "wind_filter" in asked[0][1]
-    assert "wind_filter" not in asked[1][1]
-    capsys.readouterr()
-
-    wrong = path.read_text(encoding="utf-8").replace("margins =", "margin =", 1)
-    path.write_text(wrong, encoding="utf-8")
-    assert main(["design", str(path), *out]) == 2
-    assert "design.margin" in told(capsys)
 
 
 @pytest.mark.parametrize(
