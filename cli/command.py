@@ -107,7 +107,7 @@ def run_command(
 
     from takagi.cli.grouped_help import EVERY, GroupedCommand
 
-    signature = _joined(function, options)
+    signature = _joined(name, function, options)
 
     def command(**values: object) -> None:
         # The error handling is inside typer, which would handle interrupts and pipes in its own
@@ -150,10 +150,13 @@ def run_command(
 
 
 def _joined(
-    function: Callable[..., int], options: Sequence[inspect.Parameter]
+    name: str, function: Callable[..., int], options: Sequence[inspect.Parameter]
 ) -> inspect.Signature:
     """Return the parameters of the function with the options, all by keyword."""
-    parameters = list(inspect.signature(function, eval_str=True).parameters.values())
+    from takagi.cli.options.given import with_words
+
+    stated = inspect.signature(function, eval_str=True).parameters.values()
+    parameters = [p if p.kind is p.VAR_KEYWORD else with_words(name, p) for p in stated]
     first = [p for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
     last = [p for p in parameters if p.kind is p.KEYWORD_ONLY]
     return inspect.Signature([p.replace(kind=p.KEYWORD_ONLY) for p in (*first, *options, *last)])

@@ -1,7 +1,7 @@
 """Every kind of claim in words, for whoever reads: report, appendix, pages.
 
-A new kind has its table in ``kinds_in_words.toml``, whose head says what each word is, and no words
-elsewhere.  What the claim states, with its numbers, is the ``sentence`` of its class in the checker.
+A new kind has its table in ``kinds_in_words.toml``, whose head says what each word is, and no
+words elsewhere.  What the claim states is the ``sentence`` of its class in the checker.
 """
 
 from __future__ import annotations

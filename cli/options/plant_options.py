@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.options.given import OBJECTIVE, Options, group, option, option_of
+from takagi.cli.options.given import Options, declared, option_of
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
@@ -45,108 +45,12 @@ _PAIR = re.compile(
 )
 
 
-_SPEED = group(
-    "Plants: speed and poles",
-    option("decay_rate RATE", 'Plants: decay rate [1/s], or "max"; a moderate one unless given.'),
-    option(
-        "settle TIME",
-        "Plants: time in which the square root of V falls to 2 %, such as 2s, in place of a decay "
-        "rate.",
-    ),
-    option(
-        "effort HOW",
-        "Plants: small (half of every input's range at most, slower), moderate, or large (faster, "
-        "for a smaller set or larger gains); moderate unless given.",
-    ),
-    option("damping", "Plants: least damping ratio of the poles, below 1.", float),
-    option("fastest", "Plants: largest size of the poles [1/s].", float),
-)
-_LIMITS = group(
-    "Plants: limits and starts",
-    option(
-        "input_limit INPUT=VALUE",
-        "Plants: largest deviation of an input from rest, in its unit or with one: force=2kN; may "
-        "be repeated. Ranges of inputs unless given.",
-        list[str],
-    ),
-    option(
-        "initial STATE=VALUE",
-        "Plants: half-width of the box of initial states, in the state's unit or with one: "
-        "angle=10deg; may be repeated. A state not named starts at rest.",
-        list[str],
-    ),
-    option("gain_bound", "Plants: bound on the spectral norm of every gain [SI].", float),
-)
-_NORM = group(
-    "Plants: what a norm is about",
-    option(
-        "performance NAMES",
-        "Plants: outputs, states and inputs that a norm is about, by name, joined by commas; all "
-        "outputs unless given, without any the states over their ranges.",
-        list[str],
-    ),
-    option(
-        "disturbances NAMES",
-        "Plants: disturbances that a norm is about, joined by commas; all unless given.",
-        list[str],
-    ),
-    option(
-        "norm_below",
-        "Plants: the norm that is enough, in units of the performance per unit of the disturbance, "
-        "as the file has them; about the least unless given.",
-        float,
-    ),
-)
-_LAW = group(
-    "Plants: law and model",
-    option(
-        "controller NAME",
-        "Plants: static, for gains on the measured states alone, or order=2, for a controller of "
-        "them with two states of its own; an observer unless given, where the file says what is "
-        "measured.",
-    ),
-    option(
-        "relaxation NAME",
-        "Plants: relaxation of the double sum, such as tanaka-wang, or auto; all pairs of rules "
-        "unless given.",
-    ),
-    option("choice NAME", "Plants: how premises are chosen, fewest-rules or least-conservative."),
-    option("solve_rest", "Plants: solve for the inputs that hold the states at rest.", bool),
-)
-_FURTHER = group(
-    "Plants: further claims, and the time of the search",
-    option(
-        "safe_start KIND",
-        "Plants: polynomial, to prove also a set of safe starts with a polynomial function, where "
-        "plant and law are polynomials in the states; ellipsoid unless given.",
-    ),
-    option(
-        "sample_time TIME",
-        "Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds its "
-        "command; continuous time alone unless given.",
-    ),
-    option(
-        "noise DISTURBANCE=VALUE",
-        "Plants: a disturbance without a range is white noise; VALUE is the root of its intensity "
-        "(two-sided spectral density), in the disturbance's unit times sqrt(s): gust=0.3; may be "
-        "repeated.",
-        list[str],
-    ),
-    option(
-        "horizon TIME",
-        "Plants: bound the probability that the noise drives the state out of a set in its box "
-        "within TIME, such as 10min.",
-    ),
-    option(
-        "time TIME",
-        "Plants: time that a gain for every rule may take, such as 60s or 5min, by an estimate; "
-        "where it takes longer, fewer gains are sought. 120s unless given.",
-    ),
-)
 # Of the loop and of the model.
-PLANT_OPTIONS: Options = (*_SPEED, *_LIMITS, OBJECTIVE, *_NORM, *_LAW)
+PLANT_OPTIONS: Options = declared(
+    "plant-speed", "plant-limits", "objective", "plant-norm", "plant-law"
+)
 # Of a design and its certificate; a simulation has its own --sample-time and --noise.
-PLANT_DESIGN_OPTIONS: Options = (*PLANT_OPTIONS, *_FURTHER)
+PLANT_DESIGN_OPTIONS: Options = (*PLANT_OPTIONS, *declared("plant-claims"))
 
 
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:

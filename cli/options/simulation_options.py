@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.options.given import Options, option
 from takagi.cli.options.plant_options import time_asked
 from takagi.models.errors import ModelError, did_you_mean
 
@@ -16,36 +15,6 @@ if TYPE_CHECKING:
     from takagi.reports.simulation.plant_scenario import PlantScenario
 
 _SHAPES = '"load=step 0.2 at 1s"'
-
-
-SHARED_SIMULATION: Options = (
-    option(
-        "seed",
-        "Of everything that is drawn, 0 or more: a turbine's turbulence or random "
-        "runs, a plant's noise.",
-        int,
-    ),
-    option(
-        "sample_time TIME",
-        "How often the law runs, its command held, such as 10ms or 0.02 [s]; turbines every 20 ms "
-        "and plants in continuous time unless given.",
-    ),
-)
-PLANT_SCENARIO: Options = (
-    option(
-        "disturbance NAME=SIGNAL",
-        'Plants: what moves from rest, such as "load=step 0.2 at 1s"; signals are step, pulse 3 N '
-        "from 1s to 2s, ramp 3 N from 1s to 2s, sine 0.1 period 2s, noise 0.1 every 10ms, constant "
-        "0.2. May be repeated.",
-        list[str],
-    ),
-    option(
-        "noise STATE=SIZE",
-        'Plants: standard deviation of a measurement, such as "angle=0.5 deg"; a new value every '
-        "sample, or say every 5ms. May be repeated.",
-        list[str],
-    ),
-)
 
 
 def plant_scenario(

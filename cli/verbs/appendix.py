@@ -6,12 +6,8 @@ import json
 from functools import partial
 from pathlib import Path
 from shutil import which
-from typing import Annotated
-
-import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson
 from takagi.cli.options.turbine_options import Folder
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
@@ -26,9 +22,9 @@ _NO_TEX = (
 
 def appendix(
     folder: Folder,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="OUT", help="The folder to write.")],
+    out: Path,
     *,
-    as_json: AsJson = False,
+    as_json: bool = False,
 ) -> int:
     """Write the LaTeX appendix of the design in DIR; nothing is designed again.
 

@@ -6,20 +6,17 @@ import json
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, refuse_designing
+from takagi.cli.options.given import refuse_designing
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.runs.previous_certificate import (
     TOLERANCE,
-    TOLERANCE_HELP,
     PreviousCertificate,
     compared,
     read_baseline,
@@ -35,23 +32,13 @@ if TYPE_CHECKING:
 
 def certify(
     model: Model,
-    out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="The certificate to write.")
-    ],
-    gains: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A gain file: certify its law as it stands.")
-    ] = None,
-    gains_out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the gain file anew: same law, this model."),
-    ] = None,
-    baseline: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="An older certificate: fail if something got worse."),
-    ] = None,
-    tolerance: Annotated[str, typer.Option(metavar="SHARE", help=TOLERANCE_HELP)] = TOLERANCE,
+    out: Path,
+    gains: Path | None = None,
+    gains_out: Path | None = None,
+    baseline: Path | None = None,
+    tolerance: str = TOLERANCE,
     *,
-    as_json: AsJson = False,
+    as_json: bool = False,
     **options: Any,
 ) -> int:
     """Write a certificate for MODEL with the gains of a file, or with gains designed anew.

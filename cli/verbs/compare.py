@@ -14,10 +14,8 @@ from urllib.parse import quote
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson
 from takagi.cli.runs.previous_certificate import (
     TOLERANCE,
-    TOLERANCE_HELP,
     compared,
     read_baseline,
     tolerance_of,
@@ -34,17 +32,10 @@ def compare(
     new: Annotated[
         list[Path], typer.Argument(metavar="NEW...", help="Other ones of the same plant.")
     ],
-    tolerance: Annotated[str, typer.Option(metavar="SHARE", help=TOLERANCE_HELP)] = TOLERANCE,
-    summary: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the comparison as Markdown.")
-    ] = None,
-    html: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Write the comparison as one page, for any number of designs."
-        ),
-    ] = None,
-    as_json: AsJson = False,
+    tolerance: str = TOLERANCE,
+    summary: Path | None = None,
+    html: Path | None = None,
+    as_json: bool = False,
 ) -> int:
     """Compare designs of one plant by their certificates: each NEW with OLD.
 

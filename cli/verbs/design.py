@@ -5,13 +5,11 @@ from __future__ import annotations
 import json
 from functools import partial
 from importlib import import_module
-from typing import Annotated, Any
-
-import typer
+from pathlib import Path
+from typing import Any
 
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, OutFolder
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import StepLine, progress
@@ -21,23 +19,12 @@ from takagi.cli.terminal.files import FOLDERS, PURPOSES, print_files, tell_none
 
 def design(
     model: Model,
-    out: OutFolder,
+    out: Path,
     *,
-    as_json: AsJson = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Replace the design that DIR holds.")
-    ] = False,
-    no_report: Annotated[
-        bool,
-        typer.Option(
-            "--no-report",
-            help="Write law, proof and model alone, without figures, report.html, and a turbine's "
-            "margins and runs; `takagi report DIR` makes them later.",
-        ),
-    ] = False,
-    every_claim: Annotated[
-        bool, typer.Option("--all", help="Print every claim with its assumptions, and all notes.")
-    ] = False,
+    as_json: bool = False,
+    force: bool = False,
+    no_report: bool = False,
+    every_claim: bool = False,
     **options: Any,
 ) -> int:
     """Design a controller for MODEL, prove what is claimed of it, and report.

@@ -5,9 +5,7 @@ from __future__ import annotations
 import sys
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.plant_options import plant_settings, time_asked
@@ -22,20 +20,10 @@ if TYPE_CHECKING:
 
 def explore(
     model: ModelOrFolder,
-    port: Annotated[
-        int, typer.Option(metavar="N", help="The port on this machine; a free one unless given.")
-    ] = 0,
-    timeout: Annotated[
-        str | None,
-        typer.Option(metavar="TIME", help="End after this time, such as 30min; at Ctrl-C alone."),
-    ] = None,
-    cache: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Where designs are kept; ~/.cache/takagi unless given."),
-    ] = None,
-    no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Print the page's address alone.")
-    ] = False,
+    port: int = 0,
+    timeout: str | None = None,
+    cache: Path | None = None,
+    no_browser: bool = False,
 ) -> int:
     """Open a page on which the requirements of MODEL are turned, and the proved design follows.
 

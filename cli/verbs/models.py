@@ -6,10 +6,9 @@ import json
 from functools import partial
 
 from takagi.cli.command import PROVED, run_command
-from takagi.cli.options.given import AsJson
 
 
-def list_models(as_json: AsJson = False) -> int:
+def list_models(as_json: bool = False) -> int:
     """List the built-in models: wind turbines, then plants.
 
     The other verbs take such a name as MODEL, or the path of a TOML file of your own; from Python

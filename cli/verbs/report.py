@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.turbine_options import Folder
@@ -16,10 +13,7 @@ from takagi.cli.progress import progress
 
 def report(
     folder: Folder,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="DIR", help="The folder to write; DIR if not given."),
-    ] = None,
+    out: Path | None = None,
 ) -> int:
     """Write report.html and figures/ of the design in DIR; nothing is designed again.
 

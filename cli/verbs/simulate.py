@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import run_command
-from takagi.cli.options.given import AsJson, Options
+from takagi.cli.options.given import Options
 from takagi.cli.options.turbine_options import ModelOrFolder
 from takagi.cli.runs.makers import MAKERS, own_options
 
@@ -32,19 +30,10 @@ def _declared() -> dict[str, Options]:
 
 def simulate(
     model: ModelOrFolder,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="DIR", help="The folder for tables and figures."),
-    ] = None,
+    out: Path | None = None,
     *,
-    duration: Annotated[
-        float | None,
-        typer.Option(
-            help="Of every run [s]; turbines 60 (paper), 600 (turbulent), 120 (steady, step), 90 "
-            "(gusts), 180 (ramp) or that of the wind's file, plants some time constants."
-        ),
-    ] = None,
-    as_json: AsJson = False,
+    duration: float | None = None,
+    as_json: bool = False,
     **options: Any,
 ) -> int:
     """Simulate laws on the nonlinear plant. A simulation proves nothing.

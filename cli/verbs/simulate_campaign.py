@@ -10,14 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import PROVED, UNPROVED
-from takagi.cli.options.given import (
-    SCHEDULER_HELP,
-    WORKERS_HELP,
-    Options,
-    defaults_of,
-    option,
-    option_of,
-)
+from takagi.cli.options.given import declared, defaults_of, option_of
 from takagi.cli.progress import progress
 from takagi.models.errors import ModelError
 
@@ -25,30 +18,7 @@ if TYPE_CHECKING:
     from takagi.models.turbine.loader import TurbineFile
 
 RUNS, RUNS_BEYOND = 10_000, 2000
-
-
-CAMPAIGN_OPTIONS: Options = (
-    option(
-        "certificate FILE",
-        "Turbines: random runs of the loop that a certificate speaks of, each compared with every "
-        "bound that it claims, in place of a scenario.",
-        Path,
-    ),
-    option(
-        "runs",
-        f"With --certificate: how many; {RUNS} unless given, {RUNS_BEYOND} with --beyond.",
-        int,
-    ),
-    option(
-        "beyond WHAT",
-        "With --certificate: runs outside of the claim, to see which bound fails first: 3 or "
-        "wind=3 (the wind limits times 3), wind-error=3, wind-rate=3, start=4 (starts with V up to "
-        "4), inertia=0.8:1.2, wake=1.5, or all. May be repeated.",
-        list[str],
-    ),
-    option("workers N", f"With --certificate. {WORKERS_HELP}", int),
-    option("scheduler ADDRESS", f"With --certificate. {SCHEDULER_HELP}"),
-)
+CAMPAIGN_OPTIONS = declared("simulate-campaign")
 
 
 def simulate_campaign(

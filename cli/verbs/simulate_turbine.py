@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import PROVED, UNPROVED
-from takagi.cli.options.given import Options, defaults_of, option
+from takagi.cli.options.given import Options, declared, defaults_of
 from takagi.cli.options.plant_options import time_asked
-from takagi.cli.options.simulation_options import SHARED_SIMULATION
 from takagi.cli.options.turbine_options import law_in_files
 from takagi.cli.progress import progress
 from takagi.cli.verbs.simulate_campaign import CAMPAIGN_OPTIONS, without_campaign
@@ -25,70 +24,7 @@ _MAKING, _SIMULATING = 0.45, 0.95
 _DESIGN_STEPS = 7
 
 
-SCENARIO_OPTIONS: Options = (
-    option(
-        "law NAME",
-        "Turbines: effort-sharing (one law for all winds), schulte, switched (the gains of schulte "
-        "without overlap), or reference (the reference controller, K w^2 + PI); may be repeated. "
-        "Without it: effort-sharing, schulte and reference.",
-        list[str],
-        callback=law_in_files,
-    ),
-    option(
-        "law_from FILE",
-        "Turbines: simulate the law of a gain file, with its observer; of the named laws, only "
-        "reference can be simulated with it.",
-        Path,
-    ),
-    option(
-        "setpoint NAME=VALUE",
-        "Turbines: a set-point that the law takes at run time, from the start on: speed=11.5rpm of "
-        "the rotor or power=4MW, electrical; may be repeated. With --law-from, or a design's "
-        "folder.",
-        list[str],
-    ),
-    option(
-        "coupling_filter NAME",
-        "Turbines: saturated, which is proved, or sector, the filter as it was printed; saturated "
-        "unless given. Schulte's law.",
-    ),
-    option(
-        "wind WIND",
-        "Turbines: 15 (steady), turbulent:11:B:7 (IEC class, seed), gust:11 (extreme operating), "
-        "coherent:8 (extreme coherent), step:10:12.5, ramp:10:12.5:0.2 [m/s, m/s^2], a CSV file of "
-        "time and wind, or a .bts field of TurbSim; paper, step, gust, coherent or ramp alone: "
-        "winds around rated. May be repeated; paper unless given.",
-        list[str],
-        alias="--scenario",
-    ),
-    option(
-        "wake NAME", "Turbines: dynamic (a wake with states) or equilibrium.", default="dynamic"
-    ),
-    option(
-        "without PART",
-        "Turbines: tower, flap, torsion or torque-lag is left out; may be repeated.",
-        list[str],
-    ),
-    option(
-        "speed_filter RAD/S",
-        "Turbines: corner of a low-pass on the measured speed [rad/s], 0 for none; each law's own "
-        "unless given.",
-        float,
-    ),
-    option(
-        "ripple SHARE",
-        "Turbines: amplitude of a wind oscillation three times a turn, over the wind [-].",
-        float,
-        default=0.0,
-    ),
-    option(
-        "computation_time SECONDS",
-        "Turbines: from measuring to sending [s]; at most the sample time.",
-        float,
-        default=0.0,
-    ),
-    *SHARED_SIMULATION,
-)
+SCENARIO_OPTIONS = declared("simulate-turbine", "simulate-shared", callback=law_in_files)
 OPTIONS: Options = (*SCENARIO_OPTIONS, *CAMPAIGN_OPTIONS)
 # How often a turbine's law runs unless it is said [s].
 SAMPLE_TIME = 0.02

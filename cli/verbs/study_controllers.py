@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
@@ -23,40 +21,17 @@ if TYPE_CHECKING:
 
 def controllers(
     model: Model,
-    out: OutFolder,
+    out: Path,
     *,
-    law: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="effort-sharing, schulte, switched (Schulte's gains without overlap) or reference "
-            "(K w^2 + PI). May be repeated; all of them unless given.",
-        ),
-    ] = None,
-    rosco: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="TUNING",
-            help="ROSCO's library too, by its Python package (takagi[compare]): shipped, "
-            "shipped-unshaved (without peak shaving), retuned, retuned-unshaved, all of these four "
-            "(all), or NAME=DISCON.IN, a file of yours. May be repeated.",
-        ),
-    ] = None,
-    winds: Annotated[
-        str, typer.Option(metavar="V,V,...", help="Mean winds [m/s].")
-    ] = "4,6,8,10,12,14,16,18,20,22,24",
-    seeds: Annotated[int, typer.Option(metavar="N", help="Of turbulence, at each wind.")] = 6,
-    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Of a run.")] = 600.0,
-    weibull: Annotated[
-        str,
-        typer.Option(
-            metavar="MEAN:SHAPE",
-            help="Of the mean wind over a year [m/s]; 8.5:2 is IEC class II, 10:2 class I.",
-        ),
-    ] = "8.5:2",
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    as_json: AsJson = False,
+    law: list[str] | None = None,
+    rosco: list[str] | None = None,
+    winds: str = "4,6,8,10,12,14,16,18,20,22,24",
+    seeds: int = 6,
+    duration: float = 600.0,
+    weibull: str = "8.5:2",
+    workers: int | None = None,
+    scheduler: str | None = None,
+    as_json: bool = False,
 ) -> int:
     """Compare MODEL's laws, its reference controller and ROSCO on the same plant and winds.
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
@@ -25,23 +23,14 @@ COMPARED = ("study compares the laws", "`takagi simulate` shows how its law move
 
 def overlap(
     model: Model,
-    out: OutFolder,
+    out: Path,
     *,
-    over: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="AXIS",
-            help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,...; speed-overlap and centred-overlap "
-            "[rad/s] (0 is the hard switch) and torque-overlap [N m] of Schulte's law, overlap "
-            "[rad/s^2] of the effort-sharing law, each varied alone; wind [m/s], the mean winds. "
-            "May be repeated; without an overlap all four are studied, and 8 to 16 m/s.",
-        ),
-    ] = None,
-    seeds: Annotated[int, typer.Option(metavar="N", help="Of turbulence, at each wind.")] = 6,
-    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Of a run.")] = 600.0,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    as_json: AsJson = False,
+    over: list[str] | None = None,
+    seeds: int = 6,
+    duration: float = 600.0,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    as_json: bool = False,
 ) -> int:
     """Measure fatigue, energy and proof of MODEL's laws over how far torque and pitch overlap.
 

@@ -6,12 +6,9 @@ import json
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import IN_FILES, Model, law_in_files, typed_name
 from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
@@ -24,28 +21,13 @@ if TYPE_CHECKING:
 
 def sweep(
     model: Model,
-    out: OutFolder,
-    over: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="AXIS",
-            help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,...; numbers in SI, or with their unit "
-            "(0.5kNm). Give it once for each axis. Schulte's law: speed-overlap [rad/s], "
-            "torque-overlap [N m], wind [m/s]; an unknown name lists those of another law.",
-        ),
-    ] = None,
+    out: Path,
+    over: list[str] | None = None,
     *,
-    law: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"One of {', '.join(IN_FILES)}; schulte unless given.",
-            callback=law_in_files,
-        ),
-    ] = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    as_json: AsJson = False,
+    law: str | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    as_json: bool = False,
 ) -> int:
     """Map where a law of MODEL, a wind turbine, is proved, over a grid of its parameters.
 
@@ -56,7 +38,7 @@ def sweep(
     tried again by the same command; 2 misuse.
     """
     source = turbine_file(model, "sweep maps the laws", "`takagi design` proves a plant's law")
-    named = _law(law or "paper")
+    named = _law(law_in_files(law) or "paper")
     axes = _axes(named, over or [])
     require_folder_place(out)
     with progress(f"takagi sweep {model}") as tell:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import finished_results_kept, require_folder_place
 from takagi.cli.progress import progress
@@ -21,31 +19,16 @@ if TYPE_CHECKING:
 
 def tune(
     model: Model,
-    out: OutFolder,
+    out: Path,
     *,
-    minimise: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="What is made best: tower-del, blade-del, shaft-del, travel (ratios to the "
-            "reference controller), energy [%], overspeed [%], torque-change [kN m], recovery [s] "
-            "or peak-power [%].",
-        ),
-    ] = "tower-del",
-    require: Annotated[
-        str,
-        typer.Option(
-            metavar="TEXT",
-            help='Limits of the others, such as "energy >= -0.2 %, recovery 30s, peak-power 110 %, '
-            'shaft-del <= 1.0".',
-        ),
-    ] = "energy >= -0.2 %, recovery 30s, shaft-del <= 1.0",
-    tries: Annotated[int, typer.Option(metavar="N", help="Settings to simulate.")] = 120,
-    seeds: Annotated[int, typer.Option(metavar="N", help="Of turbulence, at each wind.")] = 2,
-    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Of a run.")] = 600.0,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    as_json: AsJson = False,
+    minimise: str = "tower-del",
+    require: str = "energy >= -0.2 %, recovery 30s, shaft-del <= 1.0",
+    tries: int = 120,
+    seeds: int = 2,
+    duration: float = 600.0,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    as_json: bool = False,
 ) -> int:
     """Tune the effort-sharing law of MODEL, a wind turbine, on the validation plant.
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
 from takagi.cli.terminal.files import claim_lines, claims_as_data
@@ -36,12 +35,9 @@ def verify(
             "the problem is solved here.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="FILE", help="Write the certificate."),
-    ] = None,
+    out: Path | None = None,
     *,
-    as_json: AsJson = False,
+    as_json: bool = False,
 ) -> int:
     """Say what is proved of a linear matrix inequality or conic problem.
 
