@@ -97,8 +97,6 @@ def run_command(
     The docstring of ``function`` is the help of ``takagi <name> --help``; ``--all-options`` is the
     same with all grouped options explained.  Misuse prints the usage and returns 2.
 
-    Parameters
-    ----------
     options : that several verbs share; the ``**options`` of ``function`` take them, and they stand
         in the help before its keyword-only parameters.
     """

@@ -21,13 +21,9 @@ def require_folder_place(
 ) -> None:
     """Return if ``folder`` can be made and filled; leave nothing behind.
 
-    Parameters
-    ----------
     files, folders : names that will be written in it; one that is of the other kind is refused.
 
-    Raises
-    ------
-    OutputError : a part of the path is a file, or its place is read-only or full.
+    Raises OutputError: a part of the path is a file, or its place is read-only or full.
     """
     _refuse_kind(folder, want_folder=True)
     for name in files:
@@ -40,9 +36,7 @@ def require_folder_place(
 def require_file_place(path: Path) -> None:
     """Return if a file can be written at ``path``; leave nothing behind.
 
-    Raises
-    ------
-    OutputError : it is a folder, or its place is read-only or full.
+    Raises OutputError: it is a folder, or its place is read-only or full.
     """
     _refuse_kind(path, want_folder=False)
     if path.exists() and not path.is_file():

@@ -80,8 +80,6 @@ def with_failures(
     A failed requirement stands in the list like a claim, so that every format shows both.  A
     verdict that was PROVED is FAILED then.
 
-    Parameters
-    ----------
     unmet : (requirement, reason) of each.
     lines : messages that are added.
     """
@@ -100,8 +98,6 @@ def junit(checked: CheckedFile, *, source: str, summary: Sequence[SummaryRow] = 
 
     The figures of a claim become properties of its case.
 
-    Parameters
-    ----------
     source : the certificate's path.
     summary : of the design, if there is one; its numbers become properties of the suite.
     """
@@ -130,8 +126,6 @@ def sarif(
     SARIF viewers show every result as a finding, even of kind ``pass``. So a proved claim is a rule
     without a result.
 
-    Parameters
-    ----------
     source : the certificate's path, as it shall appear in the results.
     kinds : of the claims, in their order: the rules.  What was asked besides is a rule by its name.
     plant : the plant's file: a result marks the line there that the claim follows from, as far as
@@ -183,8 +177,6 @@ def markdown(checked: CheckedFile, *, source: str, summary: Sequence[SummaryRow]
 
     The figures of a claim stand in a column of their own.
 
-    Parameters
-    ----------
     source : the certificate's path.
     summary : of the design, if there is one; it stands in a table before the claims.
     """

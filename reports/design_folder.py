@@ -48,8 +48,6 @@ def design_files(
 
     Names: those of ``law_files``, then those of ``drawn_files``.
 
-    Parameters
-    ----------
     source : the model's file;  tell : called with a word before each step.
     """
     return law_files(design, source=source) | drawn_files(design, source=source, tell=tell)
@@ -144,9 +142,7 @@ class DesignFolder(NamedTuple):
 def design_folder(folder: Path) -> DesignFolder:
     """Return the parts of a folder of a design.
 
-    Raises
-    ------
-    CertificateError : as ``design_file``, or a file is damaged.
+    Raises CertificateError: as ``design_file``, or a file is damaged.
     """
     record, certificate = _content(design_file(folder, RECORD)), design_file(folder, CERTIFICATE)
     name = str(record.get(MODEL))
@@ -162,10 +158,10 @@ def design_folder(folder: Path) -> DesignFolder:
 def read_design(folder: Path, *, tell: Tell | None = None) -> Design:
     """Return the design in a folder; nothing is designed again, and the certificate is checked.
 
-    Raises
-    ------
-    CertificateError : as ``design_folder``, or gains, certificate and model are not of one design.
-    ModelError : the model, or ``design.json``, cannot be read; another version may have written it.
+    Raises CertificateError: as ``design_folder``, or gains, certificate and model are not of one
+        design.
+    Raises ModelError: the model, or ``design.json``, cannot be read; another version may have
+        written it.
     """
     paths = design_folder(folder)
     from takagi.reports.design_record import design_of_record
@@ -192,9 +188,7 @@ def _content(path: Path) -> Mapping[str, Any]:
 def design_file(folder: Path, name: str) -> Path:
     """Return the place of a file of a design.
 
-    Raises
-    ------
-    CertificateError : no such folder, or none of a design; or the file is missing.
+    Raises CertificateError: no such folder, or none of a design; or the file is missing.
     """
     if (folder / name).is_file():
         return folder / name
@@ -212,9 +206,7 @@ def design_file(folder: Path, name: str) -> Path:
 def refuse_to_replace(folder: Path) -> None:
     """Return if the folder holds no design.
 
-    Raises
-    ------
-    CertificateError : it holds one.
+    Raises CertificateError: it holds one.
     """
     for name in (GAINS, CERTIFICATE, RECORD):
         if (folder / name).is_file():

@@ -41,8 +41,6 @@ UNREADABLE = (
 def design_record(design: Design, source: ModelFile, model: str) -> str:
     """Return the text of ``design.json``.
 
-    Parameters
-    ----------
     source : the model's file.
     model : the place of its copy, relative to the design's folder.
     """
@@ -65,15 +63,12 @@ def design_of_record(
 ) -> Design:
     """Return the design that a folder records, with the verdicts of a check made now.
 
-    Parameters
-    ----------
     record : the content of ``design.json``;  model, certificate, gains : the files beside it.
     tell : called with a word before each step.
 
-    Raises
-    ------
-    CertificateError : a file is damaged, or gains, model and certificate are not of one design.
-    ModelError : the copy of the model, or a member of the record, cannot be read.
+    Raises CertificateError: a file is damaged, or gains, model and certificate are not of one
+        design.
+    Raises ModelError: the copy of the model, or a member of the record, cannot be read.
     """
     clock = StepClock(tell)
     with clock("check of the certificate"):

@@ -31,9 +31,7 @@ def write_file(path: str | Path, data: bytes | str) -> Path:
     old content or the new, and after a crash, a full disk or an interrupt the old is still there.
     A link is followed; a device or a pipe (``/dev/stdout``) is written to as it is.
 
-    Raises
-    ------
-    OutputError : the file cannot be written there.
+    Raises OutputError: the file cannot be written there.
     """
     target = Path(os.path.realpath(path))
     if _is_stream(Path(path)):
@@ -57,10 +55,8 @@ def write_folder(path: str | Path, files: Mapping[str, bytes | str]) -> Path:
     Not promised: that all files are of the same age after a crash between two renames. Each one is
     complete, old or new.
 
-    Raises
-    ------
-    OutputError : a file cannot be written; nothing half-written is left.
-    ValueError : a name is absolute or leads out of the folder.
+    Raises OutputError: a file cannot be written; nothing half-written is left.
+    Raises ValueError: a name is absolute or leads out of the folder.
     """
     folder = Path(path)
     placed = {_inside(name): _encoded(data) for name, data in files.items()}

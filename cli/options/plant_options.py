@@ -22,9 +22,7 @@ _TIME = re.compile(r"\s*([-+]?[0-9]{0,9}\.?[0-9]{1,9})\s*(\S*)\s*")
 def budget_asked(written: str | None, default: float) -> float:
     """Return the budget [s] of a search for gains.
 
-    Raises
-    ------
-    ModelError : no number with a unit of time, or a time that is not positive.
+    Raises ModelError: no number with a unit of time, or a time that is not positive.
     """
     if written is None:
         return default
@@ -56,9 +54,7 @@ PLANT_DESIGN_OPTIONS: Options = (*PLANT_OPTIONS, *declared("plant-claims"))
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:
     """Return the settings of the plant's file, replaced where the command line has an option.
 
-    Raises
-    ------
-    ModelError : an option that makes no sense for the plant; names the option.
+    Raises ModelError: an option that makes no sense for the plant; names the option.
     """
     from takagi.models.plant.design_settings import NORMS
     from takagi.models.plant_files.sections import names_of, static_feedback
@@ -126,10 +122,8 @@ def values_in_si(
 
     A value without a unit is in the unit that the plant's file gives the variable.
 
-    Raises
-    ------
-    ModelError : a text of another form, a name that is not one of the variables, or a unit that
-        does not fit; names the option.
+    Raises ModelError: a text of another form, a name that is not one of the variables, or a unit
+        that does not fit; names the option.
     """
     from takagi.models.files.units import parse_unit
 
@@ -185,9 +179,7 @@ def _settling_rate(written: str) -> float:
 def time_asked(option: str, written: str) -> float:
     """Return a time in s of a text such as 10ms; a number alone is in s.
 
-    Raises
-    ------
-    ModelError : a text of another form, or a unit that is none of time; names the option.
+    Raises ModelError: a text of another form, or a unit that is none of time; names the option.
     """
     match = _PAIR.fullmatch(f"time={written}")
     if match is None:
@@ -199,9 +191,7 @@ def time_asked(option: str, written: str) -> float:
 def seconds_of(number: str, unit: str, option: str) -> float:
     """Return a time in s.
 
-    Raises
-    ------
-    ModelError : the unit is none of time; the message begins with ``option``.
+    Raises ModelError: the unit is none of time; the message begins with ``option``.
     """
     from takagi.models.files.units import parse_unit
 

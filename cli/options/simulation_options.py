@@ -22,9 +22,8 @@ def plant_scenario(
 ) -> PlantScenario:
     """Return the scenario that was asked for on the command line.
 
-    Raises
-    ------
-    ModelError : a name, kind, unit or time that makes no sense for the plant; names the option.
+    Raises ModelError: a name, kind, unit or time that makes no sense for the plant; names the
+        option.
     """
     from takagi.models.plant_simulation.signals import Noise
     from takagi.reports.simulation.plant_scenario import PlantScenario

@@ -46,13 +46,9 @@ SLOWEST_STOP = 2.0
 def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     """Return the settings; an option that is not given keeps the turbine's default.
 
-    Parameters
-    ----------
     options : values of the options that ``TURBINE_OPTIONS`` declare.
 
-    Raises
-    ------
-    ModelError : an option that makes no sense for the law or the turbine; names the option.
+    Raises ModelError: an option that makes no sense for the law or the turbine; names the option.
     """
     from takagi.certificates.design.turbine.scale import default_settings
     from takagi.certificates.design.turbine.settings import check_limits
@@ -232,9 +228,7 @@ def _synthesis_fields(two_step: bool, one_step: bool, objective: str | None) -> 
 def uncertainty_asked(given: Mapping[str, Any]) -> LoopUncertainty:
     """Return the uncertainty that the certificate must cover.
 
-    Raises
-    ------
-    ModelError : an inertia or a power coefficient that is not an interval around 1.
+    Raises ModelError: an inertia or a power coefficient that is not an interval around 1.
     """
     from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY
     from takagi.models.laws.effort_sharing.law import LoopUncertainty

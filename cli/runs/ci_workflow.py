@@ -30,10 +30,9 @@ class Workflow(NamedTuple):
 def workflow(service: str, subject: Path) -> Workflow:
     """Return the workflow for a plant's or turbine's file, or for the folder of a design.
 
-    Raises
-    ------
-    ModelError : another service, or a subject that is no such file and outside of the repository.
-    CertificateError : a folder without a certificate.
+    Raises ModelError: another service, or a subject that is no such file and outside of the
+        repository.
+    Raises CertificateError: a folder without a certificate.
     """
     import jinja2
 

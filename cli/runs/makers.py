@@ -44,13 +44,10 @@ _INSTEAD = {
 def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
     """Return the maker for a built-in name or TOML file; the file is read here, once.
 
-    Parameters
-    ----------
     options : the parsed options of ``DESIGN_OPTIONS``.
 
-    Raises
-    ------
-    ModelError : no such model, a file that is not TOML, or an option of the other kind of model.
+    Raises ModelError: no such model, a file that is not TOML, or an option of the other kind of
+        model.
     """
     from takagi.models.loading import read_model
 
@@ -62,13 +59,9 @@ def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
 def turbine_file(model: str, does: str, instead: str) -> TurbineFile:
     """Return the file of a wind turbine.
 
-    Parameters
-    ----------
     does, instead : what a verb does with laws of a turbine, and what there is for a plant.
 
-    Raises
-    ------
-    ModelError : no such model, or another kind of it.
+    Raises ModelError: no such model, or another kind of it.
     """
     from takagi.models.loading import read_model
 
@@ -86,13 +79,9 @@ def own_options(
 ) -> dict[str, Any]:
     """Return those of the parsed options that concern the model.
 
-    Parameters
-    ----------
     declared : kind of model -> its options.
 
-    Raises
-    ------
-    ModelError : an option of another kind of model was given.  Ignoring it would let the user
+    Raises ModelError: an option of another kind of model was given.  Ignoring it would let the user
         believe that it had an effect.
     """
     allowed = defaults_of(declared[source.kind])

@@ -86,9 +86,7 @@ READERS: dict[str, Callable[[str], tuple[str, Any]]] = {
 def plant_entries(options: Options, stem: str) -> Entries:
     """Return the entries of a plant's file.
 
-    Raises
-    ------
-    ModelError : a text of another form, no state, a state without equation.
+    Raises ModelError: a text of another form, no state, a state without equation.
     """
     sections: dict[str, Entries] = {}
     for what, read in READERS.items():
@@ -123,9 +121,8 @@ def plant_entries(options: Options, stem: str) -> Entries:
 def plant_of_text(path: Path, text: str) -> Plant:
     """Return the plant of a text that is to be written.
 
-    Raises
-    ------
-    ModelError : as ``load_plant``, and where the plant does not rest, or has no model on its box.
+    Raises ModelError: as ``load_plant``, and where the plant does not rest, or has no model on its
+        box.
     """
     import tomllib
 
@@ -146,8 +143,6 @@ def plant_of_text(path: Path, text: str) -> Plant:
 def asked_text(stem: str, text_of: Callable[[Options], str]) -> str:
     """Return the text of the plant that is asked for; without states, of the template.
 
-    Parameters
-    ----------
     text_of : the text of options; raises ModelError where they are no plant.
     """
     names = _ask("Names of the states, with spaces between them [an example to change]:", _names)

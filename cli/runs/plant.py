@@ -82,10 +82,8 @@ class PlantMaker:
         The plant may have changed since, as long as its equations can be written in the premises of
         the file.
 
-        Raises
-        ------
-        ModelError : they cannot, so that the law has weights of its own.
-        CertificateError : the gain file is unreadable, or not for this plant.
+        Raises ModelError: they cannot, so that the law has weights of its own.
+        Raises CertificateError: the gain file is unreadable, or not for this plant.
         """
         from takagi.certificates.design.given.kept_model import REST_MOVED
         from takagi.certificates.design.plant.design import certify_filed

@@ -28,9 +28,7 @@ class PreviousCertificate:
 def read_baseline(path: Path) -> PreviousCertificate:
     """Return a certificate with its verdicts; an old file is checked again before it is used.
 
-    Raises
-    ------
-    CertificateError : the file is refused.
+    Raises CertificateError: the file is refused.
     """
     from takagi.certificates.checker import check
     from takagi.certificates.checker.kernel.reader import read_json
@@ -57,9 +55,7 @@ def compared(
 def tolerance_of(text: str) -> Fraction:
     """Return a share exactly; ``5%`` and ``0.05`` have the same value.
 
-    Raises
-    ------
-    ModelError : not a number, or not from 0 to 100 %.
+    Raises ModelError: not a number, or not from 0 to 100 %.
     """
     from takagi.models.errors import ModelError
 

@@ -22,8 +22,6 @@ _SHORT = 60  # characters of a part that is not broken
 def headline(verdict: str, name: str, remark: str, *, proved: bool, part: bool = False) -> str:
     """Return the verdict and the model's name, with a remark at the right.
 
-    Parameters
-    ----------
     part : whether less is proved than the file states; the verdict is yellow then.
     """
     text = f"{verdict}  {name}"

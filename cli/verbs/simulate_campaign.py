@@ -32,15 +32,11 @@ def simulate_campaign(
 ) -> int:
     """Read and check the certificate, run, print; return the exit status.
 
-    Parameters
-    ----------
     options : those of ``CAMPAIGN_OPTIONS``, ``seed``, and those of a scenario.
     scenario : the defaults of the latter; of them only ``seed`` may be given.
 
-    Raises
-    ------
-    ModelError : options that do not go together, or make no sense.
-    CertificateError : the file is no certificate, or not about this model.
+    Raises ModelError: options that do not go together, or make no sense.
+    Raises CertificateError: the file is no certificate, or not about this model.
     """
     for name, default in scenario.items():
         if name != "seed" and options[name] != default and options[name] != []:
@@ -109,9 +105,7 @@ def simulate_campaign(
 def without_campaign(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of a scenario, where no certificate is given.
 
-    Raises
-    ------
-    ModelError : an option that needs --certificate.
+    Raises ModelError: an option that needs --certificate.
     """
     declared = defaults_of(CAMPAIGN_OPTIONS)
     for name in declared:

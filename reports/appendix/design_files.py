@@ -27,8 +27,6 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     paper with the packages that its first lines name; ``figures/*.pdf`` are the figures.  The same
     design gives the same bytes: there is no date in them.
 
-    Parameters
-    ----------
     tell : called with a word before each step.
     """
     from takagi.models.laws.protocol import law_words
@@ -74,13 +72,9 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
     paper with the packages that its first lines name; ``figures/*.pdf`` are the figures.  The same
     design gives the same bytes: there is no date in them.
 
-    Parameters
-    ----------
     tell : called with a word before each step.
 
-    Raises
-    ------
-    ModelError : gains that do not fit the model.
+    Raises ModelError: gains that do not fit the model.
     """
     from takagi.reports.appendix.plant_context import latex_context
     from takagi.reports.appendix.tex import assembled

@@ -35,8 +35,6 @@ _DOTTED = re.compile(r"\\dot\{([^{}]+)_\{([^{}]+)\}\}")
 def region_context(model: TSModel, gains: RegionGains, letter: str) -> dict[str, object]:
     """Return derivation, premises, vertices, rules and gains of one region.
 
-    Parameters
-    ----------
     letter : superscript of its memberships, "b" or "c".
     """
     return {
@@ -61,8 +59,6 @@ def region_context(model: TSModel, gains: RegionGains, letter: str) -> dict[str,
 def vertex_lines(model: TSModel, *, measured: bool = False) -> Iterator[Tex]:
     """Yield the vertices as formulas: what is the same in all rules first, then rule by rule.
 
-    Parameters
-    ----------
     measured : with the output matrices C.
     """
     names = [name for name in "ABE" if np.any(getattr(model, name))] + ["C"] * measured
@@ -234,8 +230,6 @@ def posed(
 ) -> dict[str, Any]:
     """Return the values of one condition in the templates: what it says, line by line.
 
-    Parameters
-    ----------
     numbers : of the data that were used.
     remark : what is to be said of its symbols; "" takes those that are known.
     renamed : symbol of the builder -> symbol of the appendix, where that has another meaning for
@@ -262,8 +256,6 @@ def _powers(formula: str) -> Tex:
 def posed_design(title: str, design: Design | None, *, dual: bool = False) -> list[dict[str, Any]]:
     """Return the same for gains with the numbers used; [] for gains that were given.
 
-    Parameters
-    ----------
     dual : whether they are an observer's, found by the dual problem.
     """
     if design is None or design.answer.condition is None:

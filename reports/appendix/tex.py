@@ -89,9 +89,7 @@ def unit(name: str) -> Tex:
 def decimal(value: float | int | str | Fraction) -> Tex:
     """Return a number exactly as it is written to the files: its shortest decimal, no exponent.
 
-    Raises
-    ------
-    ModelError : not a finite number.
+    Raises ModelError: not a finite number.
     """
     number = exact(value)
     digits = Decimal(number.numerator) / Decimal(number.denominator)
@@ -141,8 +139,6 @@ def range_text(ends: Iterable[float], decimals: int) -> Tex:
 def matrix(values: ArrayLike, *, exactly: bool = False, digits: int = 6) -> Tex:
     """Return a two-dimensional array as a ``bmatrix``, for use inside mathematics.
 
-    Parameters
-    ----------
     exactly : every entry as ``decimal`` writes it; otherwise with ``digits`` significant digits.
     """
     import numpy as np
@@ -209,8 +205,6 @@ def assembled(
 ) -> dict[str, bytes | str]:
     """Return relative file name -> content of the appendix.
 
-    Parameters
-    ----------
     body : the template of the body.
     context : the names that the templates use; the main template needs subject, title, subtitle,
         and whether there is a table of contents.

@@ -41,8 +41,6 @@ class Change:
 def changes(old: Data, new: Data) -> Iterator[Change]:
     """Yield what differs, numbers compared as they are written.
 
-    Parameters
-    ----------
     old, new : certificates as the strict reader returns them.
     """
     yield from _of_model(old["model"], new["model"])

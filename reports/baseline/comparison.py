@@ -77,8 +77,6 @@ class SummaryChange:
 class CertificateComparison:
     """The result of comparing an old certificate with a new one.
 
-    Attributes
-    ----------
     tolerance : share by which a figure may get worse.
     moved : every figure that both have.
     lost : claim -> why it cannot be compared any more.
@@ -112,15 +110,11 @@ def compare_certificates(
 ) -> CertificateComparison:
     """Return the comparison of the old certificate's claims with the new ones.
 
-    Parameters
-    ----------
     old, new : documents as the strict reader returns them.
     checked_old, checked_new : the checker's answers to them: only what is PROVED counts.
     tolerance : share >= 0 of a figure's old value by which it may get worse.
 
-    Raises
-    ------
-    ModelError : the certificates are about two plants.
+    Raises ModelError: the certificates are about two plants.
     """
     _require_one_plant(old["model"], new["model"])
     old_claims, new_claims = _labelled(old, checked_old), _labelled(new, checked_new)

@@ -23,8 +23,6 @@ from takagi.reports.baseline.words import (
 class ComparedDesign:
     """A design of the page.
 
-    Attributes
-    ----------
     place : its folder or certificate, as the user wrote it.
     verdict : of its certificate, such as ``"PROVED"``.
     report : link to its report, relative to the page; "" without one.
@@ -50,8 +48,6 @@ def as_html(designs: Sequence[ComparedDesign], *, name: str) -> str:
 
     Every difference is given in words too, never by its colour alone.
 
-    Parameters
-    ----------
     designs : the first without a comparison, all others with one.
     name : of the plant.
     """

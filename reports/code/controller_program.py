@@ -77,13 +77,9 @@ def parsed(text: str, tables: Collection[str] = ()) -> Formula:
 
     Operators have the precedence of Python, with ^ for a power: -x^2 is -(x^2), 2^3^2 is 2^(3^2).
 
-    Parameters
-    ----------
     tables : names that plant files call as functions: ``name(x)`` is ``spline(x, name)``.
 
-    Raises
-    ------
-    ModelError : the text has a part that the language does not have.
+    Raises ModelError: the text has a part that the language does not have.
     """
     try:
         source = text.replace("^", "**").strip()
@@ -161,8 +157,6 @@ Value: TypeAlias = "Decimal | Row | tuple[Row, ...] | Spline"
 class Spline:
     """A cubic spline of one or two arguments.
 
-    Attributes
-    ----------
     knots : for each argument all knots, those at the ends repeated.
     coefficients : one row for a spline of one argument; for two arguments, one row for each basis
         function of the first.
@@ -186,8 +180,6 @@ class Constant:
 class Signal:
     """A value that is read or sent at every sample.
 
-    Attributes
-    ----------
     rest : value in SI that is used before the first finite measurement.
     range : interval in SI in which the model holds; None where the file states none.
     optional : whether an input may be left unconnected, which is then at rest; a set-point.
@@ -271,8 +263,6 @@ class ControllerProgram:
     then its steps are computed, then the values that it sends.  After the last stage all kept
     values take their ``next`` at once.  ``sample_time`` [s] is a name in formulas.
 
-    Attributes
-    ----------
     name : the file's title.
     plant : the name of the plant or turbine.
     kind : "turbine" or "plant".
@@ -324,15 +314,11 @@ def identifiers(
 ) -> dict[str, str]:
     """Return a valid identifier for each name: the name itself, with ``_`` added if it is in use.
 
-    Parameters
-    ----------
     reserved : keywords and functions of the language, in lower case if case is ignored.
     language : its name, for the message.
     ignore_case : whether ``K`` and ``k`` are the same name in the language.
 
-    Raises
-    ------
-    ModelError : a name that is too long for the language.
+    Raises ModelError: a name that is too long for the language.
     """
     words: dict[str, str] = {}
     used_words = {word.lower() if ignore_case else word for word in reserved}

@@ -50,9 +50,7 @@ MILLI = Decimal("0.001")
 def require_order(program: ControllerProgram) -> None:
     """Refuse limits in the wrong order; those that are known in a sample only are not looked at.
 
-    Raises
-    ------
-    ModelError : names the entries of the file, and both limits.
+    Raises ModelError: names the entries of the file, and both limits.
     """
     file_places = {constant.name: constant.path for constant in program.constants}
     numbers = {constant.name: floats(constant.value) for constant in program.constants}
@@ -82,9 +80,7 @@ BITS = {"double": 53, "float": 24}
 def require_nodes(program: ControllerProgram, precision: str) -> None:
     """Refuse nodes that do not increase as floats of this precision, "double" or "float".
 
-    Raises
-    ------
-    ModelError : names the row of the file.
+    Raises ModelError: names the row of the file.
     """
     rows = {constant.name: constant for constant in program.constants}
     for name in dict.fromkeys(_nodes(program)):
@@ -118,9 +114,7 @@ def _nodes(program: ControllerProgram) -> Iterator[str]:
 def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerProgram:
     """Return the program of a gain file; ``without`` names programs to leave out.
 
-    Raises
-    ------
-    ModelError : the file is not a gain file, has no programs, or one that cannot be read.
+    Raises ModelError: the file is not a gain file, has no programs, or one that cannot be read.
     """
     try:
         document = json.loads(

@@ -31,8 +31,6 @@ _SIGNS: Mapping[str, Callable[[float, float], float]] = {
 class ProgramRun:
     """Runs a program sample by sample.
 
-    Attributes
-    ----------
     kept : values of the kept names; empty before the first sample.
     names : value of every name in the last sample.
     """
@@ -46,9 +44,7 @@ class ProgramRun:
     def sample(self, sample_time: float, inputs: Mapping[str, float]) -> dict[str, float]:
         """Return the outputs of one sample.
 
-        Raises
-        ------
-        ArithmeticError, ValueError : a formula has no value at these inputs.
+        Raises ArithmeticError, ValueError: a formula has no value at these inputs.
         """
         names = {**self._constants, "sample_time": sample_time, **inputs, **self.kept}
         for stage in self.program.stages:

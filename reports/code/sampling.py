@@ -22,9 +22,7 @@ def longest_sample(program: ControllerProgram) -> LongestSample | None:
 
     A turbine's follows from the programs that are not left out; a plant's is in its gain file.
 
-    Raises
-    ------
-    ModelError : the file states one that is no positive time.
+    Raises ModelError: the file states one that is no positive time.
     """
     if program.kind == "turbine":
         names = {stage.name for stage in program.stages}
@@ -42,10 +40,8 @@ def longest_sample(program: ControllerProgram) -> LongestSample | None:
 def start_sample_time(program: ControllerProgram, requested: float | None) -> Decimal:
     """Return T [s] to start with: that of the law, else of the user, else a usual one.
 
-    Raises
-    ------
-    ModelError : the user's T differs from that of a law in discrete time, or is longer than the
-        longest of the program.
+    Raises ModelError: the user's T differs from that of a law in discrete time, or is longer than
+        the longest of the program.
     """
     fixed_time = program.sample_time
     if fixed_time is not None:
@@ -91,8 +87,6 @@ def status_bits(
 ) -> tuple[tuple[int, str, str], ...]:
     """Return (bit, word, meaning), the most serious first; a long sample where there is one.
 
-    Parameters
-    ----------
     words : those that a target reports; None for all.
     """
     longest = longest_sample(program)

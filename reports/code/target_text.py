@@ -61,9 +61,7 @@ def _ranges(program: ControllerProgram) -> Iterator[str]:
 def filled(room: str, name: str, context: Mapping[str, Any]) -> str:
     """Return ``name.jinja`` of a folder below ``reports/code``, filled; nothing is escaped.
 
-    Raises
-    ------
-    jinja2.UndefinedError : the template has a name that the context does not have.
+    Raises jinja2.UndefinedError : the template has a name that the context does not have.
     """
     return _environment(room).get_template(f"{name}.jinja").render(context)
 

@@ -20,17 +20,13 @@ Precision: TypeAlias = Literal["double", "float"]
 class ExportSettings:
     """The choices of a user for an export, and the certificate that belongs to the law.
 
-    Attributes
-    ----------
     precision : type of the code's numbers; a target with one precision refuses the other.
     sample_time : T [s] with which the code starts if the caller states none; None takes the law's
         own T, or the target's default.
     model : the certificate's model, for targets that write its vertices; None without one.
     claims : the certificate's claims, for targets that write their matrices.
 
-    Raises
-    ------
-    ModelError : a precision that is not double or float, a sample time that is not positive.
+    Raises ModelError: a precision that is not double or float, a sample time that is not positive.
     """
 
     precision: Precision = "double"
@@ -50,8 +46,6 @@ class ExportSettings:
 class Exported:
     """The result of a target: files by their path in the output folder, and their use.
 
-    Attributes
-    ----------
     use : file -> one line that says how it is used.
     """
 
@@ -92,9 +86,7 @@ TARGETS = (
 def exported(word: str, program: ControllerProgram, settings: ExportSettings) -> Exported:
     """Return the files of a target for a program.
 
-    Raises
-    ------
-    ModelError : an unknown target, or a program or setting that the target does not support.
+    Raises ModelError: an unknown target, or a program or setting that the target does not support.
     """
     for target in TARGETS:
         if target.word == word:
@@ -113,16 +105,12 @@ def certified(
 
     Claims with another hash than the gain file states are left out.
 
-    Parameters
-    ----------
     certificate : None takes ``certificate.json`` in the gain file's folder; without such a file, or
         with one about another model, None is returned as model.
 
-    Raises
-    ------
-    ModelError : the given certificate is about another model than the gain file, or the law is not
-        proved, so that no certificate is about it.
-    CertificateError : it cannot be read.
+    Raises ModelError: the given certificate is about another model than the gain file, or the law
+        is not proved, so that no certificate is about it.
+    Raises CertificateError: it cannot be read.
     """
     if not program.hashes:
         if certificate is None:

@@ -40,8 +40,6 @@ GRID = 2
 class Axis:
     """One slider.
 
-    Attributes
-    ----------
     name : a word for the page's script;  label : the heading.
     options : of every position, the first without any;  words : what each position shows.
     """

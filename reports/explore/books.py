@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 def cache_folder(source: PlantFile, place: Path | None) -> Path:
     """Return where the designs of a plant's file are kept, by its content and by all versions.
 
-    Parameters
-    ----------
     place : of all plants; None for ``takagi`` in the user's folder for caches.
     """
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
@@ -39,8 +37,6 @@ def cache_folder(source: PlantFile, place: Path | None) -> Path:
 class Book:
     """The designs that a page shows, by the positions of its sliders; all answers are JSON.
 
-    Attributes
-    ----------
     cells : position -> design, of this run alone.
     grid : the positions that are computed in the background.
     command_at : position -> the command that makes its design.
@@ -137,9 +133,7 @@ def plant_book(source: PlantFile, settings_of: SettingsOf, place: Path | None) -
 
     The reason where the plant's file has no design.
 
-    Raises
-    ------
-    ModelError : a plant that has nothing to turn.
+    Raises ModelError: a plant that has nothing to turn.
     """
     from takagi.models.errors import ModelError
 

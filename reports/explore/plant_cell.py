@@ -50,8 +50,6 @@ def made_cell(
 ) -> Cell:
     """Return the design with the options; it is made unless the folder has it.
 
-    Parameters
-    ----------
     folder : of this design alone.
     tell : called with a word before each step of a design; what it raises ends the work.
     """
@@ -113,10 +111,8 @@ def _kept(folder: Path, source: PlantFile, settings: PlantSettings) -> PlantDesi
 def read_checked(folder: Path, source: PlantFile, settings: PlantSettings) -> PlantDesign:
     """Return the design in a folder, with the verdicts of a check made now.
 
-    Raises
-    ------
-    CertificateError : no whole design, or one of another plant or for other requirements.
-    ModelError : a file that cannot be read.
+    Raises CertificateError: no whole design, or one of another plant or for other requirements.
+    Raises ModelError: a file that cannot be read.
     """
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.design_folder import design_folder, read_design

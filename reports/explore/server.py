@@ -50,9 +50,7 @@ ELSEWHERE = (
 def bound_socket(port: int) -> socket.socket:
     """Return a socket of this machine alone; port 0 takes any that is free.
 
-    Raises
-    ------
-    ModelError : the port is in use, or not allowed.
+    Raises ModelError: the port is in use, or not allowed.
     """
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -74,8 +72,6 @@ def serve(
 ) -> None:
     """Serve the page until Ctrl-C, or for so many seconds.
 
-    Parameters
-    ----------
     ready : called with the page's address once it answers.
     """
     token, port = secrets.token_urlsafe(24), listening.getsockname()[1]

@@ -43,9 +43,7 @@ NO_SET = "The set and the bound of rotor speed are not proved."
 def turbine_book(design: TurbineDesign, folder: Path) -> Book:
     """Return the book of a design that was read from a folder.
 
-    Raises
-    ------
-    ModelError : a law without wind cells.
+    Raises ModelError: a law without wind cells.
     """
     law, summary = design.effort_sharing_law, claim_summary(design)
     if law is None or summary is None:

@@ -28,8 +28,6 @@ def cells_figure(
 ) -> Figure:
     """Return decay rate, wind limits and overspeed bound per wind cell.
 
-    Parameters
-    ----------
     edges : (n + 1,) of the cells [m/s], increasing.
     proved : (n,) of bool; a cell that is not proved is hatched and shows no figure.
     decay_rate : (n,) [1/s].
@@ -111,8 +109,6 @@ def overlaps_figure(rows: Sequence[OverlapRow], *, wind: tuple[float, float]) ->
     A range too narrow to be seen is drawn lower and wider than it is, about its middle.  What is
     not proved lies on top, so that no widened bar hides it.
 
-    Parameters
-    ----------
     rows : from top to bottom.
     wind : the ends of the axis [m/s].
     """

@@ -41,8 +41,6 @@ SILENT = 1e-10
 class BodeLine:
     """One loop of a Bode plot.
 
-    Attributes
-    ----------
     label : such as ``"12 m/s"``.
     response : L(j omega) (n,) complex, negative-feedback convention.
     crossover : where |L| = 1 and the phase margin is read [rad/s]; None or nan draws no mark.
@@ -70,8 +68,6 @@ def bode_figure(
 ) -> Figure:
     """Return magnitude [dB] and phase [deg] over frequency [rad/s].
 
-    Parameters
-    ----------
     frequency : (n,) [rad/s], increasing.
     lines : from low to high wind; coloured from dark to light.  A filled dot is the crossover with
         its phase margin, an open one the phase crossover with its gain margin; both figures stand
@@ -143,8 +139,6 @@ LOGARITHMIC = ("gain", "delay")
 class MarginLine:
     """One loop over wind; arrays (n,), nan where it does not act.
 
-    Attributes
-    ----------
     label : such as ``"torque"``.
     nominal, least : panel -> margins, of the machine as its file says and the least of all; nan
         where the others were not examined.

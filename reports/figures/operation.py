@@ -28,8 +28,6 @@ def trim_figure(
 ) -> Figure:
     """Return rotor speed [rpm], pitch [deg], torque [kN m] and power [MW] of the trim over wind.
 
-    Parameters
-    ----------
     regions : wind at which each region begins [m/s], such as ``{"2": 4.7, "3": 11.45}``.
 
     Dots are the published pitch, where the speed is not de-rated.
@@ -73,8 +71,6 @@ def power_surface_figure(
 ) -> Figure:
     """Return c_P >= 0 over tip-speed ratio and pitch [deg], with the trim and its band.
 
-    Parameters
-    ----------
     ratio : (n,) tip-speed ratios [-];  pitch : (k,) [rad].
     band : half-width of the band around the trim in pitch [rad].
     """

@@ -42,8 +42,6 @@ QUANTITIES = {
 class ResponseLine:
     """One simulated case, each array (n,) over the common time.
 
-    Attributes
-    ----------
     label : of the legend, such as the law's name.
     wind [m/s]; pitch [rad]; torque, high-speed shaft [N m]; rotor_speed [rad/s]; power [W].
     """
@@ -70,8 +68,6 @@ def response_figure(
 ) -> Figure:
     """Return five panels over time [s], one line per case in each.
 
-    Parameters
-    ----------
     time : (n,) [s].
     rated : figures drawn as thin horizontal lines, by quantity ("torque", "rotor_speed", "power",
         SI units).
@@ -121,8 +117,6 @@ def scenario_figure(
 ) -> Figure:
     """Return six rows of panels with one column per law; one line per wind, one scale per row.
 
-    Parameters
-    ----------
     runs : (law, wind, series); laws and winds appear in the order of their first run.
     turbine : whose rated values are 1 p.u.
     total_points : shared by all lines: more show faster oscillations, and weigh more.

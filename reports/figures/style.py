@@ -108,8 +108,6 @@ def new_figure(
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure and its axes row by row; call inside ``house_style()``.
 
-    Parameters
-    ----------
     width, height : inches; 7 in at 9 pt stays legible on a phone turned sideways.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -129,13 +127,9 @@ def decimate(x: ArrayLike, y: ArrayLike, *, points: int = POINTS) -> tuple[Float
     value stay, in their order, besides the first and the last sample.  A gap (nan) stays a gap
     where a whole bin is one.
 
-    Parameters
-    ----------
     x, y : (n,), x increasing.
 
-    Raises
-    ------
-    ModelError : different lengths, or fewer than 8 points asked for.
+    Raises ModelError: different lengths, or fewer than 8 points asked for.
     """
     xs, ys = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     if xs.shape != ys.shape or xs.ndim != 1:
@@ -170,8 +164,6 @@ def shades(count: int) -> list[str]:
 def marks_above(axes: Axes, marks: Mapping[str, float], *, width: float = WIDTH) -> None:
     """Draw vertical lines labelled above the axes, on two levels where labels would meet.
 
-    Parameters
-    ----------
     marks : label -> place on the x axis, whose limits and scale are already set.
     width : of the axes, about [inches].
     """
@@ -238,8 +230,6 @@ LINES = re.compile(r"([ML] \S+ \S+)((?: L \S+ \S+)+)")
 def figure_to_svg(figure: Figure, *, name: str, description: str = "") -> str:
     """Return the figure as one ``<svg>`` element, ready to stand inside HTML.
 
-    Parameters
-    ----------
     name : prefix of every id in the element, so that several figures fit in one page; letters,
         digits, hyphens.
     description : text for readers who do not see the figure.
@@ -247,9 +237,7 @@ def figure_to_svg(figure: Figure, *, name: str, description: str = "") -> str:
     The same figure gives the same text: ids are salted with a constant, no date is written.
     Letters are outlines, so that labels have the same position on every computer.
 
-    Raises
-    ------
-    ModelError : a name that cannot be an id.
+    Raises ModelError: a name that cannot be an id.
     """
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
         raise ModelError(

@@ -144,9 +144,7 @@ def validated(document: Mapping[str, Any], body: type[Envelope]) -> dict[str, An
 
     ``law`` is the certificate's ``gains``, number by number.
 
-    Raises
-    ------
-    pydantic.ValidationError : a law whose members do not fit.
+    Raises pydantic.ValidationError : a law whose members do not fit.
     """
     content = gain_file_of(document)
     body.model_validate(content)

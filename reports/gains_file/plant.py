@@ -88,9 +88,7 @@ class OutputGainFile(PlantGainFile):
 def plant_gain_file(design: PlantDesign) -> dict[str, Any]:
     """Return the content of ``gains.json`` as plain data, see ``envelope.validated``.
 
-    Raises
-    ------
-    ValueError : an analysis has no gains to write.
+    Raises ValueError: an analysis has no gains to write.
     """
     if design.gains is None or (design.law or design.output_law) is None:
         raise ValueError(
@@ -103,8 +101,6 @@ def plant_gain_file(design: PlantDesign) -> dict[str, Any]:
 def plant_gain_file_schema(*, outputs: bool = False) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a plant's ``gains.json``.
 
-    Parameters
-    ----------
     outputs : of a law that has measured outputs in the place of states.
     """
     body = OutputGainFile if outputs else PlantGainFile

@@ -36,8 +36,6 @@ MOST_RULES, MOST_STATES = 16, 6
 class Regulator:
     """The regulator u = u* - K (x - x*) beside the design's law at rest.
 
-    Attributes
-    ----------
     gain : K (m, n) of the regulator.
     poles, own_poles : of the two linear loops at rest.
     states, inputs : (n,) and (m,): the sizes that the weights are made of, SI.

@@ -120,8 +120,6 @@ _INVARIANT = ("invariant-ellipsoid", "input-limits")
 class Withstood:
     """A disturbance as a deviation from rest, in SI.
 
-    Attributes
-    ----------
     proved : the largest |w - w*| for which a set is proved to be invariant; 0 where none is.
     stated : the largest |w - w*| in the range of the file.
     """
@@ -187,8 +185,6 @@ MOST = 6
 class OverlapClaim:
     """The claim for one pair of overlaps.
 
-    Attributes
-    ----------
     name, text, verdict : the checker's.
     speed_overlap : eps_omega [rad/s];  torque_overlap : eps_T [N m].
     proved : disjoint winds for which it is proved [m/s];  unproved : those examined without proof.

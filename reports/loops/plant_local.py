@@ -57,8 +57,6 @@ def local_loops(loop: PlantLoop) -> tuple[PlantLocalLoop, ...]:
 def rest_loops(loop: PlantLoop, gain: Floats | None = None) -> tuple[PlantLocalLoop, ...]:
     """Return the loops at rest, one for each input; none for an analysis.
 
-    Parameters
-    ----------
     gain : K (m, n) of another law of all states; None for the design's own law.
     """
     return _rest_loops(loop, None if gain is None else tuple(map(tuple, gain.tolist())))

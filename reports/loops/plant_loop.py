@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 class ObservedMotion:
     """A law with an observer, and the proved function of plant and estimate.
 
-    Attributes
-    ----------
     law : the law.
     outputs : (x, u) -> y of the measured outputs, SI.
     resting : y* (p,).
@@ -202,8 +200,6 @@ def _region(design: PlantDesign, model: TSModel) -> PolynomialRegion | None:
 class PlantLoop:
     """The plant with u = u* - sum_i h_i K_i (x - x*), or without control if there are no gains.
 
-    Attributes
-    ----------
     gains : K (r, m, n) as emitted; None for an analysis.
     state, input : x* (n,) and u* (m,), where the plant rests.
     P : (n, n), of V = (x - x*)' P (x - x*): of the proved set in which inputs stay within their
@@ -277,8 +273,6 @@ class PlantLoop:
     ) -> Floats:
         """Return z at x = x* + deviation, inputs and disturbances at rest, the share as it is.
 
-        Parameters
-        ----------
         signals : deviations of disturbances that are not at rest, by their names in the model.
         """
         if not self.model.premises:
@@ -339,9 +333,7 @@ class PlantLoop:
 def plant_loop(design: PlantDesign) -> PlantLoop:
     """Return the loop of a design, with the function that its certificate proves.
 
-    Raises
-    ------
-    ModelError : the gains do not fit the model.
+    Raises ModelError: the gains do not fit the model.
     """
     plant, model = design.plant, design.model
     gains = None if design.gains is None else np.asarray(design.gains, dtype=np.float64)

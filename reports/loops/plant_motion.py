@@ -45,8 +45,6 @@ MOST_ENDS = 4
 class PlantMotion:
     """One motion of the loop.
 
-    Attributes
-    ----------
     name : where it starts, in words.
     time : (k,) [s], or steps times the sample time.
     state : (k, n), deviations x - x* in SI units.
@@ -124,14 +122,10 @@ def motions(
 ) -> tuple[PlantMotion, ...]:
     """Return the motions from the given deviations, all over the same time [s].
 
-    Parameters
-    ----------
     outside : disturbances that move, noise, and a law in samples; None for none of them.
     uncertain : uncertain parameter or other signal -> its value in these motions; others rest.
 
-    Raises
-    ------
-    ModelError : more samples than can be simulated.
+    Raises ModelError: more samples than can be simulated.
     """
     end = horizon(loop) if duration is None else duration
     experiment = experiment_of(loop, outside or Outside(), uncertain=uncertain)
@@ -150,8 +144,6 @@ def motions(
 class Outside:
     """Disturbances and references of a loop, and how its law runs.
 
-    Attributes
-    ----------
     moving : the disturbances that move, and ``disturbances`` their deviations, in that order.
     noise : on the measured states; None for none.
     program : makes the law in samples of ``sample_time`` [s]; None for continuous time.
@@ -249,8 +241,6 @@ def uncertain_ends(plant: Plant) -> list[dict[str, Fraction]]:
 def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:
     """Return the duration [s] in which the slowest pole at equilibrium decays to a thousandth.
 
-    Parameters
-    ----------
     longest : s, where that would take longer, in continuous time.
     """
     matrices, K = loop.at_rest()

@@ -21,14 +21,10 @@ if TYPE_CHECKING:
 class ProgramLaw:
     """One run of a program, sample by sample.
 
-    Parameters
-    ----------
     moving : the disturbances of the signals that ``sample`` is given, in that order.
     sample_time : [s].
 
-    Raises
-    ------
-    ModelError : the program is not of this plant.
+    Raises ModelError: the program is not of this plant.
 
     The program of a blended plant keeps the effort from sample to sample; it begins with the effort
     of the state that it is given first, and sends the commands of both actuators.

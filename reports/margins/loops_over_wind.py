@@ -45,8 +45,6 @@ STEPS = 4
 class SmallMargin:
     """A margin that is below the least one.
 
-    Attributes
-    ----------
     kind : "gain", "phase" or "delay".
     command : "torque", "pitch" or, for the delay, "torque and pitch".
     share : of the least margin at which the loop is unstable, in steps; smaller is worse.

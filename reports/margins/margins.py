@@ -37,8 +37,6 @@ from takagi.reports.margins.response import LoopResponse, largest
 class DiskMargin:
     """The largest symmetric disk of gain and phase variation a loop survives.
 
-    Attributes
-    ----------
     alpha : size of the disk [-]; 0 for an unstable loop, 2 at most where L vanishes at high
         frequency.
     frequency : where it is smallest [rad/s]; inf where that is the high-frequency limit.
@@ -103,8 +101,6 @@ INF = float("inf")
 class Margins:
     """The margins of one loop. For an unstable closed loop all margins are 0.
 
-    Attributes
-    ----------
     stable : of the closed loop.
     gain_decrease, gain_increase : factors below and above 1 at which it becomes unstable [-];
         0 and inf where there is none.

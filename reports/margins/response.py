@@ -43,8 +43,6 @@ MANY = 20
 class LoopResponse:
     """A loop as margins read it.
 
-    Attributes
-    ----------
     evaluate : omega (k,) [rad/s] -> L(j omega) (k, m, m).
     frequencies : increasing grid [rad/s]; begins with 0 where L(0) is finite.
     at_infinity : L(j inf) (m, m), or None where it is not known; of a loop in discrete time, L at

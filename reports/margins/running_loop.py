@@ -62,10 +62,8 @@ def loop_equilibrium(
 
     It depends on neither inertia nor sampling nor the wake's time.
 
-    Raises
-    ------
-    NoEquilibrium : a ModelError; none is found from the trim.
-    ModelError : a wind outside cut-in to cut-out, or a rest at which more wind gives no more
+    Raises NoEquilibrium: a ModelError; none is found from the trim.
+    Raises ModelError: a wind outside cut-in to cut-out, or a rest at which more wind gives no more
         torque: there the observer cannot estimate it.
     """
     trim(plant.turbine, wind)
@@ -143,8 +141,6 @@ STAYS, VISIBLE = 0.75, 1e-5
 class Slopes:
     """A Jacobian, and at which coordinates the function has a kink.
 
-    Attributes
-    ----------
     matrix : (m, n).
     kinks : coordinates whose two one-sided slopes differ; ``matrix`` has the asked side's there.
     """
@@ -156,8 +152,6 @@ class Slopes:
 def slopes(function: Callable[[Floats], Floats], at: Floats, sides: Floats) -> Slopes:
     """Return the slopes of a function at a point.
 
-    Parameters
-    ----------
     sides : (n,) +1 or -1, the side on which a kink is read; elsewhere differences are central.
     """
     steps = STEP * np.maximum(np.abs(at), FLOOR)
@@ -193,8 +187,6 @@ GONE = 1e-9
 class RunningLoop:
     """The sampled loop x+ = A x + B u, u = -L's answer, broken at both commands.
 
-    Attributes
-    ----------
     wind : [m/s].   sample_time : [s].
     A, B, C : of the broken loop: commands (torque, pitch reference) in, minus what the program
         answers out, so that the closed loop is x+ = (A - B C) x.
@@ -252,8 +244,6 @@ SAMPLE = 0.02
 class RunningLoops:
     """The loop that runs, at any wind and for any plant; where it rests is found once for a wind.
 
-    Attributes
-    ----------
     plant : with the filter of the measured speed.
     program : the law, sampled.
     rests : wind [m/s] -> where the loop rests, or why it does not.  It depends on neither inertia
@@ -278,8 +268,6 @@ class RunningLoops:
     ) -> RunningLoops:
         """Return the loop of the validation plant.
 
-        Parameters
-        ----------
         speed_filter : on the measured speed: band-stop and low-pass, or the corner of a low-pass
             alone [rad/s]; None for none.
         sample_time, computation_time : of the program [s], see ``SampledLaw``.
@@ -342,16 +330,12 @@ def linearised_loop(
 ) -> RunningLoop:
     """Return the loop at a steady wind [m/s].
 
-    Parameters
-    ----------
     rest : where the loop rests; None looks for it (``loop_equilibrium``).
     wake : one of ``WAKES``.
     side : +1 or -1, on which a kink is read that is no stop, such as a node of the law's tables.
         At a stop (pitch, torque) it is read on the side where the machine can go.
 
-    Raises
-    ------
-    ModelError : an unknown wake, or what ``loop_equilibrium`` refuses.
+    Raises ModelError: an unknown wake, or what ``loop_equilibrium`` refuses.
     """
     if wake not in WAKES:
         raise ModelError(f"wake {wake!r} is not known; choose one of {WAKES}")

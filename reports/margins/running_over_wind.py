@@ -47,8 +47,6 @@ class Mode:
 class RunningMargins:
     """The margins of one loop at one wind, for one plant.
 
-    Attributes
-    ----------
     wind [m/s]; inertia : factor on the nominal one.   wake : one of ``WAKES``.
     torque, pitch : margins of the loop broken there; None where that command does not answer.
     both : disk margin of both at once, independent of each other.
@@ -84,8 +82,6 @@ def running_margins(
 ) -> tuple[RunningMargins, ...]:
     """Return the margins of the loop that runs: validation plant, observer, filters, sampling.
 
-    Parameters
-    ----------
     loops : as ``RunningLoops.of`` makes them.
     winds : steady ones [m/s].
     plants : (factor on the nominal inertia, one of ``WAKES``); wakes in equilibrium and frozen are
@@ -95,11 +91,9 @@ def running_margins(
     -------
     One entry a wind and plant, in the order given.
 
-    Raises
-    ------
-    ModelError : a sampling too slow for the modes, or a wind outside cut-in to cut-out or where
-        more wind gives no more torque, so that the observer cannot estimate it.
-    NoEquilibrium : a ModelError; the loop has no equilibrium at a wind.
+    Raises ModelError: a sampling too slow for the modes, or a wind outside cut-in to cut-out or
+        where more wind gives no more torque, so that the observer cannot estimate it.
+    Raises NoEquilibrium: a ModelError; the loop has no equilibrium at a wind.
     """
     modes = plant_modes(loops.plant)
     require_sampling(loops.program.sample_time, modes)
@@ -199,9 +193,7 @@ def _reaches_one(evaluate: Callable[..., Complex], mode: Mode) -> bool:
 def require_sampling(sample_time: float, modes: Sequence[Mode]) -> None:
     """Refuse a sampling [s] in which a period of a mode has too few samples.
 
-    Raises
-    ------
-    ModelError : names the mode, and how often is enough.
+    Raises ModelError: names the mode, and how often is enough.
     """
     found = slow_sampling(sample_time, modes)
     if found is not None:

@@ -27,8 +27,6 @@ AROUND = 0.4
 class SearchedMargins:
     """Margins over all winds.
 
-    Attributes
-    ----------
     rows : by wind, the machine as its file says first.
     whole : winds with all plants, at which nothing special happens: whole ones, and both ends.
     least : winds with all plants between them: a disk margin of the machine as its file says is
@@ -46,9 +44,7 @@ class SearchedMargins:
 def searched_margins(loops: RunningLoops) -> SearchedMargins:
     """Return the margins from cut-in to cut-out: finely, and for all plants where it counts.
 
-    Raises
-    ------
-    ModelError : what ``running_margins`` refuses, but for a missing rest.
+    Raises ModelError: what ``running_margins`` refuses, but for a missing rest.
     """
     turbine = loops.plant.turbine
     found: dict[float, list[RunningMargins]] = {}

@@ -80,8 +80,6 @@ _WAKE_WORDS = {
 class UnstableLoop:
     """The loop grows at some winds.
 
-    Attributes
-    ----------
     reason : the wind at which it grows fastest, how fast, what part does it, and what helps.
     by_filter : whether the turbine's default wind filter makes it stable at all these winds.
     """
@@ -104,9 +102,7 @@ def unstable_loop(loops: RunningLoops, settings: DesignSettings, tell: Tell) -> 
 
     A wind at which it has no equilibrium is left out: there is nothing to linearise at.
 
-    Raises
-    ------
-    ModelError : it has an equilibrium at no wind.
+    Raises ModelError: it has an equilibrium at no wind.
     """
     turbine = loops.plant.turbine
     tell(f"{turbine.cut_in:g} to {turbine.cut_out:g} m/s")
@@ -323,13 +319,9 @@ def require_stable(
     Noted are a wind filter that needs a wind that is measured, margins below the least ones, a
     turbine whose file describes two different pitch drives, and a drive too slow for the proof.
 
-    Parameters
-    ----------
     tell : gets each step in words.
 
-    Raises
-    ------
-    ModelError : names wind, growth, the part that does it, and what helps.
+    Raises ModelError: names wind, growth, the part that does it, and what helps.
     """
     loops = loops_of(turbine, settings, tell)
     found = unstable_loop(loops, settings, tell)

@@ -41,8 +41,6 @@ EXAMPLE = '"gain 1.5, phase 10deg, delay 15ms"'
 class AskedMargins:
     """What is asked: 0 (gain: 1) asks nothing.
 
-    Attributes
-    ----------
     gain : factor [-].   phase [rad].   delay [s].   disk : alpha [-].
     sample, computing : of the program [s].
     """
@@ -64,9 +62,7 @@ class _Least(NamedTuple):
 def asked_margins(written: str) -> AskedMargins:
     """Return what a text asks, such as ``"gain 2, phase 30deg, delay 0.1s"``.
 
-    Raises
-    ------
-    ModelError : a word, number or unit that says nothing, a word twice, or no threshold.
+    Raises ModelError: a word, number or unit that says nothing, a word twice, or no threshold.
     """
     found: dict[str, float] = {}
     for part in written.split(","):

@@ -38,8 +38,6 @@ def report_files(
 ) -> ReportFiles:
     """Return one self-contained page of all sections, and their figures as files.
 
-    Parameters
-    ----------
     room : of the sections, "turbine" or "plant".
     units : what the footer says about units.
     styles : style sheets of the page, one after the other.

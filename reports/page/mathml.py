@@ -44,15 +44,12 @@ ATTRIBUTES = frozenset(
 def mathml(latex: str, *, block: bool = True) -> str:
     r"""Return ``<math>...</math>`` of a formula without dollars around it.
 
-    Parameters
-    ----------
     block : whether it stands on a line of its own.
 
     The LaTeX itself goes with it as an annotation, to be copied.
 
-    Raises
-    ------
-    ModelError : a command or an environment that is not converted, or brackets that do not pair.
+    Raises ModelError: a command or an environment that is not converted, or brackets that do not
+        pair.
     """
     # Imported here: it reads a table of all signs of mathematics.
     from latex2mathml.converter import convert_to_element

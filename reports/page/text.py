@@ -46,8 +46,6 @@ class CaptionedFigure:
 class Table:
     """A table with a caption; the first column names the row.
 
-    Attributes
-    ----------
     columns : (heading, unit) each; an empty unit prints none.
     rows : cells as text, one per column.
     folded : words of the line that unfolds it; empty shows it at once.
@@ -71,8 +69,6 @@ class Table:
 class Tile:
     """One answer on the first screen of a page.
 
-    Attributes
-    ----------
     name : what is asked, e.g. ``"safe start"``.
     figures : the answer, each part on a line of its own.
     basis : what it rests on: ``"proved"``, ``"linear, not proved"``, ``"simulated"``; may be empty.
@@ -93,8 +89,6 @@ class Tile:
 class ClaimRow:
     """One claim as a reader needs it: what, how much, under which assumptions, what for.
 
-    Attributes
-    ----------
     name, verdict : in plain words, and ``"PROVED"`` or another verdict.
     number : the bound that is proved, with its unit; for another verdict the reason.
     assumes : the assumptions of this claim alone.

@@ -70,8 +70,6 @@ def _cells(m: Margins) -> tuple[str, ...]:
 def check_section(*, compared: str, law: bool = True, needs: str = "") -> Section:
     """Return the section that says how to check the certificate.
 
-    Parameters
-    ----------
     compared : words (HTML) before "hash" that name the file whose hash is also compared.
     law : whether there is a gain file for the certificate.
     needs : a further remark on the checker (HTML).

@@ -65,8 +65,6 @@ class SampledLoop:
 
     A law that has a program runs compiled, any other one as a Python object.  Both give the same.
 
-    Attributes
-    ----------
     plant : with the filter of the measured speed.
     """
 
@@ -87,10 +85,8 @@ class SampledLoop:
     def run(self, wind: WindSeries) -> History:
         """Return the loop over the whole wind series, from rest at its first wind.
 
-        Raises
-        ------
-        ModelError : steps that do not fit.
-        Diverged : a ModelError; the states grow beyond all numbers, the message says when.
+        Raises ModelError: steps that do not fit.
+        Raises Diverged: a ModelError; the states grow beyond all numbers, the message says when.
         """
         if self._compiled is None:
             return simulate(self.plant, self._sampled, wind, observer=self._observer)
@@ -109,8 +105,6 @@ def in_threads(
 ) -> Iterator[_Result]:
     """Yield the results of tasks in their order; compiled loops run side by side.
 
-    Parameters
-    ----------
     workers : threads; as many as there are cores unless given.
     """
     with ThreadPoolExecutor(workers or cores()) as pool:
@@ -120,8 +114,6 @@ def in_threads(
 def compiled_law(turbine: Turbine, law: Law, observer: Observer | None) -> CompiledLaw | None:
     """Return a law for the compiled loop; None of one that has no program.
 
-    Parameters
-    ----------
     turbine : of a law without an observer, which else has its own.
     observer : what estimates the wind; None lets the law see the true wind.
     """
@@ -189,13 +181,9 @@ def instructions(
 ) -> Instructions:
     """Return the stages of ``STAGES`` of a program as instructions.
 
-    Parameters
-    ----------
     setpoints : of those that the law reads, the values; None takes the rated ones.
 
-    Raises
-    ------
-    ModelError : a formula names what nothing in these stages sets.
+    Raises ModelError: a formula names what nothing in these stages sets.
     """
     from takagi.models.simulation import equations
 

@@ -62,8 +62,6 @@ class LawRun:
 class DesignRun:
     """One wind: the design's law, and the reference controller where the turbine has one.
 
-    Attributes
-    ----------
     name : "step-up", "step-down", "ramp", "gust" (at rated wind); of others "" or "turbulence".
     wind : mean wind [m/s].
     words : the wind in words, e.g. ``"gust at 11.45 m/s"``.

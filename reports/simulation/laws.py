@@ -61,8 +61,6 @@ Tell = Callable[[str], None]
 class ChosenLaws:
     """Laws by name, and the observer in their loops (None where no law uses an estimate).
 
-    Attributes
-    ----------
     speed_filters : law's name -> what is done to the measured speed before the law reads it; a law
         that is not named has nothing of the kind outside itself.
     """
@@ -82,16 +80,12 @@ def chosen_laws(
 ) -> ChosenLaws:
     """Return the named laws, in the order given, a name given twice once.
 
-    Parameters
-    ----------
     names : from ``LAW_NAMES``.
     coupling_filter : "saturated" or "sector", of Schulte's law; None takes the first.
     files, tell : see ``design_turbine``.
 
-    Raises
-    ------
-    ModelError : no or an unknown name, a filter that is unknown or that no law has, or a design
-        that cannot be made.
+    Raises ModelError: no or an unknown name, a filter that is unknown or that no law has, or a
+        design that cannot be made.
     """
     asked_for = require_law_names(names)
     variant = _require_variant(coupling_filter, asked_for)
@@ -165,17 +159,13 @@ def filed_laws(
     If the law is de-rated at rated speed, the turbine is returned de-rated too, so that its numbers
     are relative to the reduced torque.
 
-    Parameters
-    ----------
     turbine : the turbine for which the gains were designed.
     path : the gain file, as `takagi design` writes it.
     beside : empty, or "baseline".
 
-    Raises
-    ------
-    CertificateError : a file that is no turbine's gain file, or has no observer.
-    ModelError : another law beside it, which would have to be designed anew; or the reference's
-        own beside a de-rated one, since it has no de-rated form.
+    Raises CertificateError: a file that is no turbine's gain file, or has no observer.
+    Raises ModelError: another law beside it, which would have to be designed anew; or the
+        reference's own beside a de-rated one, since it has no de-rated form.
     """
     for name in beside:
         if name != "baseline":
@@ -204,14 +194,11 @@ def with_setpoints(
 ) -> tuple[Turbine, ChosenLaws]:
     """Return a filed law at these set-points from the start on, and the turbine as de-rated.
 
-    Parameters
-    ----------
     chosen : as ``filed_laws`` returns it; None without a file.
     setpoints : "speed" of the rotor [rad/s], electrical "power" [W]; the rated one unless given.
 
-    Raises
-    ------
-    ModelError : no law that takes set-points, or one outside the range that the law is proved for.
+    Raises ModelError: no law that takes set-points, or one outside the range that the law is proved
+        for.
     """
     law = None if chosen is None else chosen.laws.get("coherent")
     if chosen is None or not isinstance(law, EffortSharingLaw) or law.setpoints is None:

@@ -66,14 +66,10 @@ class MarginsFound(NamedTuple):
 def filed_margins(asked: AskedMargins, gains: Path, model: Path) -> MarginsFound:
     """Return what the law of a gain file has, on the validation plant of its turbine.
 
-    Parameters
-    ----------
     gains : a turbine's gain file.   model : its turbine's file.
 
-    Raises
-    ------
-    CertificateError : a file that is no turbine's gain file, or has no observer.
-    ModelError : no turbine file, or what ``running_margins`` refuses.
+    Raises CertificateError: a file that is no turbine's gain file, or has no observer.
+    Raises ModelError: no turbine file, or what ``running_margins`` refuses.
     """
     turbine, chosen = filed_laws(load_turbine(model), gains)
     ((name, law),) = chosen.laws.items()

@@ -54,8 +54,6 @@ def simulate_plant(
     Inputs are limited to their ranges, as by actuators.  Each start is simulated with uncertain
     parameters in the middle of their ranges, and again at the ends.
 
-    Parameters
-    ----------
     starts : state -> value in SI; other states start at rest.  None takes the corners of the box,
         scaled into the ellipsoid of the certificate's function, or rest if a signal acts.
     references : reference -> value in SI after its jump from rest, one mapping for each run; None
@@ -64,9 +62,7 @@ def simulate_plant(
     scenario : disturbances, noise and sample time; None for none of them.
     program : the gain file's program, for a sampled law; None takes that of the design.
 
-    Raises
-    ------
-    ModelError : a state or disturbance that the plant does not have, a duration that is not
+    Raises ModelError: a state or disturbance that the plant does not have, a duration that is not
         positive or ends before a disturbance begins, or a law in samples where there can be none.
     """
     from takagi.reports.loops.plant_loop import plant_loop
@@ -103,9 +99,7 @@ def simulate_plant(
 def require_begun(scenario: PlantScenario, duration: float) -> None:
     """Refuse a disturbance that begins after the end of the run [s].
 
-    Raises
-    ------
-    ModelError : there is one; names it.
+    Raises ModelError: there is one; names it.
     """
     for name, signal in scenario.disturbances:
         start = getattr(signal, "start", 0.0)

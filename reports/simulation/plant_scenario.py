@@ -31,8 +31,6 @@ HELD_AT_REST = 0.01
 class PlantScenario:
     """The options of a simulation; none by default.
 
-    Attributes
-    ----------
     disturbances : (name, signal); several on one name are added.
     noise : (state, noise on its measurement).  If ``every`` is 0, ``resolved`` chooses the time for
         which a value is held.
@@ -69,10 +67,8 @@ def outside(
 ) -> Outside:
     """Return the scenario, resolved, for the loop's plant.
 
-    Raises
-    ------
-    ModelError : a name that the plant does not have, or a disturbance that moves the effectiveness
-        of a blended actuator.
+    Raises ModelError: a name that the plant does not have, or a disturbance that moves the
+        effectiveness of a blended actuator.
     """
     moving = moving_disturbances(scenario, loop.plant)
     names = [v.name for v in moving]

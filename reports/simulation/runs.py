@@ -45,8 +45,6 @@ Tell = Callable[[str, float], None]
 class Run:
     """One law in one wind.
 
-    Attributes
-    ----------
     law, wind : their names.
     history : over time; None where the loop diverged, or where only the metrics are kept.
     metrics : None where the loop diverged.
@@ -111,17 +109,13 @@ class Simulation:
 class PlantParts:
     """What a simulation asks of the validation plant.
 
-    Attributes
-    ----------
     wake : one of ``WAKES``: one that needs time, or one in equilibrium.
     without : of ``PARTS``, those that are left out.
     speed_filter : corner of a low-pass on the measured speed, for every law [rad/s]; 0 for none,
         None for each law's own.
     ripple : amplitude of a wind oscillation three times a turn, over the wind [-].
 
-    Raises
-    ------
-    ModelError : an unknown wake or part.
+    Raises ModelError: an unknown wake or part.
     """
 
     wake: str = "dynamic"
@@ -142,9 +136,7 @@ class PlantParts:
 def simulation_plant(turbine: Turbine, parts: PlantParts) -> SimulatedTurbine:
     """Return the validation plant with what is asked of it.
 
-    Raises
-    ------
-    ModelError : a filter or ripple out of range.
+    Raises ModelError: a filter or ripple out of range.
     """
     return validation_plant(
         turbine,
@@ -161,9 +153,7 @@ def simulation_plant(turbine: Turbine, parts: PlantParts) -> SimulatedTurbine:
 def require_sampling(sample_time: float, computation_time: float) -> None:
     """Refuse times that fit no program, or whose steps are too large to integrate the plant.
 
-    Raises
-    ------
-    ModelError : says which time, and what fits.
+    Raises ModelError: says which time, and what fits.
     """
     if not MOST_OFTEN <= sample_time <= RAREST:
         raise ModelError(
@@ -188,17 +178,13 @@ def run_simulation(
 ) -> Simulation:
     """Return every law in every wind on the validation plant, from rest at each first wind.
 
-    Parameters
-    ----------
     asked : the words of the winds, for titles; their names unless given.
     parts : of the plant; None takes all that the turbine's file states.
     sample_time, computation_time : of the laws' program [s], see ``SampledLaw``.
     series : False keeps the metrics alone, of many long runs (10 MB a run of 600 s).
     tell : called with the step in words and the share done.
 
-    Raises
-    ------
-    ModelError : a filter or ripple out of range, or times that make no program.
+    Raises ModelError: a filter or ripple out of range, or times that make no program.
     """
     parts = parts or PlantParts()
     plant = simulation_plant(turbine, parts)

@@ -123,8 +123,6 @@ def _ramps(asked: _Asked) -> tuple[WindSeries, ...]:
 class _Form:
     """A word and what may stand behind it.
 
-    Attributes
-    ----------
     numbers : names of the values behind the word, the first ``needed`` of which must be there.
     duration : of the wind unless it is given [s]; of the word alone ``duration_alone``.
     one : the wind of given values;  alone : the winds of the word alone, None if there are none.
@@ -180,16 +178,12 @@ def requested_winds(
 ) -> tuple[WindSeries, ...]:
     """Return the winds of words, in their order; what is given twice is there once.
 
-    Parameters
-    ----------
     texts : as the head of this file has them.
     duration : of every wind [s]; None takes each word's, of a file all that it has.
     seed : 0 or more, of turbulence that states none.
 
-    Raises
-    ------
-    ModelError : a word that is no wind, values that it does not have, a wind outside cut-in to
-        cut-out, a file that is none; a duration that is too short or above an hour; a seed below
+    Raises ModelError: a word that is no wind, values that it does not have, a wind outside cut-in
+        to cut-out, a file that is none; a duration that is too short or above an hour; a seed below
         0, or for winds without chance.
     """
     if duration is not None and not (isfinite(duration) and 0 < duration <= LONGEST):

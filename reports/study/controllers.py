@@ -68,8 +68,6 @@ TUNINGS = ("shipped", "shipped-unshaved", "retuned", "retuned-unshaved", "all")
 class ControllersStudy:
     """A finished study.
 
-    Attributes
-    ----------
     laws : in their order;  means : winds [m/s];  seeds : of each;  duration : that is counted [s].
     runs : of each law, a row a mean wind and seed: ``wind``, ``seed``, ``reason`` and metrics.
     resumed, tasks : how many results were there before, and how many there are.
@@ -127,9 +125,7 @@ def study_laws(turbine: Turbine, names: Sequence[str]) -> tuple[str, ...]:
 def rosco_tunings(turbine: Turbine, texts: Sequence[str]) -> dict[str, Tuning]:
     """Return the tunings of ``TUNINGS`` and NAME=FILE, by the name that the law gets.
 
-    Raises
-    ------
-    ModelError : the package is missing, or has no such tuning; a file that is none.
+    Raises ModelError: the package is missing, or has no such tuning; a file that is none.
     """
     asked = [name for text in texts for name in (TUNINGS[:-1] if text == "all" else [text])]
     if asked:
@@ -177,17 +173,13 @@ def run_controllers_study(
 ) -> ControllersStudy:
     """Return every law in every wind; results are kept in ``folder``/results.
 
-    Parameters
-    ----------
     laws : of ``LAWS``; none takes all that the turbine has.
     rosco : of ``TUNINGS``, or NAME=FILE; none runs no ROSCO.
     means : of the wind [m/s], increasing;  seeds : of each;  duration : of a run, counted [s].
     workers, scheduler, tell : see ``run_tasks``.
 
-    Raises
-    ------
-    ModelError : a law or tuning that is not there, a wind outside the range, a duration too short;
-        what ``run_tasks`` refuses.
+    Raises ModelError: a law or tuning that is not there, a wind outside the range, a duration too
+        short; what ``run_tasks`` refuses.
     """
     turbine = source.model
     names = study_laws(turbine, laws)

@@ -47,8 +47,6 @@ SWITCHED, REFERENCE, LAWS_PROVED = "switched", "baseline", ("paper", "coherent")
 class Series:
     """A way to vary the overlap.
 
-    Attributes
-    ----------
     law : in files;  setting : of a design, that is varied;  fixed : those set beside it.
     shares : of the design's default that are studied unless values are given.
     """
@@ -106,8 +104,6 @@ class Point:
 class OverlapStudy:
     """A finished study.
 
-    Attributes
-    ----------
     means : winds [m/s];  seeds : of each;  duration : of a run [s].
     points : in their order;  proofs : what is proved of each, None where nothing can be.
     runs : of each point, a row a mean wind and seed: ``wind``, ``seed``, ``diverged`` and metrics.
@@ -149,16 +145,12 @@ def run_overlap_study(
 ) -> OverlapStudy:
     """Return every overlap of the axes in every wind; results are kept in ``folder``/results.
 
-    Parameters
-    ----------
     axes : of ``KINDS``, each varied alone; without one of overlaps all series at their shares.
     seeds : of turbulence of class B at each mean wind;  duration : of a run [s].
     workers, scheduler, tell : see ``run_tasks``.
 
-    Raises
-    ------
-    ModelError : an overlap that no law has, a wind outside the range, a duration too short; what
-        ``run_tasks`` refuses.
+    Raises ModelError: an overlap that no law has, a wind outside the range, a duration too short;
+        what ``run_tasks`` refuses.
     """
     from takagi.reports.simulation.winds import requested_winds
 

@@ -115,10 +115,8 @@ def shipped_tuning(turbine: Turbine) -> Tuning:
 def filed_tuning(path: Path) -> Tuning:
     """Return the tuning of a ``DISCON.IN``.
 
-    Raises
-    ------
-    ModelError : a file that cannot be read, that names no tables, or that needs what the plant does
-        not have.
+    Raises ModelError: a file that cannot be read, that names no tables, or that needs what the
+        plant does not have.
     """
     try:
         discon = path.read_text(encoding="utf-8", errors="replace")
@@ -140,13 +138,9 @@ def filed_tuning(path: Path) -> Tuning:
 def retuned(turbine: Turbine, bandwidth: float, damping: float) -> Tuning:
     """Return what ROSCO's toolbox makes of the turbine's figures and coefficient tables.
 
-    Parameters
-    ----------
     bandwidth : of the pitch loop [rad/s];  damping : of it [-].
 
-    Raises
-    ------
-    ModelError : the package is missing.
+    Raises ModelError: the package is missing.
     """
     require_rosco()
     # The toolbox's libraries warn of their own future, and it prints what it does.
@@ -312,10 +306,8 @@ def _no_output() -> Iterator[None]:
 def simulate_rosco(plant: SimulatedTurbine, name: str, tuning: Tuning, wind: WindSeries) -> History:
     """Return ROSCO's loop over the whole wind series, from the trim of its first wind.
 
-    Raises
-    ------
-    ModelError : the package is missing, or it refuses the tuning.
-    Diverged : a ModelError; the states grow beyond all numbers.
+    Raises ModelError: the package is missing, or it refuses the tuning.
+    Raises Diverged: a ModelError; the states grow beyond all numbers.
     """
     turbine, period = plant.turbine, TIME_STEP
     step = plant_step(plant, period, 0.0)

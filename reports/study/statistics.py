@@ -60,14 +60,10 @@ def mean_interval(values: Floats) -> Interval:
 class Weibull:
     """A distribution of the ten-minute mean wind.
 
-    Attributes
-    ----------
     mean : [m/s]: 10 in a place of IEC 61400-1 class I, 8.5 in class II.
     shape : [-]; 2 is Rayleigh's.
 
-    Raises
-    ------
-    ModelError : a mean or shape that is not above 0.
+    Raises ModelError: a mean or shape that is not above 0.
     """
 
     mean: float = 8.5

@@ -100,8 +100,6 @@ LEVERS = (
 class Quantity:
     """What a loop does, as one number.
 
-    Attributes
-    ----------
     unit : as typed behind a number.
     larger : whether more is better.
     scale : a difference that matters, in the unit.
@@ -160,10 +158,8 @@ def quantity_named(name: str) -> Quantity:
 def requirements_of(written: str) -> tuple[Requirement, ...]:
     """Return what a text such as ``"energy >= -0.2 %, recovery 30s"`` asks.
 
-    Raises
-    ------
-    ModelError : a part of another form, an unknown quantity, a sign or unit that it does not have,
-        a quantity twice.
+    Raises ModelError: a part of another form, an unknown quantity, a sign or unit that it does not
+        have, a quantity twice.
     """
     asked: dict[str, Requirement] = {}
     for part in filter(None, (piece.strip() for piece in written.split(","))):
@@ -196,8 +192,6 @@ def requirements_of(written: str) -> tuple[Requirement, ...]:
 class Candidate:
     """Settings and what they do.
 
-    Attributes
-    ----------
     at : option -> value;  values : quantity -> number;  missed : see ``Tuning``.
     verdict : of the design with these settings, None where it was not sought;  reason : why not.
     """
@@ -218,8 +212,6 @@ class Candidate:
 class Tuning:
     """A finished search.
 
-    Attributes
-    ----------
     default : the turbine's own settings.
     front : points that no other one betters in the minimised and in every required quantity, the
         nearest to the requirements first; at most ``MOST_PROVED``, each with its verdict.
@@ -261,17 +253,13 @@ def tuned(
 ) -> Tuning:
     """Return the front of settings; results are kept in ``folder``/results and not made again.
 
-    Parameters
-    ----------
     minimise, require : see ``QUANTITIES`` and ``requirements_of``.
     tries : settings to simulate, at least; whole generations are.
     means : mean winds of the turbulence [m/s];  seeds : of each;  duration : of a run [s].
     workers, scheduler, tell : see ``run_tasks``.
 
-    Raises
-    ------
-    ModelError : an unknown quantity, a turbine without a reference controller, a wind outside its
-        range, too few tries; what ``run_tasks`` refuses.
+    Raises ModelError: an unknown quantity, a turbine without a reference controller, a wind outside
+        its range, too few tries; what ``run_tasks`` refuses.
     """
     from scipy.optimize import Bounds, differential_evolution
 

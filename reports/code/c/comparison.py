@@ -40,9 +40,7 @@ class _Token:
 def source_differences(path: Path, gains: Path) -> tuple[str, ...]:
     """Return how a C file and the header beside it differ from the export of a gain file.
 
-    Raises
-    ------
-    ModelError : a file that cannot be read, or that `takagi export` did not write.
+    Raises ModelError: a file that cannot be read, or that `takagi export` did not write.
     """
     text = _read(path)
     program, c = _written_again(path, text, gains)

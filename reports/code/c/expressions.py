@@ -42,9 +42,7 @@ _MATH = {"abs": "fabs"}
 def literal(value: Decimal, suffix: str) -> str:
     """Return a number as C writes it: the file's digits, with a point and the type's suffix.
 
-    Raises
-    ------
-    ModelError : the number is not finite, or the type cannot hold it.
+    Raises ModelError: the number is not finite, or the type cannot hold it.
     """
     if not value.is_finite():
         raise ModelError(f"{value} stands in the file where a finite number is needed")
@@ -62,8 +60,6 @@ def literal(value: Decimal, suffix: str) -> str:
 class Expressions:
     """Writes formulas in C; records the helpers that they need and the weights of rules.
 
-    Attributes
-    ----------
     helpers : names of the helper functions that were needed so far.
     before : lines that must stand before the next statement; ``taken_before`` returns them.
     """

@@ -40,8 +40,6 @@ TEMPLATE_MACROS = ("H", "READY", *BIT)
 class CSource:
     """A law in C.
 
-    Attributes
-    ----------
     word : the prefix ``W`` of its functions and types, and the name of its files.
     header, source : texts of ``W.h`` and ``W.c``.
     inputs, outputs, kept, constants : name in the program -> name of the member or constant in C.
@@ -65,9 +63,7 @@ class CSource:
 def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     """Return header and source of a program.
 
-    Raises
-    ------
-    ModelError : a name or number that C cannot hold.
+    Raises ModelError: a name or number that C cannot hold.
     """
     require_nodes(program, settings.precision)
     word = file_name_word(file_word(program.plant))

@@ -52,9 +52,7 @@ def wave(signal: Signal, k: int, j: int) -> float:
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     """Return ``W.h``, ``W.c``, ``W_test.c``, ``W_example.c`` and ``README.md``.
 
-    Raises
-    ------
-    ModelError : a name, number or sample time that C or the law cannot hold.
+    Raises ModelError: a name, number or sample time that C or the law cannot hold.
     """
     c = c_source(program, settings)
     word, context = c.word, {**c.context, "as_list": as_list}

@@ -38,9 +38,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
 
     The input file is not called DISCON.IN, as those that come with turbines are.
 
-    Raises
-    ------
-    ModelError : the law of a plant, a law without rate limits, or one that C cannot hold.
+    Raises ModelError: the law of a plant, a law without rate limits, or one that C cannot hold.
     """
     _require_turbine(program)
     variants = tuple(_variants(program, settings))

@@ -116,8 +116,6 @@ RESERVED = ("time", "sample_time", "status")
 class Variable:
     """A variable of the FMU; its place in the list is its value reference.
 
-    Attributes
-    ----------
     key : its name in the law; ``name`` is its name in the FMU.
     role : "time", "parameter", "input", "output" or "kept".
     start : value at the start, SI; None where the model computes it.
@@ -135,8 +133,6 @@ class Variable:
 class FmuModel:
     """A law as an FMU.
 
-    Attributes
-    ----------
     variables : all real variables; the status follows them.
     """
 

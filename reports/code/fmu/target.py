@@ -34,8 +34,6 @@ EPOCH = (1980, 1, 1, 0, 0, 0)
 class Library(NamedTuple):
     """A compiled library, or the reason why there is none.
 
-    Attributes
-    ----------
     platform : its name in FMI 3.0, such as x86_64-linux.
     folder : its name in FMI 2.0; None for a platform without a name there.
     """
@@ -50,8 +48,6 @@ class Library(NamedTuple):
 def library(sources: Mapping[str, str], compiled: Iterable[str]) -> Library:
     """Return the sources compiled for this platform by the system's compiler.
 
-    Parameters
-    ----------
     sources : file name -> text; ``compiled`` names those that are no headers.
     """
     system = {"win32": "windows", "darwin": "darwin"}.get(sys.platform, "linux")
@@ -94,9 +90,7 @@ def archive(files: Mapping[str, bytes | str]) -> bytes:
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     """Return ``W.fmu`` and ``W_fmi2.fmu``.
 
-    Raises
-    ------
-    ModelError : a name, number or sample time that C or the law cannot hold.
+    Raises ModelError: a name, number or sample time that C or the law cannot hold.
     """
     model = fmu_model(program, c_source(program, settings))
     files: dict[str, bytes | str] = {}

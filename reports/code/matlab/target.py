@@ -52,8 +52,6 @@ def struct_file(
     ``K`` (m, n, r) and ``rules`` (r, p); with its certificate ``A`` (n, n, r), ``B`` (n, m, r), and
     in ``P`` one matrix for each claim that has one.
 
-    Parameters
-    ----------
     model, claims : of the certificate; with None and () their members are left out.
     """
     # Imported here: scipy loads slowly, and other targets do not need it.
@@ -147,9 +145,7 @@ def _is_matrix(value: Any) -> bool:
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     """Return ``W_step.m``, ``W_start.m``, ``W.mat`` and ``README.md``.
 
-    Raises
-    ------
-    ModelError : single precision, or a sample time that is not the law's own.
+    Raises ModelError: single precision, or a sample time that is not the law's own.
     """
     if settings.precision != "double":
         raise ModelError("--to mat computes in double; leave --precision out, or take --to c")

@@ -40,9 +40,7 @@ LARGEST_ARRAY = 8192
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     """Return the function block and a README.
 
-    Raises
-    ------
-    ModelError : single precision, or a law that Structured Text cannot express.
+    Raises ModelError: single precision, or a law that Structured Text cannot express.
     """
     if settings.precision != "double":
         raise ModelError("--to st computes in LREAL; leave --precision out, or take --to c")

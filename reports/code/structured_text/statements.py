@@ -83,8 +83,6 @@ def real(value: Decimal) -> str:
 class Statements:
     """Lines of a function block's body, and the variables that they need.
 
-    Parameters
-    ----------
     constants : the program's, by name.
     words : each name of the program as an identifier.
     """

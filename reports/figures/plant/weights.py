@@ -37,8 +37,6 @@ TRIES, SEED = 6, 5
 class PremiseCurve:
     """A premise along the one or two variables that it depends on, all others at rest.
 
-    Attributes
-    ----------
     variables : labels with units, one or two; further ones it depends on are in ``held``.
     axes : a grid of each variable, in deviations from rest.
     value : (k,) or (k2, k1), the last axis that of the first variable.

@@ -122,8 +122,6 @@ def motion_section(
 ) -> Section:
     """Return the section with responses over time.
 
-    Parameters
-    ----------
     jumps, jumped : motions after jumps of references, and their figures.
     regulator_motions : the motions from the same starts under a linear-quadratic regulator.
     """

@@ -24,9 +24,7 @@ def plant_report_files(design: PlantDesign, *, tell: Tell | None = None) -> Repo
     ``figures`` has SVG files, and CSV files with the numbers of motions and weights.  The same
     design gives the same bytes.  ``tell`` is called with a word before each section.
 
-    Raises
-    ------
-    ModelError : gains that do not fit the model.
+    Raises ModelError: gains that do not fit the model.
     """
     say = tell or (lambda _: None)
     sections, data = _sections(design, say)

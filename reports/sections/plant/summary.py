@@ -54,8 +54,6 @@ LITTLE = 0.1
 class Number:
     """One number of a row, as a machine reads it.
 
-    Attributes
-    ----------
     quantity : the variable or the measure, e.g. ``"theta"`` or ``"settling time"``.
     value, unit : in the units of the plant's file.
     share : of what the file states, 0 to 1; None where it states nothing.
@@ -71,8 +69,6 @@ class Number:
 class SummaryRow:
     """One line of the answer.
 
-    Attributes
-    ----------
     name : the heading, e.g. ``"safe start"``.
     parts : its figures in words; each stays on one line.
     numbers : the same figures for machines.
