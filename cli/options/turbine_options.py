@@ -10,10 +10,7 @@ import typer
 from takagi.cli.options.given import Options, declared
 
 # What each law is called in gain files and certificates; these names may be typed too.
-IN_FILES = {
-    "effort-sharing": "coherent",
-    "schulte": "paper",
-}
+IN_FILES = {"effort-sharing": "coherent", "schulte": "paper"}
 _REFERENCE = {"reference": "baseline"}
 # Former names, which may still be typed.
 _ALIASES = {"published": "paper"}

@@ -11,11 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Options, as_typed
 from takagi.cli.options.turbine_options import TURBINE_OPTIONS
-from takagi.cli.options.turbine_settings import (
-    EFFORT_SHARING,
-    design_settings,
-    uncertainty_asked,
-)
+from takagi.cli.options.turbine_settings import EFFORT_SHARING, design_settings, uncertainty_asked
 from takagi.cli.progress import Step, Tell
 from takagi.models.errors import ModelError
 

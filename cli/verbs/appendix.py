@@ -20,12 +20,7 @@ _NO_TEX = (
 )
 
 
-def appendix(
-    folder: Folder,
-    out: Path,
-    *,
-    as_json: bool = False,
-) -> int:
+def appendix(folder: Folder, out: Path, *, as_json: bool = False) -> int:
     """Write the LaTeX appendix of the design in DIR; nothing is designed again.
 
     Leaves appendix.tex, which compiles alone, appendix-body.tex for a paper of your own, their

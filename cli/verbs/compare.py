@@ -14,12 +14,7 @@ from urllib.parse import quote
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.runs.previous_certificate import (
-    TOLERANCE,
-    compared,
-    read_baseline,
-    tolerance_of,
-)
+from takagi.cli.runs.previous_certificate import TOLERANCE, compared, read_baseline, tolerance_of
 
 if TYPE_CHECKING:
     from takagi.reports.sections.plant.summary import SummaryRow

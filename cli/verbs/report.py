@@ -11,10 +11,7 @@ from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
 
 
-def report(
-    folder: Folder,
-    out: Path | None = None,
-) -> int:
+def report(folder: Folder, out: Path | None = None) -> int:
     """Write report.html and figures/ of the design in DIR; nothing is designed again.
 
     Exit status: 0 PROVED; 1 not proved; 2 misuse, or a folder that is no finished design.

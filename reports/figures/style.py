@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.layout import make_room, place_roughly
-from takagi.reports.page.text import CaptionedFigure
+from takagi.reports.page.text import CaptionedFigure, page_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -353,9 +353,12 @@ def _rounded(number: str, digits: int) -> str:
     return f"{float(number):.{digits}f}".rstrip("0").rstrip(".")
 
 
-def captioned_figure(
-    figure: Figure, name: str, *, caption: str, alternative: str
-) -> CaptionedFigure:
-    """Return a drawn figure with its caption; its SVG is in the page and in a file of its own."""
+def captioned_figure(figure: Figure, name: str, key: str = "", **filled: str) -> CaptionedFigure:
+    """Return a drawn figure with its caption; its SVG is in the page and in a file of its own.
+
+    key : in ``words.toml``, the name unless given;  filled : what the words there leave open.
+    """
+    words = page_words()["figures"][key or name]
+    caption, alternative = (words[part].format(**filled) for part in ("caption", "alternative"))
     svg = figure_to_svg(figure, name=name, description=alternative)
     return CaptionedFigure(name, svg, caption, alternative)

@@ -10,11 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from takagi.reports.margins.running_loop import NOMINAL, NoEquilibrium, RunningLoops
-from takagi.reports.margins.running_over_wind import (
-    PLANTS,
-    RunningMargins,
-    running_margins,
-)
+from takagi.reports.margins.running_over_wind import PLANTS, RunningMargins, running_margins
 
 # Step of wind for the nominal plant [m/s]; all plants are measured at every whole wind.
 FINE = 0.2
@@ -81,9 +77,7 @@ def _size(row: RunningMargins, kind: str) -> float:
 
 
 def _downhill(
-    found: Mapping[float, Sequence[RunningMargins]],
-    every: Set[float],
-    kind: str,
+    found: Mapping[float, Sequence[RunningMargins]], every: Set[float], kind: str
 ) -> Iterator[float]:
     """Yield the winds to look at next with all plants, until the least has both neighbours.
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
 from takagi.models.files.units import behind as behind
@@ -63,6 +66,31 @@ class Table:
         return tuple(
             any(len(row[k]) > LONG_CELL for row in self.rows) for k in range(len(self.columns))
         )
+
+
+@cache
+def page_words() -> Mapping[str, Any]:
+    """Return the words of figures and tables."""
+    file = files("takagi.reports.page").joinpath("words.toml")
+    return tomllib.loads(file.read_text(encoding="utf-8"))
+
+
+def table(
+    key: str, rows: Iterable[tuple[str, ...]], *, folded: bool = True, **filled: str
+) -> Table:
+    """Return a table with its words in ``words.toml``.
+
+    folded : whether it is where it can be;  filled : what the words there leave open.
+    """
+    words, cells = page_words()["tables"][key], tuple(rows)
+    heads = [head.format(**filled) for head in words["columns"]]
+    return Table(
+        words["caption"].format(**filled),
+        tuple((name_of(head), unit_of(head)) for head in heads),
+        cells,
+        words.get("folded", "").format(count=len(cells)) if folded else "",
+        words.get("note", ""),
+    )
 
 
 @dataclass(frozen=True, slots=True)

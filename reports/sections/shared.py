@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.reports.margins.margins import Margins
-from takagi.reports.page.text import Section, Table, decimal, significant, with_decimals
+from takagi.reports.page.text import Section, Table, decimal, significant, table, with_decimals
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -22,38 +22,20 @@ def premise_table(model: TSModel, caption: str, evidence: str) -> Table:
 
     ``evidence`` is the heading of the last column, which says how a range was bounded.
     """
-    return Table(
-        caption,
-        (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), (evidence, "")),
-        tuple(
-            (p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit, p.evidence)
-            for p in model.premises
-        ),
-    )
+    rows = ((p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit, p.evidence)
+            for p in model.premises)  # fmt: skip
+    return table("premises", rows, premises=caption, evidence=evidence)
 
 
 def margin_table(rows: Iterable[tuple[tuple[str, ...], Margins]], *, folded_from: int) -> Table:
     """Return a table of the margins of (place, loop); folded with more than so many rows."""
-    table_rows = tuple((*head, *_cells(margins)) for head, margins in rows)
-    return Table(
-        "Margins of the linear loops",
-        (("place", ""), ("loop", ""), *MARGINS),
-        table_rows,
-        folded=f"All {len(table_rows)} loops as a table" if len(table_rows) > folded_from else "",
-        note="Gain: factors up and down to instability. Disk: gain and phase may change together "
-        "by this much. Delay and phase are ∞ where the loop gain never reaches 1.",
-    )
-
-
-MARGINS = (
-    ("crossover", "rad/s"), ("gain up", "dB"), ("gain down", "dB"), ("phase", "°"), ("delay", "s"),
-    ("disk: gain", "± dB"), ("disk: phase", "± °"), ("peak |S|", "-"),
-)  # fmt: skip
+    table_rows = [(*head, *_cells(margins)) for head, margins in rows]
+    return table("margins", table_rows, folded=len(table_rows) > folded_from)
 
 
 def _cells(m: Margins) -> tuple[str, ...]:
     if not m.stable:
-        return ("unstable",) * len(MARGINS)
+        return ("unstable",) * 8
     down = 20 * np.log10(m.gain_decrease) if m.gain_decrease > 0 else -np.inf
     return (
         significant(m.crossover),
@@ -88,8 +70,8 @@ def provenance_section(design: TurbineDesign | PlantDesign) -> Section:
         "provenance",
         "Provenance",
         {
-            "versions": Table("Versions", (("part", ""), ("version", "")), versions),
-            "hashes": Table("SHA-256", (("of", ""), ("digest", "")), tuple(hashes)),
+            "versions": table("versions", versions),
+            "hashes": table("hashes", hashes),
             "solver": {k: words for k, words in recorded.get("solver", {}).items() if words},
             "configuration": json.dumps(recorded.get("configuration", {}), indent=1),
         },

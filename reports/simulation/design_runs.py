@@ -102,11 +102,7 @@ def design_runs(design: TurbineDesign) -> tuple[DesignRun, ...]:
     for mean in TURBULENT:
         if turbine.cut_in < mean < turbine.cut_out:
             turbulent = class_turbulence(
-                mean,
-                TURBULENT_DURATION,
-                SEED,
-                rotor_radius=radius,
-                hub_height=turbine.hub_height,
+                mean, TURBULENT_DURATION, SEED, rotor_radius=radius, hub_height=turbine.hub_height
             )
             winds.append(("turbulence", mean, turbulent))
     plant = validation_plant(turbine)

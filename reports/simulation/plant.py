@@ -111,10 +111,7 @@ def require_begun(scenario: PlantScenario, duration: float) -> None:
 
 
 def _program_law(
-    design: PlantDesign,
-    loop: PlantLoop,
-    scenario: PlantScenario,
-    program: ControllerProgram | None,
+    design: PlantDesign, loop: PlantLoop, scenario: PlantScenario, program: ControllerProgram | None
 ) -> Callable[[], SampledProgram]:
     from takagi.reports.code.program_reading import controller_program
     from takagi.reports.gains_file.envelope import dump_gains

@@ -15,11 +15,7 @@ from takagi.models.simulation.closed_loop import History
 from takagi.models.simulation.turbine_plant import Flag
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
-from takagi.reports.figures.response import (
-    ResponseLine,
-    response_figure,
-    scenario_figure,
-)
+from takagi.reports.figures.response import ResponseLine, response_figure, scenario_figure
 from takagi.reports.figures.style import figure_to_png, figure_to_svg
 from takagi.reports.output import csv_text
 from takagi.reports.simulation.compiled_law import setpoints_now

@@ -23,11 +23,7 @@ def test_each_option_sets_its_field() -> None:
     """Of the effort-sharing and the published laws; what is not given keeps its default."""
     coherent = design_settings(TURBINE, torque_setpoint="80%", pitch_effectiveness_share=0.8)
     paper = design_settings(
-        TURBINE,
-        law="paper",
-        ramp_shape="linear",
-        ramp_placement=0.25,
-        torque_setpoint="40 kNm",
+        TURBINE, law="paper", ramp_shape="linear", ramp_placement=0.25, torque_setpoint="40 kNm"
     )
 
     assert coherent.torque_setpoint == pytest.approx(0.8 * TURBINE.rated_torque)

@@ -22,12 +22,7 @@ from takagi.models.simulation.scenario import measure
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.loader import load_turbine
 from takagi.reports.simulation.winds import requested_winds
-from takagi.reports.study.rosco import (
-    filed_tuning,
-    retuned,
-    shipped_tuning,
-    simulate_rosco,
-)
+from takagi.reports.study.rosco import filed_tuning, retuned, shipped_tuning, simulate_rosco
 from tests.cli.conftest import contents
 
 Capture = pytest.CaptureFixture[str]

@@ -134,10 +134,7 @@ def test_a_narrower_box_is_worse_though_no_claim_says_so() -> None:
 
 @pytest.mark.parametrize(
     ("new", "why"),
-    [
-        (document(ellipsoid(1)), "no such claim"),
-        (decay(1.1), "was PROVED, is UNDECIDED"),
-    ],
+    [(document(ellipsoid(1)), "no such claim"), (decay(1.1), "was PROVED, is UNDECIDED")],
 )
 def test_a_lost_claim_is_worse_than_any_figure(new: Data, why: str) -> None:
     found = against(decay(0.8), new, "1")

@@ -45,10 +45,7 @@ def test_sarif_has_one_result_for_what_is_not_proved() -> None:
     results = run["results"]
     rules = run["tool"]["driver"]["rules"]
 
-    assert [(r["kind"], r["level"]) for r in results] == [
-        ("fail", "error"),
-        ("fail", "warning"),
-    ]
+    assert [(r["kind"], r["level"]) for r in results] == [("fail", "error"), ("fail", "warning")]
     assert [rules[r["ruleIndex"]]["id"] for r in results] == [r["ruleId"] for r in results]
     assert [rule["id"] for rule in rules] == ["decay", "pitch", "box"]
     location = results[0]["locations"][0]["physicalLocation"]["artifactLocation"]

@@ -11,12 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.reports.margins.margins import (
-    DiskMargin,
-    disk_of,
-    loop_margins,
-    scaled_bound,
-)
+from takagi.reports.margins.margins import DiskMargin, disk_of, loop_margins, scaled_bound
 from tests.reports.control_loops import response_of
 
 

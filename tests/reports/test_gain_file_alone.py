@@ -203,8 +203,7 @@ def laws(turbine_design: TurbineDesign) -> Mapping[str, Law]:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.slow] * (name in VARIANTS)) for name in LAWS],
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in VARIANTS)) for name in LAWS]
 )
 def test_a_turbine_s_law_sample_by_sample(
     name: str, laws: Mapping[str, Law], turbine_design: TurbineDesign, tmp_path: Path

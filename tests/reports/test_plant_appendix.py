@@ -11,12 +11,7 @@ import pytest
 from takagi.certificates import Claim, Verdict, certify
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.requests import (
-    FuzzyDecay,
-    FuzzyL2Gain,
-    ObservedFeedback,
-    ObserverError,
-)
+from takagi.certificates.requests import FuzzyDecay, FuzzyL2Gain, ObservedFeedback, ObserverError
 from takagi.certificates.requests.request import Request
 from takagi.lmi import observer
 from takagi.reports.appendix.design_files import plant_appendix

@@ -121,8 +121,7 @@ def test_a_long_coefficient_is_shortened_to_six_digits(above: int, below: int) -
 
 
 @pytest.mark.parametrize(
-    "line",
-    [r"\frac{3 x}{17}", r"\frac{x + y}{12345678901234}", r"\frac{x}{y}", "12345678901234 x"],
+    "line", [r"\frac{3 x}{17}", r"\frac{x + y}{12345678901234}", r"\frac{x}{y}", "12345678901234 x"]
 )
 def test_what_cannot_be_shortened_safely_stays(line: str) -> None:
     """A short fraction, a sum above a long number, no number at all."""

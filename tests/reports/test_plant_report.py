@@ -56,8 +56,7 @@ def doubted(design: PlantDesign) -> PlantDesign:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [SMALL, ANALYSIS, *(pytest.param(n, marks=pytest.mark.slow) for n in (DISCRETE, MASS))],
+    "name", [SMALL, ANALYSIS, *(pytest.param(n, marks=pytest.mark.slow) for n in (DISCRETE, MASS))]
 )
 def test_the_page_is_well_formed_and_self_contained(name: str) -> None:
     html = report_of(name).html

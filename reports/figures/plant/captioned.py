@@ -41,17 +41,12 @@ def captioned_weights_figure(loop: PlantLoop) -> Drawn:
     if not curves:
         return Drawn(())
     held = sorted({name_of(label) for curve in curves for label in curve.held})
-    caption = (
-        "Weights of the premises over the variables they depend on, as deviations from rest; the "
-        "membership of a rule is the product of its premises' weights."
-        + (f" At rest: {', '.join(held)}." if held else "")
-    )
-    names = ", ".join(curve.premise.name for curve in curves)
     captioned = captioned_figure(
         weights_figure(curves),
         "memberships",
-        caption=caption,
-        alternative=f"Weights of the premises {names} over the box",
+        "weights",
+        held=f" At rest: {', '.join(held)}." if held else "",
+        names=", ".join(curve.premise.name for curve in curves),
     )
     return Drawn((captioned,), {f"memberships-{c.premise.name}.csv": _curve_csv(c) for c in curves})
 
@@ -79,12 +74,7 @@ def captioned_bode_figures(loops: Sequence[PlantLocalLoop]) -> tuple[CaptionedFi
     """Return one Bode plot per input."""
     return tuple(
         captioned_figure(
-            figure,
-            f"bode-{k}" if k > 1 else "bode",
-            caption=f"The loop broken at {name_of(name)}, all other loops closed: at rest, "
-            "and the vertices with the smallest disk margins. Filled dot: crossover with phase "
-            "margin (PM); open dot: phase crossover with gain margin (GM).",
-            alternative=f"Bode plot of the loop at {name} at rest and at vertices",
+            figure, f"bode-{k}" if k > 1 else "bode", "plant-bode", at=name_of(name), input=name
         )
         for k, (name, figure) in enumerate(bode_drawings(loops), 1)
     )
@@ -97,13 +87,7 @@ def captioned_jumps_figure(loop: PlantLoop, runs: Sequence[PlantMotion]) -> Draw
     followed = " and ".join(one.follows for one in loop.plant.references)
     # V is a function of deviations from the old rest.
     shown = [replace(run, value=np.zeros(0)) for run in runs]
-    captioned = captioned_figure(
-        responses_figure(loop, shown),
-        "jumps",
-        caption="The nonlinear plant under its law, at rest until the reference jumps as far as "
-        "all ranges are proved to be kept, up and down. States as deviations from the old rest.",
-        alternative=f"States and inputs over time after jumps of what {followed} follows",
-    )
+    captioned = captioned_figure(responses_figure(loop, shown), "jumps", followed=followed)
     return Drawn((captioned,), {"jumps.csv": _motions_csv(loop, shown)})
 
 
@@ -112,16 +96,11 @@ def captioned_picture(loop: PlantLoop) -> Drawn:
     if not planes(loop):
         return Drawn(())
     drawn = motions(loop, around(loop, AROUND if len(loop.names) == 2 else AROUND_MANY))
-    caption = "Deviations from rest"
+    words = ""
     if loop.bounded and (len(loop.names) > 2 or loop.observed is not None):
-        caption += ". Filled: section where all other states are at rest. Dashed: the whole set, "
-        caption += f"projected{'; no motion from it leaves it' if loop.level_proved else ''}"
-    captioned = captioned_figure(
-        phase_figure(loop, drawn, most=1),
-        "phase",
-        caption=f"{caption}.",
-        alternative="Motions to rest in the plane of two states, with the set and the ranges",
-    )
+        words = ". Filled: section where all other states are at rest. Dashed: the whole set, "
+        words += f"projected{'; no motion from it leaves it' if loop.level_proved else ''}"
+    captioned = captioned_figure(phase_figure(loop, drawn, most=1), "phase", set=words)
     return Drawn((captioned,), {"phase.csv": _motions_csv(loop, drawn)})
 
 
@@ -133,10 +112,7 @@ def captioned_motion_figures(loop: PlantLoop, shown: Sequence[PlantMotion]) -> D
         else "No set is proved: starts at a share of the ranges, one state at a time."
     )
     captioned = captioned_figure(
-        responses_figure(loop, shown),
-        "responses",
-        caption=f"The nonlinear plant under its law. {where} States as deviations from rest.",
-        alternative="States, inputs and the quadratic function over time, from each start",
+        responses_figure(loop, shown), "responses", "motions", starts=where
     )
     return Drawn((captioned,), {"responses.csv": _motions_csv(loop, shown)})
 

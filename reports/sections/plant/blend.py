@@ -9,7 +9,7 @@ from takagi.reports.figures.plant.weights import hand_over_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.plant_motion import horizon, motions, starts
 from takagi.reports.page.mathml import mathml, readable
-from takagi.reports.page.text import DASH, Section, Table, decimal, significant
+from takagi.reports.page.text import DASH, Section, decimal, significant, table
 from takagi.reports.sections.plant.plant import equations_latex
 
 if TYPE_CHECKING:
@@ -19,11 +19,6 @@ if TYPE_CHECKING:
 
 # Limit of a motion's duration [s]: a plant with time constants of minutes takes hours to settle.
 LONGEST = 1e5
-
-COLUMNS = (
-    ("actuator", ""), ("acts", ""), ("idles at", ""), ("limits", ""), ("unit", ""),
-    ("effort per unit", ""), ("wrong by", ""), ("commands in the motions below", ""),
-)  # fmt: skip
 
 
 def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
@@ -42,17 +37,11 @@ def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
         "low": blending.low.name,
         "high": blending.high.name,
         "errors": [a.name for a in blending.actuators if a.error],
-        "table": Table(
-            "The two actuators",
-            COLUMNS,
-            tuple(_row(blending, a, k, simulated) for k, a in enumerate(blending.actuators)),
+        "table": table(
+            "actuators", (_row(blending, a, k, simulated) for k, a in enumerate(blending.actuators))
         ),
         "motions": captioned_figure(
-            hand_over_figure(blend, simulated, float(loop.state[-1])),
-            "hand-over",
-            caption="Effort and both actuators in the motions of the nonlinear plant. Shaded: the "
-            "overlap.",
-            alternative="Effort and commands of both actuators over time, from each start",
+            hand_over_figure(blend, simulated, float(loop.state[-1])), "hand-over", "blend"
         ),
     }
     return Section("blend", "Two actuators, one effort", content)

@@ -7,19 +7,13 @@ from typing import TYPE_CHECKING
 from takagi.models.equations.derivation_step import Step
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.page.mathml import mathml, readable, shortens
-from takagi.reports.page.text import Section, Table, decimal
+from takagi.reports.page.text import Section, decimal, table
 from takagi.reports.sections.shared import premise_table
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.plant import Plant, Variable
     from takagi.models.ts.model import TSModel
-
-VARIABLES = (
-    ("variable", ""), ("kind", ""), ("unit", ""), ("lower", ""), ("upper", ""), ("rest", ""),
-    ("meaning", ""),
-)  # fmt: skip
-PARAMETERS = (("parameter", ""), ("value", ""), ("unit", ""), ("source", ""))
 
 
 def plant_section(design: PlantDesign) -> Section:
@@ -39,10 +33,8 @@ def plant_section(design: PlantDesign) -> Section:
                 (y.name, y.unit, mathml(readable(str(sp.latex(y.expression))), block=False))
                 for y in plant.outputs
             ],
-            "variables": Table("Variables and the box", VARIABLES, variable_rows(plant)),
-            "parameters": Table("Parameters", PARAMETERS, parameter_rows(plant))
-            if plant.parameters
-            else None,
+            "variables": table("variables", variable_rows(plant)),
+            "parameters": table("parameters", parameter_rows(plant)) if plant.parameters else None,
             "units": plant.units,
         },
     )

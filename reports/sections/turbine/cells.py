@@ -13,7 +13,7 @@ from takagi.reports.figures.cells import cells_figure
 from takagi.reports.figures.operation import membership_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.plant_claims import synthesis_words
-from takagi.reports.page.text import Section, Table, at_least, at_most, with_decimals
+from takagi.reports.page.text import Section, Table, at_least, at_most, table, with_decimals
 from takagi.reports.sections.turbine.drawings import effort_figure, gains_figure
 from takagi.reports.sections.turbine.model import region_starts, trim_curve
 
@@ -28,12 +28,7 @@ def cells_section(design: TurbineDesign, summary: ClaimSummary) -> Section:
     """Return the section with the details of the claim about the set, cell by cell."""
     content = {
         "figure": captioned_figure(
-            cells_drawing(design, summary),
-            "cells",
-            caption="Per wind cell: proved decay rate at constant wind; the proved wind limits; "
-            "and the bound on rotor speed above rated (0 where it lies below rated speed). A wind "
-            f"within both limits cannot drive the loop out of the set.{summary.hatched}",
-            alternative="Decay rate, wind limits and overspeed bound per wind cell",
+            cells_drawing(design, summary), "cells", hatched=summary.hatched
         ),
         "P": [[with_decimals(value, 4) for value in row] for row in summary.P],
         "peaks": [(name.replace("_", " "), at_most(v, 4)) for name, v in summary.peaks.items()],
@@ -74,19 +69,7 @@ def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> T
                 at_most(100 * over[k], 2),
             )
         )
-    return Table(
-        "Every wind cell",
-        (
-            ("schedule wind", "m/s"),
-            ("proved", ""),
-            ("decay", "1/s"),
-            ("|v − v<sub>s</sub>|", "m/s"),
-            ("|v<sub>s</sub>'|", "m/s²"),
-            ("speed over rated", "%"),
-        ),
-        tuple(rows),
-        folded=f"All {len(rows)} cells as a table",
-    )
+    return table("cells", rows)
 
 
 def blending_section(design: TurbineDesign) -> Section:
@@ -95,13 +78,7 @@ def blending_section(design: TurbineDesign) -> Section:
     content = {
         "coupling": coupling,
         "memberships": captioned_figure(
-            memberships_drawing(design, coupling),
-            "memberships",
-            caption="Memberships h<sup>a</sup><sub>m</sub>(ω, T<sub>g</sub>) of the coupling "
-            "filter's four corners, T<sub>g</sub> the commanded torque. Black line: the turbine's "
-            "trim.",
-            alternative="Four contour panels of the coupling filter's memberships over rotor speed "
-            "and commanded torque, with the trim curve",
+            memberships_drawing(design, coupling), "memberships", "filter"
         ),
     }
     return Section("blending", "Blending of torque and pitch", content)
@@ -140,22 +117,8 @@ def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, A
     limited = design.effort.torque_limited if design.effort is not None else np.zeros(0)
     winds = law.schedule.wind[limited.astype(bool)] if limited.size else limited
     return {
-        "figure": captioned_figure(
-            gains_figure(law, region_starts(design)),
-            "gains",
-            caption="Gains of the law over the schedule wind, the assumed pitch effectiveness, "
-            "and how a change of effort is shared at the trim.",
-            alternative="Proportional gain, integral rate, pitch effectiveness, and the shares of "
-            "pitch and torque over wind; pitch takes over from torque around rated wind",
-        ),
-        "effort": captioned_figure(
-            effort_figure(float(law.schedule.overlap)),
-            "effort-ramp",
-            caption="The effort ramp and its slope, the share of pitch in a change of effort. "
-            "The shares sum to 1 at every effort; both act in the shaded overlap only.",
-            alternative="The ramp psi of the demanded effort and of its negative, and their "
-            "slopes, which sum to one",
-        ),
+        "figure": captioned_figure(gains_figure(law, region_starts(design)), "gains"),
+        "effort": captioned_figure(effort_figure(float(law.schedule.overlap)), "effort-ramp"),
         "synthesis": synthesis_words(design),
         "limited": "" if not winds.size else f"{winds.min():g} to {winds.max():g} m/s",
     }

@@ -9,7 +9,14 @@ import numpy as np
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
 from takagi.reports.figures.operation import power_surface_figure, trim_figure
 from takagi.reports.figures.style import captioned_figure
-from takagi.reports.page.text import CaptionedFigure, Section, Table, significant, with_decimals
+from takagi.reports.page.text import (
+    CaptionedFigure,
+    Section,
+    Table,
+    significant,
+    table,
+    with_decimals,
+)
 from takagi.reports.sections.shared import premise_table
 
 if TYPE_CHECKING:
@@ -42,15 +49,9 @@ def model_section(design: TurbineDesign) -> Section:
 
 
 def _figures(design: TurbineDesign) -> Table:
-    return Table(
-        "Figures of the turbine, as read from its file",
-        (("figure", ""), ("value", ""), ("unit", ""), ("source", "")),
-        tuple(
-            (key, f"{item.value:.10g}", item.unit, item.source)
-            for key, item in design.turbine.figures.items()
-        ),
-        folded="Every figure with its source",
-    )
+    figures = design.turbine.figures
+    rows = ((key, f"{f.value:.10g}", f.unit, f.source) for key, f in figures.items())
+    return table("figures", rows)
 
 
 def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
@@ -65,22 +66,13 @@ def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedF
     return captioned_figure(
         power_surface_figure(turbine, points, ratio=ratio, pitch=pitch, band=band),
         "power-coefficient",
-        caption="Power coefficient of the table's spline, with the trim from cut-in to cut-out"
-        f"{' and the band in pitch on which the full-load model is exact' if band else ''}.",
-        alternative="Contours of the power coefficient over tip-speed ratio and pitch, with the "
-        "trim curve: it climbs in pitch as the tip-speed ratio falls with wind",
+        "surface",
+        band=" and the band in pitch on which the full-load model is exact" if band else "",
     )
 
 
 def _curves(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
-    return captioned_figure(
-        trim_figure(design, points, region_starts(design)),
-        "trim",
-        caption="Trim over wind; dotted lines: where regions begin. Dots: the trim pitch "
-        "published with the reference turbine.",
-        alternative="Rotor speed, pitch, torque and electrical power over wind: speed and torque "
-        "rise to their rated values near rated wind, above it pitch rises to cut-out",
-    )
+    return captioned_figure(trim_figure(design, points, region_starts(design)), "trim")
 
 
 def region_starts(design: TurbineDesign) -> dict[str, float]:

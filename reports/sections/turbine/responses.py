@@ -11,7 +11,7 @@ from takagi.models.laws.protocol import law_words
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.reports.figures.response import response_figure
 from takagi.reports.figures.style import captioned_figure
-from takagi.reports.page.text import CaptionedFigure, Section, Table, powers, with_decimals
+from takagi.reports.page.text import CaptionedFigure, Section, Table, powers, table, with_decimals
 from takagi.reports.simulation.design_runs import TURBULENT_DURATION, DesignRun
 from takagi.reports.simulation.measured_loop import measured_loop
 
@@ -83,9 +83,9 @@ def _figure(design: TurbineDesign, name: str, run: DesignRun) -> CaptionedFigure
     return captioned_figure(
         response_drawing(design, run),
         f"response-{name}",
-        caption=response_words(run),
-        alternative="Time responses of wind, pitch, torque, rotor speed and power: "
-        f"{powers(run.words)}",
+        "response",
+        words=response_words(run),
+        wind=powers(run.words),
     )
 
 
@@ -105,19 +105,4 @@ def _table(runs: Sequence[DesignRun]) -> Table:
                     with_decimals(100 * run.share_inside if of_design else float("nan"), 0),
                 )
             )
-    return Table(
-        "All runs in numbers",
-        (
-            ("wind", ""),
-            ("law", ""),
-            ("energy", "kWh"),
-            ("overspeed", "%"),
-            ("pitch travel", "°"),
-            ("tower DEL", "MN m"),
-            ("time in wind limits", "%"),
-        ),
-        tuple(rows),
-        folded=f"All {len(rows)} runs as a table",
-        note="Overspeed: largest rotor speed above rated. Tower DEL: damage-equivalent fore-aft "
-        "moment at the base. Time in wind limits: where the proved bounds hold.",
-    )
+    return table("runs", rows)

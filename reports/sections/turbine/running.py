@@ -22,7 +22,14 @@ from takagi.reports.margins.running_loop import RunningLoops
 from takagi.reports.margins.running_over_wind import RunningMargins
 from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
 from takagi.reports.margins.thresholds import modes_met
-from takagi.reports.page.text import CaptionedFigure, Section, Table, significant, with_decimals
+from takagi.reports.page.text import (
+    CaptionedFigure,
+    Section,
+    Table,
+    significant,
+    table,
+    with_decimals,
+)
 from takagi.reports.sections.turbine.summary import (
     USUAL_GAIN,
     USUAL_PHASE,
@@ -50,19 +57,7 @@ def running_section(design: TurbineDesign) -> Section:
     winds = np.array(sorted({row.wind for row in rows}))
     figures = [drawn for loop in LOOPS if (drawn := _bode(design, loop, searched)) is not None]
     if len(winds):
-        figures.insert(
-            0,
-            captioned_figure(
-                margins_drawing(searched),
-                "running-margins",
-                caption="Margins of the loop that runs, over wind. Line: the machine as its file "
-                "says, every 0.2 m/s; the band reaches to the least of all plants (inertia 0.9 and "
-                "1.1, wake in equilibrium, as it is, and frozen). Both: torque and pitch at once, "
-                "disk alone. A line ends where there is no such loop.",
-                alternative="Gain, phase, delay and disk margins of the torque and the pitch loop "
-                "over wind",
-            ),
-        )
+        figures.insert(0, captioned_figure(margins_drawing(searched), "running-margins"))
     return Section(
         "running",
         "Margins of the loop that runs",
@@ -133,12 +128,7 @@ def _bode(design: TurbineDesign, loop: str, searched: SearchedMargins) -> Captio
     marks = {f"tower {tower / 2 / np.pi:.2f} Hz": tower, "3P": 3 * speed}
     command = "torque command" if loop == "torque" else "pitch reference"
     return captioned_figure(
-        bode_figure(FREQUENCY, lines, marks=marks),
-        f"bode-{loop}",
-        caption=f"The loop that runs, broken at the {command}, the machine as its file says. "
-        "Filled dot: crossover with phase margin (PM); open dot: phase crossover with gain margin "
-        "(GM). 3P at full-load speed.",
-        alternative=f"Bode plot of the loop at the {command} for several winds",
+        bode_figure(FREQUENCY, lines, marks=marks), f"bode-{loop}", "turbine-bode", command=command
     )
 
 
@@ -192,24 +182,7 @@ def _table(searched: SearchedMargins) -> Table:
     for wind in sorted((*searched.whole, *searched.least)):
         plants = [row for row in searched.rows if row.wind == wind]
         cells += [_cells(plants[0], loop, plants) for loop in LOOPS if _acts(plants[0], loop)]
-    return Table(
-        "Margins of the loop that runs; in brackets the least of all plants",
-        (
-            ("wind", "m/s"),
-            ("loop", ""),
-            ("crossover", "rad/s"),
-            ("gain may grow", "dB"),
-            ("and fall", "dB"),
-            ("phase", "°"),
-            ("delay", "s"),
-            ("disk α", "-"),
-            ("both: α", "-"),
-        ),
-        tuple(cells),
-        folded=f"All {len(cells)} loops as a table",
-        note="At integer winds, and where a margin is locally least. Crossover: the highest "
-        "frequency with |L| = 1. Delay beyond what is in the loop, exact in whole samples.",
-    )
+    return table("running", cells)
 
 
 def _acts(row: RunningMargins, loop: str) -> bool:

@@ -9,11 +9,7 @@ from takagi.certificates.design.turbine.result import claim_summary
 from takagi.reports.figures.cells import OverlapRow, overlaps_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
-from takagi.reports.loops.plant_claims import (
-    OverlapClaim,
-    overlap_claims,
-    wind_words,
-)
+from takagi.reports.loops.plant_claims import OverlapClaim, overlap_claims, wind_words
 from takagi.reports.page.text import CaptionedFigure, ClaimRow, Section, Tile
 from takagi.reports.sections.turbine.drawings import gust_figure
 from takagi.reports.sections.turbine.summary import summary_rows, summary_sentence
@@ -93,13 +89,7 @@ def _picture(design: TurbineDesign) -> CaptionedFigure | None:
     if bound and law is not None:
         words += ", until the schedule wind, the wind through the law's filter of "
         words += f"{law.wind_filter:g} s, is close to the wind again."
-    return captioned_figure(
-        gust_figure(run, bound, inside),
-        "gust",
-        caption=words,
-        alternative="Wind and rotor speed over time in a gust: the design's law, the reference "
-        "controller, and the proved bound on the speed where it holds",
-    )
+    return captioned_figure(gust_figure(run, bound, inside), "gust", words=words)
 
 
 def claims_section(design: TurbineDesign) -> Section:
@@ -169,7 +159,5 @@ def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> 
     return captioned_figure(
         overlaps_figure(rows, wind=(turbine.cut_in, turbine.cut_out)),
         "overlaps",
-        caption="Winds for which the claim is proved. Filled: proved. Hatched: looked at, not "
-        "proved. Low bars are drawn wider than they are; their winds are beside the claim.",
-        alternative=f"A bar over wind. Proved winds: {winds_by_overlap}",
+        winds=winds_by_overlap,
     )

@@ -192,14 +192,7 @@ def test_keywords_as_names(tmp_path: Path) -> None:
     assert "X_" in block.values
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "truck_trailer",
-        "cart_pole",
-        "every function",
-    ],
-)
+@pytest.mark.parametrize("name", ["truck_trailer", "cart_pole", "every function"])
 @pytest.mark.slow
 def test_an_independent_parser_reads_it(name: str, tmp_path: Path, reduced: bool) -> None:
     """With blark, which takes minutes for the tables of a turbine: these have every statement.
