@@ -6,7 +6,9 @@ import contextlib
 import inspect
 import os
 import sys
+import tomllib
 from collections.abc import Callable, Sequence
+from importlib.resources import files
 from typing import Any
 
 PROVED = 0  # everything asked is proved and passes
@@ -85,18 +87,26 @@ def _abandon_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+def verb_text(name: str) -> str | None:
+    """Return what the help of a verb says first; None for a verb of which a line says it all."""
+    file = files("takagi.cli.verbs").joinpath("verbs.toml")
+    return tomllib.loads(file.read_text(encoding="utf-8")).get(name)
+
+
 def run_command(
     name: str,
     function: Callable[..., int],
     arguments: Sequence[str],
     *,
     options: Sequence[inspect.Parameter] = (),
+    listed: str = "",
 ) -> int:
     """Parse ``arguments`` by the signature of ``function``, call it, return its exit status.
 
-    The docstring of ``function`` is the help of ``takagi <name> --help``; ``--all-options`` is the
-    same with all grouped options explained.  Misuse prints the usage and returns 2.
+    The help is ``verb_text``, or the docstring of ``function``; ``--all-options`` explains all
+    grouped options too.  Misuse prints the usage and returns 2.
 
+    listed : what stands in the text for "{listed}".
     options : that several verbs share; the ``**options`` of ``function`` take them, and they stand
         in the help before its keyword-only parameters.
     """
@@ -114,7 +124,8 @@ def run_command(
 
     # typer reads the parameters from here.
     described: Any = command
-    described.__name__, described.__doc__ = function.__name__, function.__doc__
+    text = verb_text(name) or function.__doc__ or ""
+    described.__name__, described.__doc__ = function.__name__, text.replace("{listed}", listed)
     described.__signature__ = signature
     described.__annotations__ = {p.name: p.annotation for p in signature.parameters.values()}
     application = typer.Typer(

@@ -21,13 +21,7 @@ _NO_TEX = (
 
 
 def appendix(folder: Folder, out: Path, *, as_json: bool = False) -> int:
-    """Write the LaTeX appendix of the design in DIR; nothing is designed again.
-
-    Leaves appendix.tex, which compiles alone, appendix-body.tex for a paper of your own, their
-    references in appendix.bib, and the figures as PDF.
-
-    Exit status: 0 PROVED; 1 not proved; 2 misuse, or a folder that is no finished design.
-    """
+    """Write the LaTeX appendix of the design in DIR; nothing is designed again."""
     require_folder_place(out, files=[_MAIN, _BODY, _BIB], folders=[_FIGURES])
     from takagi.reports.design_folder import appendix_files, read_design
     from takagi.reports.output import write_folder

@@ -41,20 +41,7 @@ def certify(
     as_json: bool = False,
     **options: Any,
 ) -> int:
-    """Write a certificate for MODEL with the gains of a file, or with gains designed anew.
-
-    With --gains the law is in the file: only --inertia, --power-coefficient and --equilibrium-wake
-    apply to a turbine, --choice, --solve-rest, what is claimed in samples and under noise, and a
-    norm to a plant: --objective hinf, h2 or peak.
-
-    The certificate is bound to the whole gain file. Fields that do not agree with MODEL are listed,
-    such as the range of an input that has changed. --gains-out writes the file again.
-
-    With --baseline every figure of an older certificate is compared: decay rates, gains, sets,
-    wind limits, margins. Nothing that it proves may be lost or get worse by more than --tolerance.
-
-    Exit status: 0 PROVED; 1 not proved, or worse than the baseline; 2 misuse.
-    """
+    """Write a certificate for MODEL with the gains of a file, or with gains designed anew."""
     require_file_place(out)
     if gains_out is not None:
         _require_gains_out(gains, gains_out, out)

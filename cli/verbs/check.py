@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from takagi.cli.command import MISUSE, PROVED, UNPROVED, tell_error
+from takagi.cli.command import MISUSE, PROVED, UNPROVED, tell_error, verb_text
 from takagi.cli.progress import progress
 from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
 
@@ -24,44 +24,6 @@ if TYPE_CHECKING:
     from takagi.reports.margins.thresholds import AskedMargins
 
 _USAGE = "takagi check [OPTIONS] CERT"
-
-_DESCRIPTION = """\
-Check a certificate: prove each of its claims again, in exact arithmetic.
-
-The checker reads the file with its own strict reader and computes every range again. It imports
-neither the solver nor any code that made the certificate.
-"""
-
-_EPILOG = """\
-Examples:
-  takagi check build/nrel5mw                          with the gains and the model of the design
-  takagi check build/nrel5mw/certificate.json
-  takagi check certificate.json --gains gains.json    the claims are about these very gains
-  takagi check certificate.json --gains gains.json --c-source law.c
-                                                      and the C file is their export
-  takagi check certificate.json --gains gains.json --model nrel5mw --margins "gain 1.5, phase 10deg"
-                                                      a turbine's loop that runs has these margins
-  takagi check certificate.json --junit checks.xml    for continuous integration
-  takagi check certificate.json --trusted             the code that the verdict depends on
-
---trusted lists the checker's files that were loaded for this verdict, with their lines of code
-(no blank line, comment or docstring), and how many of these were executed. A line counts as
-executed when its statement has begun. Files that make the sentences are loaded after the last
-verdict, and counted separately.
-
---margins takes gain (a factor, or dB), phase (deg), delay (s) and disk (alpha of both loops
-together), and of the program sample (20ms unless given) and computing (0ms unless given). The
-loops are opened at torque and at pitch, with observer, filters, sampling, wake, flap, tower and
-torsion in them, at all winds, for inertia 0.9 to 1.1 and wakes from equilibrium to frozen. Margins
-are measured on the linearised loops in floating point; they are not proved.
-
-Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model file
-differs from the certificate, the gain file leaves out what is to be compared, the C file is not the
-gain file's export, a margin is below its threshold, or with --cross the two deciders differ; 2 a
-file is damaged or cannot be read.
-A claim with a range that FLINT does not settle is named in the last line, in JSON under
-cross.not_replayed, and changes no status.
-"""
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -337,8 +299,8 @@ def _parser() -> _Parser:
     parser = _Parser(
         prog="takagi check",
         usage=_USAGE,
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
+        description=verb_text("check"),
+        epilog=verb_text("check, behind the options"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )

@@ -32,13 +32,7 @@ def compare(
     html: Path | None = None,
     as_json: bool = False,
 ) -> int:
-    """Compare designs of one plant by their certificates: each NEW with OLD.
-
-    All certificates are replayed first. Of designs' folders the summaries are compared too; they
-    decide nothing, for their margins and simulated figures are not proved. The page has verdicts,
-    links to the designs' reports, and all figures that differ. Exit status: 0 nothing got worse; 1
-    something got worse; 2 misuse, or a file that is refused.
-    """
+    """Compare designs of one plant by their certificates: each NEW with OLD."""
     share = tolerance_of(tolerance)
     # A folder without a design is refused before anything is read for long.
     places = {place: _file(place) for place in (old, *new)}

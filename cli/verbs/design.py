@@ -27,15 +27,7 @@ def design(
     every_claim: bool = False,
     **options: Any,
 ) -> int:
-    """Design a controller for MODEL, prove what is claimed of it, and report.
-
-    Writes gains.json, certificate.json, and what other verbs need to read DIR as this design, then
-    prints the answer and writes report.html and figures/. A command that is interrupted while they
-    are drawn leaves the rest. A design that is there already is replaced with --force only. A plant
-    without inputs is analysed: no gains.
-
-    Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
-    """
+    """Design a controller for MODEL, prove what is claimed of it, and report."""
     from takagi.reports.design_folder import (
         GAINS,
         REPORT,

@@ -25,16 +25,7 @@ def explore(
     cache: Path | None = None,
     no_browser: bool = False,
 ) -> int:
-    """Open a page on which the requirements of MODEL are turned, and the proved design follows.
-
-    Of a plant: settling time, limits of the inputs, and starts to be covered. About a hundred
-    designs are made in the background and kept; others are made when they are asked for. Of a
-    turbine's design folder: the wind, cell by cell; nothing is designed. PROVED is shown for
-    certificates alone that the exact checker has accepted.
-
-    The page is served on this machine alone, under an address with a random word, until Ctrl-C.
-    Exit status: 0 ended; 1 MODEL has no design; 2 misuse.
-    """
+    """Open a page on which the requirements of MODEL are turned, and the proved design follows."""
     try:
         from takagi.reports.explore.server import bound_socket, serve
     except ImportError as error:

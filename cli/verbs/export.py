@@ -37,18 +37,7 @@ def export(
     certificate: Path | None = None,
     coq: Path | None = None,
 ) -> int:
-    """Write a law as code that other tools run, with the decimals that are proved.
-
-    {targets}
-
-    With --coq each claim of a certificate becomes a theorem for the proof assistant Coq (Rocq): its
-    matrices are positive definite, or semidefinite. Check the file with `coqc FILE`; its kernel
-    decides them by computation, and the proof that this decides them is in the file. What is no
-    matrix, such as the range of a premise, is left to the checker.
-
-    Exit status: 0 the files are written; 2 the file cannot be read, a claim of the certificate is
-    not proved (--coq), or the target cannot hold the law.
-    """
+    """Write a law as code that other tools run, with the decimals that are proved."""
     from takagi.models.errors import ModelError
 
     if given.is_dir():
@@ -66,9 +55,8 @@ def export(
     return _code(program, str(to), out, precision, sample_time, (given, certificate))
 
 
-_LISTED = "\n\n    ".join(f"--to {target.word}: {target.tools}." for target in TARGETS)
-export.__doc__ = (export.__doc__ or "").replace("{targets}", _LISTED)
-run = partial(run_command, "export", export)
+_LISTED = "\n\n".join(f"--to {target.word}: {target.tools}." for target in TARGETS)
+run = partial(run_command, "export", export, listed=_LISTED)
 
 
 def _of_folder(folder: Path, coq: Path | None) -> Path:

@@ -37,15 +37,7 @@ def new(
     force: bool = False,
     **options: Any,
 ) -> int:
-    """Write the file of a plant or turbine, ready for `takagi design`.
-
-    Without options it asks at a terminal, and writes a template where there is none. With --state,
-    --input, --equation, ... it writes this plant. The --from options read a model that exists;
-    beside those of matrices, --state and --input give names and ranges. With --ci it writes the
-    workflow of continuous integration for a plant or design that is there.
-
-    Exit status: 0 written; 2 misuse, and nothing is written.
-    """
+    """Write the file of a plant or turbine, ready for `takagi design`."""
     from takagi.cli.output_place import require_file_place
     from takagi.reports.output import write_folder
 

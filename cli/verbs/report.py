@@ -12,10 +12,7 @@ from takagi.cli.progress import progress
 
 
 def report(folder: Folder, out: Path | None = None) -> int:
-    """Write report.html and figures/ of the design in DIR; nothing is designed again.
-
-    Exit status: 0 PROVED; 1 not proved; 2 misuse, or a folder that is no finished design.
-    """
+    """Write report.html and figures/ of the design in DIR; nothing is designed again."""
     from takagi.reports.design_folder import FIGURES, REPORT, read_design, report_files
     from takagi.reports.output import write_folder
 

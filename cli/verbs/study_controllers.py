@@ -33,17 +33,7 @@ def controllers(
     scheduler: str | None = None,
     as_json: bool = False,
 ) -> int:
-    """Compare MODEL's laws, its reference controller and ROSCO on the same plant and winds.
-
-    The validation plant runs in turbulence of class B with every law and the same seeds. Writes
-    study.csv (every run), controllers.json and controllers.md (differences to the reference
-    controller with intervals, a year's totals, where the effort-sharing law is worse) and a figure
-    of all winds into DIR. Every finished result is a file of DIR/results: a study that was stopped
-    goes on where it was when the same command is given again.
-
-    Exit status: 0 every loop ran to its end; 1 one diverged, or a result ended in an error; 2
-    misuse.
-    """
+    """Compare MODEL's laws, its reference controller and ROSCO on the same plant and winds."""
     source = turbine_file(model, *COMPARED)
     from takagi.reports.output import write_folder
     from takagi.reports.study.controllers import run_controllers_study

@@ -32,15 +32,7 @@ def overlap(
     scheduler: str | None = None,
     as_json: bool = False,
 ) -> int:
-    """Measure fatigue, energy and proof of MODEL's laws over how far torque and pitch overlap.
-
-    The validation plant runs in turbulence of class B with every overlap; the reference controller
-    stands beside them. Writes tables and figures into DIR. Every finished result is a file of
-    DIR/results: a study that was stopped goes on where it was when the same command is given again.
-
-    Exit status: 0 every loop ran to its end; 1 one diverged, or a result ended in an error; 2
-    misuse.
-    """
+    """Measure fatigue, energy and proof of MODEL's laws over how far torque and pitch overlap."""
     source = turbine_file(model, *COMPARED)
     from takagi.reports.output import write_folder
     from takagi.reports.study.overlap import run_overlap_study, study_axes

@@ -29,14 +29,7 @@ def sweep(
     scheduler: str | None = None,
     as_json: bool = False,
 ) -> int:
-    """Map where a law of MODEL, a wind turbine, is proved, over a grid of its parameters.
-
-    Every finished point is a file of DIR/results: a sweep that was stopped goes on where it was
-    when the same command is given again. A page, a table and a figure follow at the end.
-
-    Exit status: 0 every point has its answer, PROVED or not; 1 a point ended in an error, and is
-    tried again by the same command; 2 misuse.
-    """
+    """Map where a law of MODEL, a wind turbine, is proved, over a grid of its parameters."""
     source = turbine_file(model, "sweep maps the laws", "`takagi design` proves a plant's law")
     named = _law(law_in_files(law) or "paper")
     axes = _axes(named, over or [])

@@ -30,16 +30,7 @@ def tune(
     scheduler: str | None = None,
     as_json: bool = False,
 ) -> int:
-    """Tune the effort-sharing law of MODEL, a wind turbine, on the validation plant.
-
-    Wind filter, bandwidth, its growth, assumed pitch effectiveness and overlap are varied by
-    differential evolution. Each setting runs in turbulence of class B from 9 to 18 m/s, in a step
-    around rated wind and in gusts, beside the reference controller. The points that no other one
-    betters are designed and proved as by `takagi design`. A table, data and a figure are written
-    into DIR. A search that was stopped goes on where it was when the same command is given again.
-
-    Exit status: 0 a PROVED point meets every requirement; 1 none does; 2 misuse.
-    """
+    """Tune the effort-sharing law of MODEL, a wind turbine, on the validation plant."""
     source = turbine_file(
         model, "tune tunes the law", "`takagi design --settle` sets how fast its law is"
     )

@@ -39,16 +39,7 @@ def verify(
     *,
     as_json: bool = False,
 ) -> int:
-    """Say what is proved of a linear matrix inequality or conic problem.
-
-    Either a point satisfies every constraint, in exact arithmetic, and multipliers bound the
-    optimum from the other side; or the objective falls without end along a ray; or multipliers
-    show that no point does; or nothing is proved, and the distance is given. The certificate is
-    checked by `takagi check FILE`.
-
-    Exit status: 0 a solution and a bound of the optimum, or that there is no bound, or no solution;
-    1 less than that; 2 misuse.
-    """
+    """Say what is proved of a linear matrix inequality or conic problem."""
     if out is not None:
         require_file_place(out)
     from takagi.lmi.problem_files.reading import read_problem_file, read_solution_file
