@@ -11,9 +11,12 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cache
+from importlib.resources import files
 from typing import Any, TypeAlias
 
 from takagi.models.errors import ModelError
@@ -304,6 +307,13 @@ class ControllerProgram:
         """Yield every name: constants, inputs, kept values, steps and outputs."""
         for named in (self.constants, self.inputs, self.kept, self.assignments):
             yield from (entry.name for entry in named)
+
+
+@cache
+def reserved_words(language: str) -> frozenset[str]:
+    """Return the words of a language that names must not be; ``reserved_words.toml`` has them."""
+    text = files("takagi.reports.code").joinpath("reserved_words.toml").read_text(encoding="utf-8")
+    return frozenset(tomllib.loads(text)[language].split())
 
 
 LONGEST = 63  # characters that C99 promises to tell apart

@@ -24,6 +24,7 @@ from takagi.reports.code.controller_program import (
     file_word,
     identifiers,
     parsed,
+    reserved_words,
 )
 from takagi.reports.code.run import value_of
 from takagi.reports.code.sampling import (
@@ -165,17 +166,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
 
 
 # Keywords and functions that a name must not replace.
-RESERVED = frozenset(
-    """
-    break case catch classdef continue do else elseif end end_try_catch end_unwind_protect endfor
-    endfunction endif endswitch endwhile for function global if otherwise parfor persistent return
-    spmd switch try until unwind_protect unwind_protect_cleanup while
-    abs sqrt exp log sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh erf min max pi
-    i j e eps inf nan Inf NaN ans isempty isfinite struct numel prod sum true false single double
-    limit choose line slope hold mix spline1 spline2 basis interval first last
-    state inputs outputs status sample_time T kept next c
-    """.split()
-)
+RESERVED = reserved_words("matlab")
 
 
 def words_of(program: ControllerProgram) -> dict[str, str]:
