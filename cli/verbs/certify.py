@@ -143,7 +143,7 @@ def _print(
         if warned:
             data["notes"] = warned.splitlines()
         if old is not None and difference is not None:
-            from takagi.reports.baseline.words import as_data
+            from takagi.reports.baseline.page import as_data
 
             data["baseline"] = {"certificate": str(old.source), **as_data(difference)}
         print(json.dumps(data, indent=2))
@@ -151,7 +151,7 @@ def _print(
     words = ", of the vertices alone: not of the plant" if alone else ""
     print("\n".join([f"{out}: {checked.verdict.name}{words}", *claim_lines(checked)]))
     if old is not None and difference is not None:
-        from takagi.reports.baseline.words import as_text
+        from takagi.reports.baseline.page import as_text
 
         print(f"\n{as_text(difference, source=str(old.source))}")
     if warned:

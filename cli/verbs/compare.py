@@ -38,7 +38,7 @@ def compare(
     places = {place: _file(place) for place in (old, *new)}
     rows = {place: _summary_of(place) for place in places}
     from takagi.reports.baseline.comparison import plant_name, summary_changes
-    from takagi.reports.baseline.words import as_data, as_markdown, as_text
+    from takagi.reports.baseline.page import as_data, as_markdown, as_text
     from takagi.reports.output import write_file
 
     read = {place: read_baseline(certificate) for place, certificate in places.items()}

@@ -97,8 +97,13 @@ def _code(
     places: tuple[Path, Path | None],
 ) -> int:
     from takagi.cli.output_place import require_folder_place
-    from takagi.reports.code.target_text import proof_lines
-    from takagi.reports.code.targets import ExportSettings, Precision, certified, exported
+    from takagi.reports.code.targets import (
+        ExportSettings,
+        Precision,
+        certified,
+        exported,
+        proof_lines,
+    )
     from takagi.reports.output import write_folder
 
     settings = ExportSettings(cast(Precision, precision), sample_time)

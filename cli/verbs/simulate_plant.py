@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import Options, declared, refuse_designing
-from takagi.cli.options.plant_options import PLANT_OPTIONS, values_in_si
-from takagi.cli.options.simulation_options import plant_scenario
+from takagi.cli.options.plant_options import PLANT_OPTIONS, plant_scenario, values_in_si
 from takagi.cli.progress import Tell, progress
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.terminal.files import tell_none

@@ -37,8 +37,7 @@ def controllers(
     source = turbine_file(model, *COMPARED)
     from takagi.reports.output import write_folder
     from takagi.reports.study.controllers import run_controllers_study
-    from takagi.reports.study.controllers_files import FILES, study_files
-    from takagi.reports.study.statistics import Weibull
+    from takagi.reports.study.controllers_files import FILES, Weibull, study_files
 
     year, means = Weibull.read(weibull), _means(winds)
     require_folder_place(out, files=FILES, folders=("figures", "results"))

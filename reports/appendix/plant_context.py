@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.reports.appendix.certificate import theorems_context
-from takagi.reports.appendix.regional import posed_design, vertex_lines
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
@@ -22,6 +21,7 @@ from takagi.reports.appendix.tex import (
     unit,
     with_decimals,
 )
+from takagi.reports.appendix.turbine import posed_design, vertex_lines
 from takagi.reports.loops.plant_local import PlantLocalLoop
 from takagi.reports.page.mathml import readable, shortens
 from takagi.reports.page.rounded_bounds import at_most

@@ -32,7 +32,7 @@ from takagi.reports.margins.running_loop import (
     RunningLoop,
     RunningLoops,
 )
-from takagi.reports.margins.running_search import FINE, winds_between
+from takagi.reports.margins.running_over_wind import FINE, winds_between
 
 LEAST_GAIN = 1.2
 LEAST_PHASE = 10 * pi / 180

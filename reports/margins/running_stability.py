@@ -51,8 +51,7 @@ from takagi.reports.margins.loops_over_wind import (
     unstable,
 )
 from takagi.reports.margins.running_loop import NOMINAL, SAMPLE, PlantChoice, RunningLoops
-from takagi.reports.margins.running_over_wind import Mode, plant_modes
-from takagi.reports.margins.running_search import wind_ranges
+from takagi.reports.margins.running_over_wind import Mode, plant_modes, wind_ranges
 
 # Gets a step in words.
 Tell: TypeAlias = Callable[[str], None]

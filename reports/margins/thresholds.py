@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.reports.margins.running_over_wind import RunningMargins
-from takagi.reports.margins.running_search import wind_ranges
+from takagi.reports.margins.running_over_wind import RunningMargins, wind_ranges
 
 _WORD = re.compile(r"\s*([a-z]+)\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z°]*)\s*")
 # Name -> unit as written -> factor to what is compared; "" where no unit is needed.

@@ -114,9 +114,8 @@ def _program_law(
     design: PlantDesign, loop: PlantLoop, scenario: PlantScenario, program: ControllerProgram | None
 ) -> Callable[[], SampledProgram]:
     from takagi.reports.code.program_reading import controller_program
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.plant import plant_gain_file
-    from takagi.reports.loops.program_law import ProgramLaw
+    from takagi.reports.gains_file.envelope import dump_gains, plant_gain_file
+    from takagi.reports.loops.plant_motion import ProgramLaw
 
     step = scenario.sample_time
     assert step is not None

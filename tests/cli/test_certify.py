@@ -15,8 +15,7 @@ from takagi.certificates.checker import Verdict, check
 from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
 from takagi.certificates.document.certificate_file import dumps, effort_sharing_law_data
 from takagi.cli.main import main
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.reports.gains_file.envelope import dump_gains, gain_file
 from tests.turbine_designs import recorded_cells_for_sought, recorded_rows, running_loop
 
 if TYPE_CHECKING:

@@ -11,8 +11,7 @@ import pytest
 
 from takagi.cli.main import main
 from takagi.reports.explore import books
-from takagi.reports.explore.axes import Axis
-from takagi.reports.explore.books import Book
+from takagi.reports.explore.books import Axis, Book
 
 Capture = pytest.CaptureFixture[str]
 

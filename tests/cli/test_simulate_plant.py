@@ -52,8 +52,7 @@ def gains(cart: Path) -> Path:
     from takagi.certificates.design.plant.design import design_plant
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant_files.loader import PlantFile, load_plant
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.plant import plant_gain_file
+    from takagi.reports.gains_file.envelope import dump_gains, plant_gain_file
 
     found = design_plant(load_plant(cart), files=PlantFile.of(cart).files)
     assert isinstance(found, PlantDesign)

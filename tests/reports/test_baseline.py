@@ -19,14 +19,14 @@ from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.checker.words.figure import Figure, WindProfile
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import ModelError
-from takagi.reports.baseline.changes import listed_changes
 from takagi.reports.baseline.comparison import (
     CertificateComparison,
     compare_certificates,
     gain_sizes,
+    listed_changes,
     summary_changes,
 )
-from takagi.reports.baseline.words import as_data, as_markdown, as_text, gain_words
+from takagi.reports.baseline.page import as_data, as_markdown, as_text, gain_words
 
 Data = dict[str, Any]
 HALVES = {"name": "line", "kind": "decay", "P": [[1, 0], [0, 1]]}

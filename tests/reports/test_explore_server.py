@@ -9,8 +9,7 @@ import httpx
 import pytest
 
 from takagi.models.errors import ModelError
-from takagi.reports.explore.axes import Axis
-from takagi.reports.explore.books import Book
+from takagi.reports.explore.books import Axis, Book
 from takagi.reports.explore.server import bound_socket, guarded_application
 
 TOKEN, PORT = "a-random-word", 8123

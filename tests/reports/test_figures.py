@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from takagi.reports.figures.cells import OverlapRow, cells_figure, overlaps_figure
 from takagi.reports.figures.loops import BodeLine, bode_figure
+from takagi.reports.figures.operation import OverlapRow, cells_figure, overlaps_figure
 from takagi.reports.figures.response import ResponseLine, response_figure
 from takagi.reports.figures.style import (
     decimate,

@@ -21,9 +21,15 @@ from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models import Interval, Plant, Variable
 from takagi.models.turbine.trim import trim
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import PlantGainFile, plant_gain_file, plant_gain_file_schema
-from takagi.reports.gains_file.turbine import GainFile, gain_file, gain_file_schema
+from takagi.reports.gains_file.envelope import (
+    GainFile,
+    PlantGainFile,
+    dump_gains,
+    gain_file,
+    gain_file_schema,
+    plant_gain_file,
+    plant_gain_file_schema,
+)
 from takagi.reports.simulation.plant import simulate_plant, simulation_data
 from tests.reports.plant_designs import design_of
 

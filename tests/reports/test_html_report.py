@@ -17,12 +17,12 @@ from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models.errors import ModelError
 from takagi.models.loading import read_model
 from takagi.reports.design_folder import design_files, read_design, report_files
-from takagi.reports.margins import running_search
+from takagi.reports.margins import running_over_wind
 from takagi.reports.output import write_folder
 from takagi.reports.page.rounded_bounds import at_most
+from takagi.reports.sections.turbine.page import claims_section, verdict_section
 from takagi.reports.sections.turbine.summary import summary_rows
-from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
-from takagi.reports.simulation import design_runs
+from takagi.reports.simulation import measured_loop as measuring
 from takagi.reports.simulation.measured_loop import measured_loop
 from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_of, unsettled
 from tests.undrawn import unmeasured
@@ -45,11 +45,11 @@ def files(turbine_design: TurbineDesign) -> dict[str, bytes | str]:
     That they are found between these winds is tested in ``test_margin_search``.
     """
     with unsettled() as patch:
-        patch.setattr(running_search, "FINE", 11.0)
-        patch.setattr(design_runs, "DURATION", 60.0)
-        patch.setattr(design_runs, "GUSTS", (8.5,))
-        patch.setattr(design_runs, "TURBULENT", (11.0,))
-        patch.setattr(design_runs, "TURBULENT_DURATION", 30.0)
+        patch.setattr(running_over_wind, "FINE", 11.0)
+        patch.setattr(measuring, "DURATION", 60.0)
+        patch.setattr(measuring, "GUSTS", (8.5,))
+        patch.setattr(measuring, "TURBULENT", (11.0,))
+        patch.setattr(measuring, "TURBULENT_DURATION", 30.0)
         return design_files(turbine_design)
 
 
@@ -163,7 +163,7 @@ def test_runs_say_when_they_are_inside_the_proved_wind_class(
     run = measured_loop(turbine_design).drawn["gust"]
     assert files and run.law.line is not None
     wind = run.law.line.wind
-    inside = design_runs.in_wind_class(turbine_design, run.time, wind, run.schedule)
+    inside = measuring.in_wind_class(turbine_design, run.time, wind, run.schedule)
     assert inside is not None
     assert inside[run.time < 10].all() and not inside[int(np.argmax(wind))]
     assert 0 < run.share_inside < 1

@@ -13,8 +13,14 @@ from takagi.cli import main as command
 from takagi.models import ModelError
 from takagi.models.files.library import data_folder
 from takagi.reports.margins.running_loop import RunningLoops
-from takagi.reports.margins.running_over_wind import Mode, RunningMargins, worst_of_sides
-from takagi.reports.margins.running_search import searched_margins, wind_ranges, winds_between
+from takagi.reports.margins.running_over_wind import (
+    Mode,
+    RunningMargins,
+    searched_margins,
+    wind_ranges,
+    winds_between,
+    worst_of_sides,
+)
 from takagi.reports.margins.thresholds import AskedMargins, asked_margins, failed, measured
 from tests.reports.margin_rows import margin_row
 
@@ -177,8 +183,7 @@ def test_the_default_law_has_margins_and_not_any(
     Each loop is measured once, for both thresholds; reduced, every 4 m/s.
     """
     from takagi.certificates.document.certificate_file import dumps
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.turbine import gain_file
+    from takagi.reports.gains_file.envelope import dump_gains, gain_file
 
     found: dict[float, Any] = {}
 
@@ -190,7 +195,7 @@ def test_the_default_law_has_margins_and_not_any(
 
     monkeypatch.setattr("takagi.reports.simulation.measured_loop.searched_margins", once)
     if reduced:
-        monkeypatch.setattr("takagi.reports.margins.running_search.FINE", 4.0)
+        monkeypatch.setattr("takagi.reports.margins.running_over_wind.FINE", 4.0)
 
     gains, certificate = tmp_path / "gains.json", tmp_path / "certificate.json"
     gains.write_text(dump_gains(gain_file(turbine_design)), encoding="utf-8")

@@ -14,7 +14,7 @@ from takagi.models import nrel5mw
 from takagi.reports.loops import plant_claims as overlap_module
 from takagi.reports.loops.plant_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.sections.turbine.cells import gains_section
-from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
+from takagi.reports.sections.turbine.page import claims_section, verdict_section
 from tests.reports.html_page import HtmlPage, checked_as, text_of
 from tests.reports.published_designs import with_published_law
 from tests.undrawn import unmeasured

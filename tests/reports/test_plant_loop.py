@@ -12,8 +12,7 @@ from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, ModelError, Plant, Variable
 from takagi.reports.figures.plant.proved_set import ellipse, planes
-from takagi.reports.loops.linear_quadratic import regulator
-from takagi.reports.loops.plant_local import local_loops
+from takagi.reports.loops.plant_local import local_loops, regulator
 from takagi.reports.loops.plant_loop import largest_commands, plant_loop
 from takagi.reports.sections.plant.claims import set_section
 from takagi.reports.sections.plant.gains import gain_columns

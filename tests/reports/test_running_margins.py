@@ -40,8 +40,13 @@ from takagi.reports.margins.running_loop import (
     slopes,
     with_inertia,
 )
-from takagi.reports.margins.running_over_wind import RunningMargins, plant_modes, running_margins
-from takagi.reports.margins.running_search import searched_margins, winds_between
+from takagi.reports.margins.running_over_wind import (
+    RunningMargins,
+    plant_modes,
+    running_margins,
+    searched_margins,
+    winds_between,
+)
 
 Floats = NDArray[np.float64]
 

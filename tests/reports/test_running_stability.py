@@ -91,7 +91,9 @@ def test_a_tower_mode_at_the_crossover_of_pitch_is_refused(reduced: bool) -> Non
     assert "the tower mode, 0.48 rad/s" in message and "a stiffer tower" in message
     offered = re.search(r"--bandwidth ([0-9.]+)", message)
     assert offered is not None
-    effort = replace(default_settings(soft).effort, bandwidth=float(offered.group(1)))
+    default = default_settings(soft).effort
+    assert default is not None
+    effort = replace(default, bandwidth=float(offered.group(1)))
     assert unstable_loop(soft, replace(default_settings(soft), effort=effort)) is None
 
 

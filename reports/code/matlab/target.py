@@ -35,8 +35,7 @@ from takagi.reports.code.sampling import (
     start_sample_time,
     status_bits,
 )
-from takagi.reports.code.target_text import as_list, filled, proof_lines
-from takagi.reports.code.targets import Exported, ExportSettings
+from takagi.reports.code.targets import Exported, ExportSettings, as_list, filled, proof_lines
 
 # The first 116 bytes of a MAT-file are free text.  scipy writes the date there, which is replaced:
 # the same law must give the same bytes.

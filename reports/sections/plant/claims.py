@@ -17,8 +17,8 @@ from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_fil
 from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
-from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_claims import SETTLED, half_widths, overshoots, settling_time
+from takagi.reports.loops.plant_local import regulator
 from takagi.reports.loops.plant_loop import embedded
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import DASH, ClaimRow, Section, behind, decimal, per_unit, table

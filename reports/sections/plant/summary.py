@@ -16,7 +16,6 @@ import numpy as np
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.plant.plain_words import turning_effects
 from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
-from takagi.reports.loops.linear_quadratic import Regulator, regulator
 from takagi.reports.loops.plant_claims import (
     SETTLED,
     norm_settling_time,
@@ -25,7 +24,7 @@ from takagi.reports.loops.plant_claims import (
     settling_time,
     withstood,
 )
-from takagi.reports.loops.plant_local import PlantLocalLoop, rest_loops
+from takagi.reports.loops.plant_local import PlantLocalLoop, Regulator, regulator, rest_loops
 from takagi.reports.loops.plant_loop import (
     PlantLoop,
     largest_commands,

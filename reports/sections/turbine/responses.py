@@ -12,8 +12,7 @@ from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.reports.figures.response import response_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import CaptionedFigure, Section, Table, powers, table, with_decimals
-from takagi.reports.simulation.design_runs import TURBULENT_DURATION, DesignRun
-from takagi.reports.simulation.measured_loop import measured_loop
+from takagi.reports.simulation.measured_loop import TURBULENT_DURATION, DesignRun, measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -19,8 +19,7 @@ from takagi.reports.figures.style import captioned_figure
 from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import BrokenLoops, broken_loops
 from takagi.reports.margins.running_loop import RunningLoops
-from takagi.reports.margins.running_over_wind import RunningMargins
-from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
+from takagi.reports.margins.running_over_wind import RunningMargins, SearchedMargins, wind_ranges
 from takagi.reports.margins.thresholds import modes_met
 from takagi.reports.page.text import (
     CaptionedFigure,

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_claims import OverlapClaim
     from takagi.reports.margins.margins import Margins
     from takagi.reports.margins.running_over_wind import RunningMargins
-    from takagi.reports.simulation.design_runs import DesignRun
+    from takagi.reports.simulation.measured_loop import DesignRun
 
 RPM = 30 / pi
 # From this difference on an overspeed is called worse [% of rated].

@@ -18,8 +18,7 @@ from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import read_controller
 from takagi.reports.code.run import ProgramRun
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.reports.gains_file.envelope import dump_gains, gain_file
 from tests.reports.code.compiled import Compiled
 from tests.reports.filtered_speed import FilteredSpeed
 from tests.reports.test_gain_file_alone import (

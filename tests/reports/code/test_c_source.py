@@ -11,8 +11,8 @@ import pytest
 
 from takagi.cli.main import main
 from takagi.reports.code.c.comparison import source_differences
-from takagi.reports.code.c.target import export
-from takagi.reports.code.c.words import comment
+from takagi.reports.code.c.expressions import comment
+from takagi.reports.code.c.source import export
 from takagi.reports.code.program_reading import read_controller
 from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.compiled import written

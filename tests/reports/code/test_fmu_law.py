@@ -14,7 +14,7 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.cli.main import main
-from takagi.reports.code.fmu.description import base_units
+from takagi.reports.code.fmu.target import base_units
 from takagi.reports.code.run import ProgramRun
 from tests.reports.code.fmu_files import exported, fmpy, simulated, sources_alone
 from tests.reports.test_gain_file_alone import plant_file, plant_law, turbine_file
