@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.turbine_options import IN_FILES, Model, law_in_files, typed_name
-from takagi.cli.output_place import finished_results_kept, require_folder_place
-from takagi.cli.progress import progress
+from takagi.cli.output_place import kept_results, require_folder_place
 from takagi.cli.runs.makers import turbine_file
 from takagi.models.errors import ModelError, did_you_mean
 
@@ -34,19 +33,19 @@ def sweep(
     named = _law(law_in_files(law) or "paper")
     axes = _axes(named, over or [])
     require_folder_place(out)
-    with progress(f"takagi sweep {model}") as tell:
-        from takagi.certificates.sweep.sweep import run_sweep
-        from takagi.reports.output import write_folder
-        from takagi.reports.sweep.campaigns import sweep_files
+    from takagi.certificates.sweep.sweep import run_sweep
+    from takagi.reports.sweep.campaigns import sweep_files
 
-        with finished_results_kept(out, "points"):
-            result = run_sweep(
-                named, source, axes, out, workers=workers, scheduler=scheduler, tell=tell
-            )
-        tell("figure and tables")
-        files = sweep_files(result)
-        write_folder(out, files)
-    print(_as_json(result, out, files) if as_json else _as_text(result, out, files))
+    result, written = kept_results(
+        f"takagi sweep {model}",
+        out,
+        lambda tell: run_sweep(
+            named, source, axes, out, workers=workers, scheduler=scheduler, tell=tell
+        ),
+        sweep_files,
+        what="points",
+    )
+    print(_as_json(result, written) if as_json else _as_text(result, out, written))
     return UNPROVED if "FAILED" in result.counted() else PROVED
 
 
@@ -73,7 +72,7 @@ def _axes(law: str, over: Sequence[str]) -> Sequence[Axis]:
     return parse_axes(over, LAWS[law])
 
 
-def _as_text(result: Sweep, out: Path, files: Mapping[str, object]) -> str:
+def _as_text(result: Sweep, out: Path, written: list[str]) -> str:
     counted = ", ".join(f"{number} {verdict}" for verdict, number in result.counted().items())
     axes = " x ".join(f"{axis.name} ({len(axis.values)})" for axis in result.axes) or "1 point"
     lines = [f"{typed_name(result.law)} over {axes}: {counted}"]
@@ -82,10 +81,12 @@ def _as_text(result: Sweep, out: Path, files: Mapping[str, object]) -> str:
     for row in [row for row in result.rows if row["verdict"] == "FAILED"][:3]:
         at = ", ".join(f"{axis.name} {row[axis.label]:g}" for axis in result.axes)
         lines.append(f"FAILED at {at}: {row['reason']}")
-    return "\n".join([*lines, "", str(out), *(f"  {name}" for name in files)])
+    return "\n".join(
+        [*lines, "", str(out), *(f"  {Path(name).relative_to(out)}" for name in written)]
+    )
 
 
-def _as_json(result: Sweep, out: Path, files: Mapping[str, object]) -> str:
+def _as_json(result: Sweep, written: list[str]) -> str:
     return json.dumps(
         {
             "law": result.law,
@@ -96,7 +97,7 @@ def _as_json(result: Sweep, out: Path, files: Mapping[str, object]) -> str:
             "points": len(result.rows),
             "resumed": result.resumed,
             "verdicts": result.counted(),
-            "files": [str(out / name) for name in files],
+            "files": written,
         },
         indent=2,
     )

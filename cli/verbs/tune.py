@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.turbine_options import Model
-from takagi.cli.output_place import finished_results_kept, require_folder_place
-from takagi.cli.progress import progress
+from takagi.cli.output_place import kept_results, require_folder_place
 from takagi.cli.runs.makers import turbine_file
 
 if TYPE_CHECKING:
@@ -34,29 +33,18 @@ def tune(
     source = turbine_file(
         model, "tune tunes the law", "`takagi design --settle` sets how fast its law is"
     )
-    from takagi.reports.output import write_folder
     from takagi.reports.study.tuning import tuned
     from takagi.reports.study.tuning_files import FILES, tuning_files
 
     require_folder_place(out, files=FILES, folders=("figures", "results"))
-    with progress(f"takagi tune {model}") as tell:
-        with finished_results_kept(out):
-            tuning = tuned(
-                source,
-                out,
-                minimise=minimise,
-                require=require,
-                tries=tries,
-                seeds=seeds,
-                duration=duration,
-                workers=workers,
-                scheduler=scheduler,
-                tell=tell,
-            )
-        tell("figure and tables")
-        files = tuning_files(tuning, model)
-        write_folder(out, files)
-    written = [str(out / name) for name in files]
+    asked: dict[str, Any] = {"minimise": minimise, "require": require, "tries": tries}
+    asked |= {"seeds": seeds, "duration": duration, "workers": workers, "scheduler": scheduler}
+    tuning, written = kept_results(
+        f"takagi tune {model}",
+        out,
+        lambda tell: tuned(source, out, tell=tell, **asked),
+        lambda finished: tuning_files(finished, model),
+    )
     print(_as_json(tuning, written) if as_json else _as_text(tuning, model, written))
     best = tuning.best
     return PROVED if best is not None and best.missed == 0 else UNPROVED
