@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.sharedctypes import Synchronized
 
-    from takagi.reports.explore.books import Axis
+    from takagi.reports.explore.axes import Axis
     from takagi.reports.explore.plant_cell import Cell, SettingsOf
 
 ENDED = "The process that designs was ended from outside, perhaps for want of memory; try again."
@@ -92,7 +92,7 @@ def _serve(
     from takagi.certificates.design.plant.design import design_plant
     from takagi.models.loading import read_model
     from takagi.models.plant_files.loader import PlantFile, load_plant
-    from takagi.reports.explore.books import axes_of
+    from takagi.reports.explore.axes import axes_of
     from takagi.reports.explore.plant_cell import made_cell, read_checked
 
     source = read_model(model)

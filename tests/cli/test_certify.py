@@ -13,10 +13,16 @@ import pytest
 
 from takagi.certificates.checker import Verdict, check
 from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
-from takagi.certificates.document.certificate_file import dumps, effort_sharing_law_data
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    dumps,
+    effort_sharing_law_data,
+)
 from takagi.cli.main import main
 from takagi.reports.gains_file.envelope import dump_gains, gain_file
+from tests.cli.cubic import CUBIC
 from tests.turbine_designs import recorded_cells_for_sought, recorded_rows, running_loop
+from tests.undrawn import undrawn
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -194,3 +200,325 @@ def test_a_folder_in_the_place_of_the_certificate_is_misuse(
     """Told before the long work."""
     assert main(["certify", "nrel5mw", "--out", str(tmp_path)]) == 2
     assert "this is a folder" in capsys.readouterr().err
+
+
+def cubic_gains(path: Path, gain: float) -> Path:
+    """Write u = -gain x for both rules of the cubic plant."""
+    premise = {"name": "z1", "expression": "x^2", "lower": 0, "upper": 1, "unit": "-"}
+    law = {
+        "name": "pdc",
+        "sample_time": None,
+        "state_names": ["x [-]"],
+        "input_names": ["u [-]"],
+        "premises": [premise],
+        "rules": [[0], [1]],
+        "K": [[[gain]], [[gain]]],
+        "trim": {"state": [0.0], "input": [0.0]},
+    }
+    path.write_text(json.dumps({"law": law}))
+    return path
+
+
+def certified(cubic: Path, gain: float, out: str, *options: str) -> int:
+    """Certify the plant with one gain, beside the plant's file."""
+    gains = cubic_gains(cubic.with_name("gains.json"), gain)
+    place = str(cubic.with_name(out))
+    return main(["certify", str(cubic), "--gains", str(gains), "--out", place, *options])
+
+
+def test_gains_from_both_sides_of_the_tolerance(cubic: Path, capsys: Capture) -> None:
+    """Decay K - 2: from 4 to 3.9 it falls by 5 % of 2, to 3.8 by 10 %; and by 10 % it may."""
+    old = str(cubic.with_name("old.json"))
+    assert certified(cubic, 4, "old.json") == 0
+    capsys.readouterr()
+
+    assert certified(cubic, 3.95, "a.json", "--baseline", old) == 0
+    assert "nothing got worse by more than 5 %" in capsys.readouterr().out
+    assert certified(cubic, 3.8, "b.json", "--baseline", old) == 1
+    told = capsys.readouterr().out
+    words = " ".join(told.split())
+    assert "WORSE slower common quadratic decay of cubic decay rate [1/s] fell from " in words
+    assert "gains: K of rule 1, u [-] by x [-]: 4.0 -> 3.8" in told
+    assert certified(cubic, 3.8, "c.json", "--baseline", old, "--tolerance", "15%") == 0
+
+
+def test_json_has_every_figure(cubic: Path, capsys: Capture) -> None:
+    old = str(cubic.with_name("old.json"))
+    certified(cubic, 4, "old.json")
+    capsys.readouterr()
+
+    assert certified(cubic, 3, "new.json", "--baseline", old, "--json") == 1
+
+    found = json.loads(capsys.readouterr().out)
+    assert found["verdict"] == "PROVED"
+    assert (found["baseline"]["certificate"], found["baseline"]["passes"]) == (old, False)
+    worse = [f["figure"] for f in found["baseline"]["figures"] if f["worse"]]
+    assert "decay rate" in worse and "limit of input 1" not in worse
+    assert found["baseline"]["changed"][0]["place"] == "K of rule 1, u [-] by x [-]"
+
+
+def test_a_changed_parameter_is_named(cubic: Path, capsys: Capture) -> None:
+    old = str(cubic.with_name("old.json"))
+    certified(cubic, 4, "old.json")
+    cubic.write_text(CUBIC.replace("x + x^3", "1.5*x + x^3").replace("[-1, 1]", "[-0.8, 0.8]"))
+    capsys.readouterr()
+
+    gains = cubic.with_name("gains.json")
+    law = json.loads(gains.read_text())["law"]
+    law["premises"][0]["upper"] = 0.64
+    gains.write_text(json.dumps({"law": law}))
+    out = str(cubic.with_name("new.json"))
+    options = ["--gains", str(gains), "--out", out, "--baseline", old]
+
+    assert main(["certify", str(cubic), *options]) == 1
+
+    told = capsys.readouterr().out
+    assert "WORSE narrower box box of validity" in " ".join(told.split())
+    assert "model: equation of x: u + x^3 + x -> u + x^3 + 3*x/2" in told
+
+
+@pytest.mark.parametrize("tolerance", ["x", "5 %%", "-1%", "1/3", "1e9", "101%", "nan", ""])
+def test_a_tolerance_that_is_no_share_is_misuse(
+    cubic: Path, capsys: Capture, tolerance: str
+) -> None:
+    assert certified(cubic, 4, "new.json", f"--tolerance={tolerance}") == 2
+
+    assert "--tolerance" in capsys.readouterr().err
+
+
+def test_the_baseline_is_read_before_the_work_and_never_overwritten(
+    cubic: Path, capsys: Capture
+) -> None:
+    old = cubic.with_name("old.json")
+    assert certified(cubic, 4, "old.json") == 0
+    before = old.read_bytes()
+
+    assert certified(cubic, 4, "old.json", "--baseline", str(old)) == 2
+    assert old.read_bytes() == before
+    assert "--out is the --baseline" in capsys.readouterr().err
+
+    old.write_text(old.read_text().replace('"decay_rate":1', '"decay_rate":2', 1))
+    assert certified(cubic, 4, "new.json", "--baseline", str(old)) == 2
+    assert "claims changed after" in capsys.readouterr().err
+    assert not cubic.with_name("new.json").exists()
+
+
+def test_compare_two_certificates(cubic: Path, tmp_path: Path, capsys: Capture) -> None:
+    """Status by what got worse; the same table as Markdown."""
+    old, new = (str(cubic.with_name(name)) for name in ("old.json", "new.json"))
+    certified(cubic, 4, "old.json")
+    certified(cubic, 3, "new.json")
+    capsys.readouterr()
+    summary = tmp_path / "summary.md"
+
+    assert main(["compare", new, new]) == 0
+    assert main(["compare", old, new, "--summary", str(summary)]) == 1
+    assert main(["compare", old, new, "--tolerance", "100%"]) == 0
+    page = tmp_path / "page.html"
+    assert main(["compare", old, new, old, "--html", str(page), "--summary", str(summary)]) == 1
+    assert page.read_text().count("badge PROVED") == 3
+    assert page.read_text().count("<strong>worse") == page.read_text().count("<strong>not") == 1
+
+    assert (
+        "| WORSE | slower | common quadratic decay of cubic | decay rate [1/s] |"
+        in summary.read_text()
+    )
+
+
+@pytest.mark.slow
+def test_a_turbine_is_compared_wind_by_wind(
+    finished: TurbineDesign, tmp_path: Path, capsys: Capture
+) -> None:
+    """Its own certificate is no worse; one cell's class cut by a tenth is, at that wind."""
+    document = json.loads(dumps(finished.document))
+    old, new = tmp_path / "old.json", tmp_path / "new.json"
+    old.write_text(json.dumps(document))
+    assert main(["compare", str(old), str(old), "--tolerance", "0"]) == 0
+
+    cell = document["claims"][0]["cells"][30]
+    cell["wind_error"] = round(0.9 * cell["wind_error"], 6)
+    new.write_text(json.dumps(sealed(document)))
+
+    assert main(["compare", str(old), str(new)]) == 1
+    low, high = cell["wind"]
+    assert f"wind error [m/s], {low:g} to {high:g} m/s" in capsys.readouterr().out
+
+
+def sealed(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the certificate with the hashes of what it now says."""
+    parts = {key: document[key] for key in ("model", "gains", "claims")}
+    return certificate_document(**parts, provenance=document["provenance"])
+
+
+NOISY_ROD = """
+format = 1
+kind = "plant"
+
+[states]
+x = { unit = "m", range = [-1, 1] }
+
+[inputs]
+u = { unit = "m/s" }
+
+[disturbances]
+gust = { unit = "cm/s" }
+flow = { unit = "m/s", range = [-0.05, 0.05] }
+
+[parameters]
+a = { value = 1.0, unit = "1/s", source = "chosen" }
+b = { value = 1.0, unit = "1/(m^2 s)", source = "chosen" }
+
+[equations]
+x = "a*x - b*x^3 + u + gust + flow"
+"""
+
+
+@pytest.fixture
+def noisy_rod(tmp_path: Path) -> Path:
+    path = tmp_path / "rod.toml"
+    path.write_text(NOISY_ROD, encoding="utf-8")
+    return path
+
+
+def noisy(out: Path) -> list[dict[str, Any]]:
+    claims = json.loads(out.read_text(encoding="utf-8"))["claims"]
+    return [claim for claim in claims if claim["kind"] == "exit-probability"]
+
+
+def test_noise_by_option_and_by_file(noisy_rod: Path, tmp_path: Path, capsys: Capture) -> None:
+    """20 cm/s sqrt(s) is 0.2 m/s sqrt(s); flow counts with its whole range; both checkers agree."""
+    out = tmp_path / "c.json"
+    asked = ["--noise", "gust=20", "--horizon", "1min"]
+
+    assert main(["certify", str(noisy_rod), "--out", str(out), *asked]) == 0
+    (claim,) = noisy(out)
+    assert claim["noise"] == [0.2, 0.0] and claim["disturbance_bounds"] == [0.0, 0.05]
+    assert claim["horizon"] == 60 and claim["probability"] < 0.1
+    assert "reaches 1 within 60 s is at most" in capsys.readouterr().out
+    assert main(["check", str(out), "--model", str(noisy_rod), "--cross"]) == 0
+    assert "they agree" in capsys.readouterr().out
+
+    wanted = "\n[design]\nnoise = { gust = 20 }\nhorizon = 60\n"
+    noisy_rod.write_text(NOISY_ROD + wanted, encoding="utf-8")
+    build = tmp_path / "build"
+    with undrawn():
+        assert main(["design", str(noisy_rod), "--out", str(build)]) == 0
+    assert noisy(build / "certificate.json")[0]["noise"] == [0.2, 0.0]
+
+
+def test_noise_that_is_too_much(noisy_rod: Path, tmp_path: Path, capsys: Capture) -> None:
+    out = tmp_path / "c.json"
+
+    asked = ["--noise", "gust=5m/s", "--horizon", "600"]
+    assert main(["certify", str(noisy_rod), "--out", str(out), *asked]) == 1
+
+    assert "UNDECIDED" in capsys.readouterr().out
+    assert [c.verdict.name for c in check(out).claims][-1] != "DISPROVED"
+    (claim,) = noisy(out)
+    assert "disturbance_bounds" not in claim
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--noise", "gust=1"], "horizon is missing"),
+        (["--horizon", "10s"], "noise is missing"),
+        (["--noise", "dust=1", "--horizon", "10s"], "there is no dust"),
+        (["--noise", "gust=-1", "--horizon", "10s"], "positive"),
+        (["--noise", "gust=1", "--horizon", "10m"], "no unit of time"),
+        (["--noise", "flow=1", "--horizon", "10s"], "has a range"),
+    ],
+)
+def test_misuse_of_noise(
+    noisy_rod: Path, tmp_path: Path, capsys: Capture, options: list[str], words: str
+) -> None:
+    out = tmp_path / "c.json"
+    assert main(["certify", str(noisy_rod), "--out", str(out), *options]) == 2
+    assert words in capsys.readouterr().err
+    assert not out.exists()
+
+
+ROD = """
+format = 1
+kind = "plant"
+units = "unchecked"
+
+[states]
+x = { range = [-1, 1] }
+
+[inputs]
+u = { range = [-4, 4] }
+
+[equations]
+x = "x - x^3 + u"
+"""
+
+
+@pytest.fixture
+def rod(tmp_path: Path) -> Path:
+    path = tmp_path / "rod.toml"
+    path.write_text(ROD, encoding="utf-8")
+    return path
+
+
+def sampled(out: Path) -> list[dict[str, Any]]:
+    claims = json.loads(out.read_text(encoding="utf-8"))["claims"]
+    return [claim for claim in claims if claim["kind"] == "sampled-loop"]
+
+
+def test_a_sample_time_that_is_proved(rod: Path, tmp_path: Path, capsys: Capture) -> None:
+    """By the option, in ms; and by the file, of gains that are designed and then given."""
+    out = tmp_path / "c.json"
+
+    assert main(["certify", str(rod), "--out", str(out), "--sample-time", "10ms"]) == 0
+    assert [claim["sample_time"] for claim in sampled(out)] == [0.01]
+    assert "with a sample every 0.01 s" in capsys.readouterr().out
+    assert main(["check", str(out), "--cross"]) == 0
+    assert "they agree" in capsys.readouterr().out
+
+    rod.write_text(ROD + "\n[design]\nsample_time = 0.02\n", encoding="utf-8")
+    build = tmp_path / "build"
+    with undrawn():
+        assert main(["design", str(rod), "--out", str(build)]) == 0
+    assert [claim["sample_time"] for claim in sampled(build / "certificate.json")] == [0.02]
+    gains = ["--gains", str(build / "gains.json")]
+    assert main(["certify", str(rod), *gains, "--out", str(out), "--sample-time", "0.03"]) == 0
+    assert [claim["sample_time"] for claim in sampled(out)] == [0.03]
+
+
+def test_a_sample_time_that_is_too_large(rod: Path, tmp_path: Path, capsys: Capture) -> None:
+    """UNDECIDED, status 1, with the largest time that was found, which is proved."""
+    out = tmp_path / "c.json"
+
+    assert main(["certify", str(rod), "--out", str(out), "--sample-time", "20s"]) == 1
+
+    told = capsys.readouterr().out
+    asked, largest = sampled(out)
+    assert asked["sample_time"] == 20 and 0.05 < largest["sample_time"] < 20
+    assert "the largest time found" in told
+    verdicts = {claim.name: claim.verdict.name for claim in check(out).claims}
+    assert verdicts[asked["name"]] == "UNDECIDED" and verdicts[largest["name"]] == "PROVED"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--sample-time", "soon"], "a time such as 10ms is needed"),
+        (["--sample-time", "3kg"], "is no unit of time"),
+        (["--sample-time", "-1ms"], "a positive number is needed"),
+    ],
+)
+def test_misuse_of_a_sample_time(
+    rod: Path, tmp_path: Path, capsys: Capture, arguments: list[str], told: str
+) -> None:
+    out = tmp_path / "c.json"
+
+    assert main(["certify", str(rod), "--out", str(out), *arguments]) == 2
+    assert told in capsys.readouterr().err and not out.exists()
+
+
+def test_it_is_about_plants(tmp_path: Path, capsys: Capture) -> None:
+    out = str(tmp_path / "c.json")
+
+    assert main(["certify", "nrel5mw", "--out", out, "--sample-time", "10ms"]) == 2
+    assert "--sample-time is about a plant" in capsys.readouterr().err

@@ -11,7 +11,8 @@ import pytest
 
 from takagi.cli.main import main
 from takagi.reports.explore import books
-from takagi.reports.explore.books import Axis, Book
+from takagi.reports.explore.axes import Axis
+from takagi.reports.explore.books import Book
 
 Capture = pytest.CaptureFixture[str]
 

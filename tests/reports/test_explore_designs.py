@@ -16,7 +16,8 @@ from takagi.cli.main import main
 from takagi.cli.options.plant_options import plant_settings
 from takagi.models.plant_files.loader import PlantFile
 from takagi.reports.explore import plant_cell
-from takagi.reports.explore.books import axes_of, cache_folder, command_of, grid_of, options_at
+from takagi.reports.explore.axes import axes_of, command_of, grid_of, options_at
+from takagi.reports.explore.books import cache_folder
 from takagi.reports.explore.plant_cell import made_cell, read_checked
 
 PENDULUM = """

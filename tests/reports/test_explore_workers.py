@@ -57,7 +57,7 @@ def test_a_process_that_is_killed_is_replaced(tmp_path: Path) -> None:
 
 def test_the_grid_is_filled_and_the_page_waits_for_what_runs(tmp_path: Path) -> None:
     """A position that the grid's process makes already is not made twice."""
-    from takagi.reports.explore.books import Axis, command_of
+    from takagi.reports.explore.axes import Axis, command_of
 
     source = PlantFile.of("cart_pole_2rules")
     workers = [Worker("cart_pole_2rules", plant_settings) for _ in range(2)]
