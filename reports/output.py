@@ -197,6 +197,20 @@ def markdown_table(rows: Sequence[Mapping[str, object]]) -> str:
     return "\n".join([lines[0], rule, *lines[1:]]) + "\n"
 
 
+def markdown_page(room: str, name: str, **values: object) -> str:
+    """Return ``name.md.jinja`` of a room of reports, filled; rows become tables by ``|table``."""
+    # Imported here: `takagi check` does without it.
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(f"takagi.reports.{room}", ""), undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip
+    short = lambda x: f"{x:g}" if isinstance(x, float | int) else [f"{v:g}" for v in x]  # noqa: E731
+    environment.filters |= {"table": markdown_table, "short": short}
+    return environment.get_template(f"{name}.md.jinja").render(values)
+
+
 def _cell(value: object) -> str:
     if isinstance(value, float | int):
         return f"{value:.4g}"

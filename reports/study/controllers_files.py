@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from takagi.models.arrays import Floats, Places
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, figure_to_svg, house_style, new_figure
-from takagi.reports.output import markdown_table, rows_csv
+from takagi.reports.output import markdown_page, rows_csv
 from takagi.reports.study.controllers import OURS, SETTLING, ControllersStudy, words_of
 from takagi.reports.study.overlap import TURBULENCE
 from takagi.reports.study.overlap_files import DECADES, DELS
@@ -165,15 +165,6 @@ QUANTITIES: Mapping[str, Quantity] = {
     "peak_power": Quantity("peak power", "% of rated"),
     "torque_change": Quantity("torque change in 0.4 s", "kN m"),
 }
-EXPLANATION = """\
-Each figure is the mean over the seeds. Differences are paired: the same seed in the same wind under
-two laws; behind them stands the interval of 95 % by the bootstrap over the seeds ({seeds} seeds are
-few, so that it is rather too narrow). Power and energy are electrical, before losses outside of the
-generator. DEL: damage-equivalent load at 1 Hz, rainflow counting, Wohler exponent 4 (tower's
-fore-aft moment at the base, torque in the shaft) and 10 (flapwise moment at the blades' root, what
-all blades share). Both actuators are at work while pitch is more than 0.5 deg above fine pitch and
-torque more than 5 % below rated: a blend where it is meant, a fight where it is not. A simulation
-proves nothing."""
 
 
 def study_files(study: ControllersStudy, year: Weibull) -> dict[str, bytes | str]:
@@ -183,13 +174,11 @@ def study_files(study: ControllersStudy, year: Weibull) -> dict[str, bytes | str
         "study.csv": rows_csv(rows),
         "controllers.json": _json(study, year),
     }
-    picture = ""
+    file, title = "figures/controllers.svg", f"{study.turbine.name}: controllers in all winds"
     if study.finished:
-        file, title = "figures/controllers.svg", f"{study.turbine.name}: controllers in all winds"
         figure = controllers_figure(study)
         files[file] = figure_to_svg(figure, name="study-controllers", description=title)
-        picture = f"![{title}]({file})\n\n"
-    files["controllers.md"] = _markdown(study, year, picture)
+    files["controllers.md"] = _markdown(study, year, title=title, picture=file)
     return files
 
 
@@ -322,75 +311,52 @@ def _json(study: ControllersStudy, year: Weibull) -> str:
     return json.dumps(data, indent=2, allow_nan=False) + "\n"
 
 
-def _markdown(study: ControllersStudy, year: Weibull, picture: str) -> str:
-    name, winds = study.turbine.name, ", ".join(f"{v:g}" for v in study.means)
-    explained = EXPLANATION.format(seeds=study.seeds).replace("\n", " ")
-    text = (
-        f"# {name}: controllers side by side\n\n{len(study.laws)} laws on the validation plant, in "
-        f"turbulence of class {TURBULENCE} about {winds} m/s, {study.seeds} seeds of "
-        f"{study.duration:g} s each, after {SETTLING:g} s that are not counted. {explained}\n\n"
-        f"{picture}"
-    )
-    if study.failed:
-        text += "Not in the tables, because a run failed:\n\n"
-        text += "".join(f"- {words}\n" for words in study.failed) + "\n"
-    if not study.finished:
-        return text
-    text += _year_table(study, year) + _worse_table(study)
-    for metric, quantity in QUANTITIES.items():
-        text += f"\n## {quantity.title}\n\n{_by_wind(study, metric)}"
-    if study.compared is not None:
-        text += f"\n## Differences to the {words_of(study.compared)}\n"
-        for metric, quantity in QUANTITIES.items():
-            text += f"\n### {quantity.title}\n\n{_by_wind(study, metric, study.compared)}"
-    return text
-
-
-def _year_table(study: ControllersStudy, year: Weibull) -> str:
+def _markdown(study: ControllersStudy, year: Weibull, **picture: str) -> str:
     compared = study.compared
-    rows = []
-    for law in study.finished:
-        row: dict[str, object] = {"law": words_of(law)}
-        row |= {title: total.value for title, total in year_totals(study, law, year).items()}
-        rows.append(row)
-    text = (
-        f"## A year\n\nThe winds are weighed by a Weibull distribution with a mean of "
-        f"{year.mean:g} m/s and shape {year.shape:g}, which has "
-        f"{100 * _shares(study, year).sum():.0f} % of all time in these winds; loads by their "
-        f"damage.\n\n{markdown_table(rows)}"
+    totals = {law: year_totals(study, law, year) for law in study.finished}
+    against = {}
+    if compared is not None:
+        against = {x: ratios(study, x, compared, year) for x in totals if x != compared}
+    worse = list(where_worse(study)) if OURS in totals and len(totals) > 1 else None
+    return markdown_page(
+        "study",
+        "controllers",
+        study=study,
+        turbulence=TURBULENCE,
+        settling=SETTLING,
+        year=year,
+        share=100 * _shares(study, year).sum(),
+        totals=[
+            {"law": words_of(law), **{title: total.value for title, total in row.items()}}
+            for law, row in totals.items()
+        ],
+        compared=compared and words_of(compared),
+        against=[
+            {"law": words_of(law)}
+            | {f"{words} [%]": _with_interval(r) if r else None for words, r in row.items()}
+            for law, row in against.items()
+        ],
+        worse=worse and [_worse_row(found) for found in worse],
+        metrics=[(q.title, _by_wind(study, name)) for name, q in QUANTITIES.items()],
+        differences=[
+            (q.title, _by_wind(study, name, compared)) for name, q in QUANTITIES.items() if compared
+        ],
+        **picture,
     )
-    if compared is None:
-        return text
-    against: list[dict[str, object]] = []
-    for law in study.finished:
-        row = {"law": words_of(law)}
-        for words, ratio in ratios(study, law, compared, year).items():
-            row[f"{words} [%]"] = _with_interval(ratio) if ratio else None
-        against += [row] if law != compared else []
-    return f"{text}\nAgainst the {words_of(compared)}:\n\n{markdown_table(against)}"
 
 
-def _worse_table(study: ControllersStudy) -> str:
-    if OURS not in study.finished or len(study.finished) < 2:
-        return ""
-    rows: list[dict[str, object]] = []
-    for worse in where_worse(study):
-        clear = [f"{v:g}: {d.value:+.3g}" for v, d in worse.clear.items()]
-        rows.append(
-            {
-                "in": QUANTITIES[worse.name].title,
-                "than": words_of(worse.other),
-                "clear at [m/s]: by": ", ".join(clear),
-                "within chance at [m/s]": ", ".join(f"{v:g}" for v in worse.unclear),
-            }
-        )
-    head = "\n## Where the effort-sharing law is worse\n\n"
-    if not rows:
-        return f"{head}Nowhere in these winds.\n"
-    return f"{head}A difference is clear where its interval leaves out 0.\n\n{markdown_table(rows)}"
+def _worse_row(worse: Worse) -> dict[str, object]:
+    return {
+        "in": QUANTITIES[worse.name].title,
+        "than": words_of(worse.other),
+        "clear at [m/s]: by": ", ".join(f"{v:g}: {d.value:+.3g}" for v, d in worse.clear.items()),
+        "within chance at [m/s]": ", ".join(f"{v:g}" for v in worse.unclear),
+    }
 
 
-def _by_wind(study: ControllersStudy, name: str, compared: str | None = None) -> str:
+def _by_wind(
+    study: ControllersStudy, name: str, compared: str | None = None
+) -> list[dict[str, object]]:
     rows = []
     for law in study.finished:
         if law == compared:
@@ -402,7 +368,7 @@ def _by_wind(study: ControllersStudy, name: str, compared: str | None = None) ->
             else:
                 row[f"{wind:g} m/s"] = _with_interval(difference(study, law, compared, name, k))
         rows.append(row)
-    return markdown_table(rows)
+    return rows
 
 
 def _with_interval(figure: Interval) -> str:
