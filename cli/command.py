@@ -7,7 +7,8 @@ import inspect
 import os
 import sys
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -87,10 +88,21 @@ def _abandon_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+@cache
+def _texts(package: str, name: str) -> Mapping[str, Any]:
+    return tomllib.loads(files(package).joinpath(name).read_text(encoding="utf-8"))
+
+
+def option_words(group: str) -> Mapping[str, Any]:
+    """Return the options of a verb or a group, as ``options.toml`` declares them; {} for none."""
+    words: Mapping[str, Any] = _texts("takagi.cli.options", "options.toml").get(group, {})
+    return words
+
+
 def verb_text(name: str) -> str | None:
     """Return what the help of a verb says first; None for a verb of which a line says it all."""
-    file = files("takagi.cli.verbs").joinpath("verbs.toml")
-    return tomllib.loads(file.read_text(encoding="utf-8")).get(name)
+    text: str | None = _texts("takagi.cli.verbs", "verbs.toml").get(name)
+    return text
 
 
 def run_command(

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
-from functools import cache
-from importlib.resources import files
 from inspect import Parameter
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,11 +10,10 @@ from typing import Annotated, Any
 import typer
 from typer.models import OptionInfo
 
+from takagi.cli.command import option_words
 from takagi.models.errors import ModelError
 
 Options = tuple[Parameter, ...]
-# Table of ``options.toml`` -> an option's name, value and kind -> its help; or help and default.
-Words = Mapping[str, Mapping[str, Any]]
 _KINDS: Mapping[str, Any] = {
     "": str,
     "flag": bool,
@@ -60,12 +56,6 @@ def option_of(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
-@cache
-def _words() -> Words:
-    text = files("takagi.cli.options").joinpath("options.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
-
-
 def declared(*groups: str, callback: Callable[..., Any] | None = None) -> Options:
     """Return the options of groups of ``options.toml`` as parameters, which ``run_command`` reads.
 
@@ -73,7 +63,7 @@ def declared(*groups: str, callback: Callable[..., Any] | None = None) -> Option
     """
     options = []
     for group in groups:
-        words = dict(_words()[group])
+        words = dict(option_words(group))
         title = words.pop("title", None)
         for key, stated in words.items():
             head, _, kind = key.partition(": ")
@@ -95,7 +85,7 @@ def with_words(verb: str, parameter: Parameter) -> Parameter:
     """Return an option of a verb's function with its words in ``options.toml``."""
     if hasattr(parameter.annotation, "__metadata__"):
         return parameter
-    stated_words = *_words().get(verb, {}).items(), *_words()["every-verb"].items()
+    stated_words = *option_words(verb).items(), *option_words("every-verb").items()
     for key, stated in stated_words:
         name, _, metavar = key.partition(" ")
         if name == parameter.name:

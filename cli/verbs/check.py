@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from takagi.cli.command import MISUSE, PROVED, UNPROVED, tell_error, verb_text
+from takagi.cli.command import MISUSE, PROVED, UNPROVED, option_words, tell_error, verb_text
 from takagi.cli.progress import progress
 from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
 
@@ -311,36 +311,11 @@ def _parser() -> _Parser:
         type=Path,
         help="the certificate file, or the folder of a design",
     )
-    add = parser.add_argument
-    add("--gains", metavar="FILE", type=Path, help="a gain file that must hold the proved gains")
-    add(
-        "--model",
-        metavar="FILE",
-        type=Path,
-        help="a model file, or a built-in name, that must be the proved model",
-    )
-    add(
-        "--allow-old-gain-files",
-        action="store_true",
-        help="accept a gain file without limits or programs, of which less is compared",
-    )
-    add(
-        "--c-source",
-        metavar="FILE",
-        type=Path,
-        help="a C file of `takagi export --to c` that must be the export of the gain file",
-    )
-    add(
-        "--margins",
-        metavar="TEXT",
-        help="margins that a turbine's loop that runs must have, such as "
-        "'gain 1.5, phase 10deg, delay 15ms'; needs --gains and --model",
-    )
-    add("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
-    add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")
-    add("--summary", metavar="FILE", type=Path, help="write the results as a Markdown table")
+    for declared, words in option_words("check").items():
+        name, _, metavar = declared.partition(" ")
+        kind: dict[str, Any] = {"metavar": metavar, "type": str if metavar == "TEXT" else Path}
+        parser.add_argument(
+            f"--{name}", help=words, **kind if metavar else {"action": "store_true"}
+        )
     parser.set_defaults(plant_file=None, folder=None, rows=())
-    add("--json", action="store_true", help="print JSON, for machines")
-    add("--trusted", action="store_true", help="list the code that the verdict ran through")
-    add("--cross", action="store_true", help="decide with FLINT too; 1 where the verdicts differ")
     return parser

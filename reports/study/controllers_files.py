@@ -314,7 +314,7 @@ def _json(study: ControllersStudy, year: Weibull) -> str:
 def _markdown(study: ControllersStudy, year: Weibull, **picture: str) -> str:
     compared = study.compared
     totals = {law: year_totals(study, law, year) for law in study.finished}
-    against = {}
+    against: dict[str, Mapping[str, Interval | None]] = {}
     if compared is not None:
         against = {x: ratios(study, x, compared, year) for x in totals if x != compared}
     worse = list(where_worse(study)) if OURS in totals and len(totals) > 1 else None
@@ -332,8 +332,10 @@ def _markdown(study: ControllersStudy, year: Weibull, **picture: str) -> str:
         ],
         compared=compared and words_of(compared),
         against=[
-            {"law": words_of(law)}
-            | {f"{words} [%]": _with_interval(r) if r else None for words, r in row.items()}
+            {
+                "law": words_of(law),
+                **{f"{words} [%]": _with_interval(r) if r else None for words, r in row.items()},
+            }
             for law, row in against.items()
         ],
         worse=worse and [_worse_row(found) for found in worse],
