@@ -6,11 +6,10 @@ import contextlib
 import inspect
 import os
 import sys
-import tomllib
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
-from importlib.resources import files
+from collections.abc import Callable, Sequence
 from typing import Any
+
+from takagi.cli.texts import verb_text
 
 PROVED = 0  # everything asked is proved and passes
 UNPROVED = 1  # something is DISPROVED, UNDECIDED, or below its threshold
@@ -86,23 +85,6 @@ def _abandon_output() -> None:
     # complain once more when it flushes at exit.  An output that is no real file needs nothing.
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-@cache
-def _texts(package: str, name: str) -> Mapping[str, Any]:
-    return tomllib.loads(files(package).joinpath(name).read_text(encoding="utf-8"))
-
-
-def option_words(group: str) -> Mapping[str, Any]:
-    """Return the options of a verb or a group, as ``options.toml`` declares them; {} for none."""
-    words: Mapping[str, Any] = _texts("takagi.cli.options", "options.toml").get(group, {})
-    return words
-
-
-def verb_text(name: str) -> str | None:
-    """Return what the help of a verb says first; None for a verb of which a line says it all."""
-    text: str | None = _texts("takagi.cli.verbs", "verbs.toml").get(name)
-    return text
 
 
 def run_command(

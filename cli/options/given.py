@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 from typer.models import OptionInfo
 
-from takagi.cli.command import option_words
+from takagi.cli.texts import option_words
 from takagi.models.errors import ModelError
 
 Options = tuple[Parameter, ...]

@@ -13,9 +13,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from takagi.cli.command import MISUSE, PROVED, UNPROVED, option_words, tell_error, verb_text
+from takagi.cli.command import MISUSE, PROVED, UNPROVED, tell_error
 from takagi.cli.progress import progress
 from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
+from takagi.cli.texts import option_words, verb_text
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
