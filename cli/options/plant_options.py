@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.entries import PlantEntry, VariableEntry
     from takagi.models.plant_files.loader import PlantFile
     from takagi.models.plant_simulation.signals import Noise, Signal
-    from takagi.reports.simulation.plant_scenario import PlantScenario
+    from takagi.reports.simulation.plant_words import PlantScenario
 
 _TIME = re.compile(r"\s*([-+]?[0-9]{0,9}\.?[0-9]{1,9})\s*(\S*)\s*")
 
@@ -218,7 +218,7 @@ def plant_scenario(
         option.
     """
     from takagi.models.plant_simulation.signals import Noise
-    from takagi.reports.simulation.plant_scenario import PlantScenario
+    from takagi.reports.simulation.plant_words import PlantScenario
 
     seed = options["seed"] or 0
     if seed < 0:

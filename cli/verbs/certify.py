@@ -22,7 +22,7 @@ from takagi.cli.runs.previous_certificate import (
     read_baseline,
     tolerance_of,
 )
-from takagi.cli.terminal.files import tell_none
+from takagi.cli.terminal.rows import tell_none
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ def _print(
     alone: bool,
     as_json: bool,
 ) -> None:
-    from takagi.cli.terminal.files import claim_lines, claims_as_data
+    from takagi.cli.terminal.rows import claim_lines, claims_as_data
 
     if as_json:
         data = {"certificate": str(out), **claims_as_data(checked)}

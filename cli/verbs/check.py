@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from takagi.cli.command import MISUSE, PROVED, UNPROVED, tell_error
 from takagi.cli.progress import progress
-from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
+from takagi.cli.terminal.rows import claim_lines, claims_as_data, trusted_text
 from takagi.cli.texts import option_words, verb_text
 
 if TYPE_CHECKING:
@@ -269,7 +269,7 @@ def _as_json(
     }
     if trusted is not None:
         # Imported here: few ask for it.
-        from takagi.cli.terminal.files import as_data
+        from takagi.cli.terminal.rows import as_data
 
         answer["trusted"] = as_data(trusted)
     if compared is not None:

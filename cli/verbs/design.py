@@ -14,7 +14,7 @@ from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import StepLine, progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
-from takagi.cli.terminal.files import FOLDERS, PURPOSES, print_files, tell_none
+from takagi.cli.terminal.rows import FOLDERS, PURPOSES, print_files, tell_none
 
 
 def design(

@@ -14,14 +14,14 @@ from takagi.cli.options.given import Options, declared, refuse_designing
 from takagi.cli.options.plant_options import PLANT_OPTIONS, plant_scenario, values_in_si
 from takagi.cli.progress import Tell, progress
 from takagi.cli.runs.plant import PlantMaker
-from takagi.cli.terminal.files import tell_none
+from takagi.cli.terminal.rows import tell_none
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.entries import VariableEntry
     from takagi.models.plant_files.loader import PlantFile
-    from takagi.reports.simulation.plant_scenario import PlantSimulation
+    from takagi.reports.simulation.plant_words import PlantSimulation
 
 _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
 _FILES, _FOLDERS = ("responses.csv", "simulation.json", "summary.md"), ("figures",)

@@ -12,7 +12,7 @@ import typer
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
-from takagi.cli.terminal.files import claim_lines, claims_as_data
+from takagi.cli.terminal.rows import claim_lines, claims_as_data
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.problem_verification import Verification

@@ -30,8 +30,7 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     tell : called with a word before each step.
     """
     from takagi.models.laws.protocol import law_words
-    from takagi.reports.appendix.certificate import certificate_context
-    from takagi.reports.appendix.tex import assembled
+    from takagi.reports.appendix.tex import assembled, certificate_context
     from takagi.reports.appendix.turbine import (
         conditions,
         drawn_figures,
@@ -41,7 +40,7 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
         region_context,
         shown_runs,
     )
-    from takagi.reports.sections.turbine.responses import response_words
+    from takagi.reports.sections.turbine.running import response_words
 
     say = tell or (lambda _: None)
     say("margins")

@@ -34,10 +34,14 @@ from takagi.reports.appendix.tex import (
 from takagi.reports.figures.operation import power_surface_figure, trim_figure
 from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_over_wind import SearchedMargins, wind_ranges
-from takagi.reports.sections.turbine.cells import cells_drawing, filter_of, memberships_drawing
-from takagi.reports.sections.turbine.model import region_starts, trim_curve
-from takagi.reports.sections.turbine.responses import response_drawing
-from takagi.reports.sections.turbine.running import margins_drawing
+from takagi.reports.sections.turbine.model import (
+    cells_drawing,
+    filter_of,
+    memberships_drawing,
+    region_starts,
+    trim_curve,
+)
+from takagi.reports.sections.turbine.running import margins_drawing, response_drawing
 from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:

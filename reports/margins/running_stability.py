@@ -9,7 +9,7 @@ of ``PLANTS`` (inertia and wake, the ends of what a certificate covers) at whole
 pitch begins to act.  An unstable loop is refused with its wind and with the part that makes it so:
 the first one without which the loop is stable there.
 
-A stable loop whose margins are below those of ``loops_over_wind`` is noted, with wind, mode and
+A stable loop whose margins are below those of ``running_over_wind`` is noted, with wind, mode and
 cure.
 
 A law with a fast wind filter is for a wind that is measured (docs/laws.md): a loop that the
@@ -37,21 +37,23 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
-from takagi.reports.margins.loops_over_wind import (
+from takagi.reports.margins.running_loop import NOMINAL, SAMPLE, PlantChoice, RunningLoops
+from takagi.reports.margins.running_over_wind import (
     GROWTH,
     LEAST_GAIN,
     LEAST_PHASE,
+    Mode,
     SmallMargin,
     decisive_winds,
     fine_winds,
     growths,
     growths_over_wind,
     loop_at,
+    plant_modes,
     small_margins,
     unstable,
+    wind_ranges,
 )
-from takagi.reports.margins.running_loop import NOMINAL, SAMPLE, PlantChoice, RunningLoops
-from takagi.reports.margins.running_over_wind import Mode, plant_modes, wind_ranges
 
 # Gets a step in words.
 Tell: TypeAlias = Callable[[str], None]

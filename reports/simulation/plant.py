@@ -16,7 +16,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.plant import in_file_units
 from takagi.reports.loops.plant_claims import proved_jumps
-from takagi.reports.simulation.plant_scenario import (
+from takagi.reports.simulation.plant_words import (
     SETTLED,
     PlantScenario,
     PlantSimulation,

@@ -24,8 +24,8 @@ from takagi.reports.loops import plant_claims as overlap_module
 from takagi.reports.loops.plant_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.margins import running_over_wind
 from takagi.reports.output import write_folder
-from takagi.reports.page.rounded_bounds import at_most
-from takagi.reports.sections.turbine.cells import gains_section
+from takagi.reports.page.text import at_most
+from takagi.reports.sections.turbine.model import gains_section
 from takagi.reports.sections.turbine.page import claims_section, verdict_section
 from takagi.reports.sections.turbine.summary import summary_rows
 from takagi.reports.simulation import measured_loop as measuring

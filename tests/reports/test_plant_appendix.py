@@ -24,7 +24,7 @@ from takagi.models import ModelError
 from takagi.models.files.library import built_in_kinds
 from takagi.reports.appendix.design_files import plant_appendix
 from takagi.reports.page.mathml import mathml, readable, shortens
-from takagi.reports.sections.plant.plant import equations_latex
+from takagi.reports.sections.plant.gains import equations_latex
 from tests.models.library_plants import model_of, plant_of
 from tests.reports.plant_designs import design_of
 from tests.reports.tex_runs import PAPERS, compiled, sound

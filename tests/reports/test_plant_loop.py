@@ -29,7 +29,7 @@ from takagi.reports.sections.plant.claims import set_section
 from takagi.reports.sections.plant.gains import gain_columns
 from takagi.reports.sections.plant.loops import loops_section, motion_section
 from takagi.reports.simulation.plant import simulate_plant
-from takagi.reports.simulation.plant_scenario import PlantScenario
+from takagi.reports.simulation.plant_words import PlantScenario
 from tests.plant_files import filed_plant
 from tests.plant_rates import plant_rate
 from tests.reports.plant_designs import U, V, X, design_of, two_integrators

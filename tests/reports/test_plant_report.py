@@ -25,8 +25,7 @@ from takagi.reports.loops.plant_claims import proved_jumps
 from takagi.reports.loops.plant_loop import plant_loop, proved_kinds
 from takagi.reports.page import text
 from takagi.reports.page.assembly import ReportFiles
-from takagi.reports.page.rounded_bounds import at_least, at_most, at_most_to
-from takagi.reports.page.text import decimal
+from takagi.reports.page.text import at_least, at_most, at_most_to, decimal
 from takagi.reports.sections.plant.claims import claim_rows
 from takagi.reports.sections.plant.page import plant_report_files
 from takagi.reports.sections.plant.summary import answer_sentence, summary_rows

@@ -20,8 +20,17 @@ from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.loops.plant_claims import SETTLED, half_widths, overshoots, settling_time
 from takagi.reports.loops.plant_local import regulator
 from takagi.reports.loops.plant_loop import embedded
-from takagi.reports.page.rounded_bounds import at_least, at_most
-from takagi.reports.page.text import DASH, ClaimRow, Section, behind, decimal, per_unit, table
+from takagi.reports.page.text import (
+    DASH,
+    ClaimRow,
+    Section,
+    at_least,
+    at_most,
+    behind,
+    decimal,
+    per_unit,
+    table,
+)
 from takagi.reports.sections.plant.summary import (
     EMBEDDINGS,
     SETS,

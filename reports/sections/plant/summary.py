@@ -32,8 +32,15 @@ from takagi.reports.loops.plant_loop import (
     proved_claims,
     proved_kinds,
 )
-from takagi.reports.page.rounded_bounds import at_least, at_most
-from takagi.reports.page.text import behind, name_of, per_unit, significant, unit_of
+from takagi.reports.page.text import (
+    at_least,
+    at_most,
+    behind,
+    name_of,
+    per_unit,
+    significant,
+    unit_of,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

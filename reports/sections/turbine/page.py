@@ -14,7 +14,7 @@ from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.loops.plant_claims import OverlapClaim, overlap_claims, wind_words
 from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import CaptionedFigure, ClaimRow, Section, Tile
-from takagi.reports.sections.turbine.cells import gust_figure
+from takagi.reports.sections.turbine.model import gust_figure
 from takagi.reports.sections.turbine.summary import summary_rows, summary_sentence
 from takagi.reports.simulation.measured_loop import in_wind_class, measured_loop
 
@@ -193,15 +193,16 @@ def report_html(design: TurbineDesign, *, tell: Tell | None = None) -> ReportFil
 
 def _makers(design: TurbineDesign) -> dict[str, Callable[[], Section]]:
     from takagi.certificates.design.turbine.result import claim_summary
-    from takagi.reports.sections.shared import check_section, provenance_section
-    from takagi.reports.sections.turbine.cells import blending_section, cells_section, gains_section
+    from takagi.reports.page.assembly import check_section, provenance_section
     from takagi.reports.sections.turbine.model import (
+        blending_section,
+        cells_section,
+        gains_section,
         model_section,
         observer_section,
         regions_section,
     )
-    from takagi.reports.sections.turbine.responses import responses_section
-    from takagi.reports.sections.turbine.running import running_section
+    from takagi.reports.sections.turbine.running import responses_section, running_section
 
     summary = claim_summary(design)
     # The law's own models and gains alone: regions and their filter belong to Schulte's law.

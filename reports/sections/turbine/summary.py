@@ -22,7 +22,7 @@ from takagi.reports.loops.plant_claims import (
     span_words,
     wind_words,
 )
-from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.page.text import at_least, at_most
 from takagi.reports.sections.plant.summary import NORM, Number, SummaryRow
 from takagi.reports.simulation.measured_loop import measured_loop
 
