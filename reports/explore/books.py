@@ -1,4 +1,4 @@
-"""Books of designs with sliders, of a plant or a finished turbine, and the process that makes them."""
+"""Books of designs with sliders, of a plant or a finished turbine, and the process for them."""
 
 from __future__ import annotations
 

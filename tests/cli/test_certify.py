@@ -285,15 +285,6 @@ def test_a_changed_parameter_is_named(cubic: Path, capsys: Capture) -> None:
     assert "model: equation of x: u + x^3 + x -> u + x^3 + 3*x/2" in told
 
 
-@pytest.mark.parametrize("tolerance", ["x", "5 %%", "-1%", "1/3", "1e9", "101%", "nan", ""])
-def test_a_tolerance_that_is_no_share_is_misuse(
-    cubic: Path, capsys: Capture, tolerance: str
-) -> None:
-    assert certified(cubic, 4, "new.json", f"--tolerance={tolerance}") == 2
-
-    assert "--tolerance" in capsys.readouterr().err
-
-
 def test_the_baseline_is_read_before_the_work_and_never_overwritten(
     cubic: Path, capsys: Capture
 ) -> None:
@@ -426,26 +417,6 @@ def test_noise_that_is_too_much(noisy_rod: Path, tmp_path: Path, capsys: Capture
     assert "disturbance_bounds" not in claim
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--noise", "gust=1"], "horizon is missing"),
-        (["--horizon", "10s"], "noise is missing"),
-        (["--noise", "dust=1", "--horizon", "10s"], "there is no dust"),
-        (["--noise", "gust=-1", "--horizon", "10s"], "positive"),
-        (["--noise", "gust=1", "--horizon", "10m"], "no unit of time"),
-        (["--noise", "flow=1", "--horizon", "10s"], "has a range"),
-    ],
-)
-def test_misuse_of_noise(
-    noisy_rod: Path, tmp_path: Path, capsys: Capture, options: list[str], words: str
-) -> None:
-    out = tmp_path / "c.json"
-    assert main(["certify", str(noisy_rod), "--out", str(out), *options]) == 2
-    assert words in capsys.readouterr().err
-    assert not out.exists()
-
-
 ROD = """
 format = 1
 kind = "plant"
@@ -506,30 +477,6 @@ def test_a_sample_time_that_is_too_large(rod: Path, tmp_path: Path, capsys: Capt
     assert "the largest time found" in told
     verdicts = {claim.name: claim.verdict.name for claim in check(out).claims}
     assert verdicts[asked["name"]] == "UNDECIDED" and verdicts[largest["name"]] == "PROVED"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (["--sample-time", "soon"], "a time such as 10ms is needed"),
-        (["--sample-time", "3kg"], "is no unit of time"),
-        (["--sample-time", "-1ms"], "a positive number is needed"),
-    ],
-)
-def test_misuse_of_a_sample_time(
-    rod: Path, tmp_path: Path, capsys: Capture, arguments: list[str], told: str
-) -> None:
-    out = tmp_path / "c.json"
-
-    assert main(["certify", str(rod), "--out", str(out), *arguments]) == 2
-    assert told in capsys.readouterr().err and not out.exists()
-
-
-def test_it_is_about_plants(tmp_path: Path, capsys: Capture) -> None:
-    out = str(tmp_path / "c.json")
-
-    assert main(["certify", "nrel5mw", "--out", out, "--sample-time", "10ms"]) == 2
-    assert "--sample-time is about a plant" in capsys.readouterr().err
 
 
 TURBINE = nrel5mw()

@@ -224,23 +224,6 @@ def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path
     assert asked["settings"].objective.decay == 1.0
 
 
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["--objective", "decya"], "did you mean 'decay'"),
-        (["--objective", "decay", "--two-step"], "leave one of the two out"),
-        (["--one-step", "--two-step"], "leave one of the two out"),
-        (["--two-step", "--law", "paper"], "--two-step belongs to the effort-sharing law"),
-    ],
-)
-def test_a_synthesis_that_makes_no_sense_is_refused(
-    asked: Any, tmp_path: Path, capsys: Capture, options: list[str], told: str
-) -> None:
-    """Misuse, in words that say what to do; nothing is designed."""
-    assert main(["design", "nrel5mw", "--out", str(tmp_path), *options]) == 2
-    assert told in capsys.readouterr().err and not asked
-
-
 def test_the_summary_says_how_the_gains_were_found(
     asked: Any, tmp_path: Path, capsys: Capture
 ) -> None:

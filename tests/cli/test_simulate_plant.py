@@ -201,19 +201,3 @@ def test_misuse_has_place_reason_and_cure(
 
     said = capsys.readouterr().err
     assert said.startswith("Error: ") and message in said and "Traceback" not in said
-
-
-@pytest.mark.parametrize(
-    ("asked", "words"),
-    [
-        (["nrel5mw", "--disturbance", "w=step 1 at 1s"], "--disturbance is about a plant"),
-        (["nrel5mw", "--law", "baseline", "--sample-time", "1h"], "sample time 3600 s"),
-        # The law of the truck runs every 2 s already.
-        (["truck_trailer", "--sample-time", "1s"], "its law runs every 2 s already"),
-    ],
-)
-def test_options_that_this_model_has_not_are_refused(
-    asked: list[str], words: str, capsys: Capture
-) -> None:
-    assert main(["simulate", *asked]) == 2
-    assert words in capsys.readouterr().err

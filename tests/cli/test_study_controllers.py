@@ -99,30 +99,6 @@ def test_the_same_command_goes_on(tiny: Path, capsys: Capture) -> None:
     assert contents(tiny) == before
 
 
-@pytest.mark.parametrize(
-    ("options", "parts"),
-    [
-        (("--law", "efort-sharing"), ["did you mean 'effort-sharing'"]),
-        (("--winds", "8,26"), ["26 m/s was given", "from 3 to 25 m/s"]),
-        (("--winds", "eight"), ["--winds eight", "8,12,16"]),
-        (("--seeds", "0"), ["0 seeds", "at least 1 seed"]),
-        (("--duration", "5"), ["duration of 5 s", "10 s are needed"]),
-        (("--weibull", "8.5"), ["MEAN:SHAPE is needed"]),
-        (("--scheduler", "tcp://127.0.0.1:1"), ["leave --workers out"]),
-    ],
-)
-def test_misuse(
-    tmp_path: Path, capsys: Capture, options: tuple[str, ...], parts: list[str]
-) -> None:
-    """One message, status 2, and no folder."""
-    assert studied(tmp_path / "out", *options) == 2
-    told = capsys.readouterr()
-    assert told.out == "" and told.err.startswith("Error: ")
-    for part in parts:
-        assert part in told.err
-    assert not (tmp_path / "out").exists()
-
-
 def test_without_the_package_a_sentence_says_what_to_install(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -258,31 +234,6 @@ def test_what_is_proved_stands_beside_what_is_simulated(overlap_folder: Path) ->
         assert (
             (overlap_folder / f"figures/{name}.svg").read_text(encoding="utf-8").startswith("<svg")
         )
-
-
-@pytest.mark.parametrize(
-    ("options", "parts"),
-    [
-        (("--over", "speed-overlap=0.7"), ["begin below the smallest speed", "every wind from 3"]),
-        (("--over", "torque-overlap=9kNm"), ["at most 8618", "at rated wind"]),
-        (("--over", "overlap=0"), ["overlap must be above 0"]),
-        (("--over", "bandwidth=1"), ["cannot be swept", "centred-overlap [rad/s]"]),
-        (("--over", "wind=8,26"), ["26 m/s was given", "from 3 to 25 m/s"]),
-        (("--seeds", "0"), ["0 seeds", "at least 1 seed"]),
-        (("--duration", "5"), ["duration of 5 s", "10 s are needed"]),
-        (("--scheduler", "tcp://127.0.0.1:1"), ["leave --workers out"]),
-    ],
-)
-def test_misuse_of_the_study_of_overlaps(
-    tmp_path: Path, capsys: Capture, options: tuple[str, ...], parts: list[str]
-) -> None:
-    """One message, status 2, and no folder."""
-    assert overlap_studied(tmp_path / "out", *options) == 2
-    told = capsys.readouterr()
-    assert told.out == "" and told.err.startswith("Error: ")
-    for part in parts:
-        assert part in told.err
-    assert not (tmp_path / "out").exists()
 
 
 def test_what_is_no_turbine_and_no_study(tmp_path: Path, capsys: Capture) -> None:

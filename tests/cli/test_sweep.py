@@ -97,29 +97,6 @@ def test_a_point_that_fails_is_status_1(
     assert "FAILED at overlap 0.02, inertia 0.1: ZeroDivisionError" in told
 
 
-@pytest.mark.parametrize(
-    ("options", "parts"),
-    [
-        (("--law", "papr", *GRID[2:]), ["--law papr", "effort-sharing, schulte"]),
-        (("--law", "effort-sharing"), ["no axis was given: add --over", "overlap, bandwidth"]),
-        (("--law", "effort-sharing", "--over", "inertia=0.1,0.95"), ["at most 0.9"]),
-        (("--over", "z=1"), ["'z' cannot be swept", "speed-overlap [rad/s]", "wind [m/s]"]),
-        (("--over", "wind=2,8"), ["2 m/s was given", "from 3 to 24.996 m/s"]),
-        ((*GRID, "--workers", "0"), ["at least 1"]),
-    ],
-)
-def test_misuse(
-    tmp_path: Path, capsys: Capture, options: tuple[str, ...], parts: list[str]
-) -> None:
-    """One message, status 2, and no folder."""
-    assert swept(tmp_path / "out", *options) == 2
-    told = capsys.readouterr()
-    assert told.out == "" and told.err.startswith("Error: ")
-    for part in parts:
-        assert part in told.err
-    assert not (tmp_path / "out").exists()
-
-
 def test_what_is_no_turbine_or_no_folder(tmp_path: Path, capsys: Capture) -> None:
     """The refusal is about the model, and a file in the way stays."""
     assert swept(tmp_path / "out", *GRID, model="cart_pole") == 2
@@ -150,7 +127,7 @@ def cheap_tuning(monkeypatch: pytest.MonkeyPatch) -> None:
     # The tasks find the functions by these names.
     for name, function in (("behaviour", cheap_behaviour), ("proof", cheap_proof)):
         function.__name__ = name
-        monkeypatch.setattr(module, name, function)
+        monkeypatch.setattr(tuning, name, function)
 
 
 def tune(out: Path, *options: str, model: str = "nrel5mw") -> int:
@@ -183,7 +160,7 @@ def test_no_point_is_proved(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     not_proved.__name__ = "proof"
-    monkeypatch.setattr(module, "proof", not_proved)
+    monkeypatch.setattr(tuning, "proof", not_proved)
     assert tune(tmp_path) == 1
     assert "a wind is not proved" in capsys.readouterr().out
 
@@ -195,41 +172,6 @@ def test_the_front_has_no_point_that_another_betters(tmp_path: Path) -> None:
     for row in rows:
         for other in rows:
             assert not (all(a <= b for a, b in zip(other, row, strict=True)) and other != row)
-
-
-@pytest.mark.parametrize(
-    ("written", "word"),
-    [
-        ("energy", "limit"),
-        ("energy <= 1 %", "energy takes >="),
-        ("recovery 30 %", "recovery takes <="),
-        ("tower-del 0.9 s", "no unit"),
-        ("recovery 30s, recovery 20s", "twice"),
-        ("recovry 30s", "recovery"),
-    ],
-)
-def test_a_requirement_that_says_nothing(
-    written: str, word: str, tmp_path: Path, capsys: Capture
-) -> None:
-    assert tune(tmp_path / "out", "--require", written) == 2
-    assert word in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("options", "model"),
-    [
-        (("--tries", "3"), "nrel5mw"),
-        (("--minimise", "towerdel"), "nrel5mw"),
-        ((), "cart_pole"),
-        (("--seeds", "0"), "nrel5mw"),
-    ],
-)
-def test_misuse_of_tune(
-    options: tuple[str, ...], model: str, tmp_path: Path, capsys: Capture
-) -> None:
-    assert tune(tmp_path / "out", *options, model=model) == 2
-    assert "Error" in capsys.readouterr().err
 
 
 def test_what_a_requirement_misses() -> None:
