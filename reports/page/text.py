@@ -78,6 +78,12 @@ def page_words() -> Mapping[str, Any]:
     return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
+def sentence(key: str, **filled: Any) -> str:
+    """Return a sentence of ``words.toml``, its gaps filled."""
+    words: str = page_words()["sentences"][key]
+    return words.format(**filled)
+
+
 def table(
     key: str, rows: Iterable[tuple[str, ...]], *, folded: bool = True, **filled: str
 ) -> Table:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import floor, log10
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, S
 from takagi.reports.loops.plant_claims import withstood
 from takagi.reports.loops.plant_loop import proved_claims
 from takagi.reports.loops.plant_motion import Outside, settling_time
-from takagi.reports.page.text import behind
+from takagi.reports.page.text import behind, sentence
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -304,16 +304,9 @@ def columns(found: PlantSimulation) -> tuple[list[str], list[list[str]]]:
 def notes(found: PlantSimulation) -> list[str]:
     """Return sentences on signals, limited inputs, and what the certificate covers."""
     return [
-        *_outside(found),
-        *_law(found),
-        *_cut(found),
-        *_left(found),
-        *_ends(found),
-        *_starts(found),
-        *_covered(found),
-        *_unsettled(found),
-        "Settled: from then on within 2 % of the largest deviation. A simulation proves nothing.",
-    ]
+        *_law(found), *_cut(found), *_runs(found), *_starts(found), *_covered(found),
+        *_unsettled(found), sentence("settled"),
+    ]  # fmt: skip
 
 
 def as_markdown(found: PlantSimulation, *, figures: Sequence[str]) -> str:
@@ -331,66 +324,39 @@ def as_markdown(found: PlantSimulation, *, figures: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def _unsettled(found: PlantSimulation) -> list[str]:
-    # Noise and disturbances may keep a motion from settling for ever.
-    short = [m for m in found.motions if m.whole and np.isnan(settling_time(m, SETTLED))]
-    if not short or found.scenario.disturbances or found.scenario.noise:
-        return []
-    return [
-        f"{len(short)} of {len(found.motions)} runs had not settled at their end, after "
-        f"{max(m.time[-1] for m in short):.4g} s; --duration SECONDS makes them longer."
-    ]
+def _law(found: PlantSimulation) -> Iterator[str]:
+    if told := in_words(found.scenario, found.loop.plant):
+        yield f"From outside: {'; '.join(told)}."
+    step, missed = found.scenario.sample_time, sum(motion.missed for motion in found.motions)
+    if step is not None:
+        yield sentence("sampled law", step=step)
+        if missed:
+            yield sentence("missed samples", count=missed, s="s" * (missed > 1))
 
 
-def _outside(found: PlantSimulation) -> list[str]:
-    told = in_words(found.scenario, found.loop.plant)
-    return [f"From outside: {'; '.join(told)}."] if told else []
-
-
-def _law(found: PlantSimulation) -> list[str]:
-    step = found.scenario.sample_time
-    if step is None:
-        return []
-    lines = [
-        f"The law is the program of the gain file: it runs every {step:.4g} s and its command is "
-        "held until the next sample."
-    ]
-    missed = sum(motion.missed for motion in found.motions)
-    if missed:
-        lines.append(
-            f"In {missed} sample{'s' * (missed > 1)} a formula of the program had no value, such "
-            "as 0/0, and the last command was kept, as the exported code does."
-        )
-    return lines
-
-
-def _cut(found: PlantSimulation) -> list[str]:
-    lines = []
+def _cut(found: PlantSimulation) -> Iterator[str]:
     for k, variable in enumerate(commanded(found.loop)):
         named = []
         for motion in found.motions:
-            cuts = cuts_by_command(found.loop, motion).get(variable.name, [])
-            if not cuts:
-                continue
-            spent = sum(cut.end - cut.begin for cut in cuts)
-            if len(cuts) == 1:
-                words = f"from {_time(found, cuts[0].begin)} to {_time(found, cuts[0].end)}"
-            else:
-                words = (
-                    f"{len(cuts)} times between {_time(found, cuts[0].begin)} and "
-                    f"{_time(found, max(cut.end for cut in cuts))}, together {_time(found, spent)}"
-                )
-            named.append(f"{words} in the run from {motion.name}")
-        if not named:
-            continue
-        more = f"; and in {len(named) - MOST_NAMED} more runs" if len(named) > MOST_NAMED else ""
-        wanted = _most_wanted(found, k, variable)
-        lines.append(
-            f"{variable.name} was cut at its range {range_in_file_units(variable)}"
-            f"{wanted}: {'; '.join(named[:MOST_NAMED])}{more}. A proof about the law holds only "
-            "while no command is cut."
-        )
-    return lines
+            if cuts := cuts_by_command(found.loop, motion).get(variable.name):
+                begin, end = cuts[0].begin, max(cut.end for cut in cuts)
+                spent = sum(cut.end - cut.begin for cut in cuts)
+                words = sentence(
+                    "cut once" if len(cuts) == 1 else "cut often",
+                    begin=_time(found, begin), end=_time(found, end),
+                    times=len(cuts), spent=_time(found, spent),
+                )  # fmt: skip
+                named.append(f"{words} in the run from {motion.name}")
+        if named:
+            side, wanted = range_in_file_units(variable), _most_wanted(found, k, variable)
+            yield sentence(
+                "cut", name=variable.name, range=side, wanted=wanted, runs=_first_runs(named)
+            )
+
+
+def _first_runs(named: Sequence[str]) -> str:
+    more = f"; and in {len(named) - MOST_NAMED} more runs" if len(named) > MOST_NAMED else ""
+    return "; ".join(named[:MOST_NAMED]) + more
 
 
 def _most_wanted(found: PlantSimulation, k: int, variable: Variable) -> str:
@@ -401,50 +367,29 @@ def _most_wanted(found: PlantSimulation, k: int, variable: Variable) -> str:
     return f" (the law commanded up to {in_file_units(variable, most)})"
 
 
-def _left(found: PlantSimulation) -> list[str]:
-    named = []
+def _runs(found: PlantSimulation) -> Iterator[str]:
+    left = [(motion.name, left_box(found.loop, motion)) for motion in found.motions]
+    named = [f"{x[0].name} at {_time(found, x[1])} in the run from {run}" for run, x in left if x]
+    if named:
+        yield sentence("left", runs=_first_runs(named))
     for motion in found.motions:
-        left = left_box(found.loop, motion)
-        if left is not None:
-            named.append(f"{left[0].name} at {_time(found, left[1])} in the run from {motion.name}")
-    if not named:
-        return []
-    more = f"; and in {len(named) - MOST_NAMED} more runs" if len(named) > MOST_NAMED else ""
-    return [
-        f"Left its range: {'; '.join(named[:MOST_NAMED])}{more}. Outside the ranges of the file "
-        "the model is not the plant, and nothing is proved."
-    ]
+        if not motion.whole:
+            time = _time(found, float(motion.time[-1]))
+            yield sentence(f"ended {motion.ended}", run=motion.name, time=time)
 
 
-def _ends(found: PlantSimulation) -> list[str]:
-    lines = []
-    for motion in found.motions:
-        time = _time(found, float(motion.time[-1]))
-        if motion.ended == "far":
-            lines.append(
-                f"The run from {motion.name} diverged: at {time} a state is 20 times as far from "
-                "rest as its range allows, and the run ends there."
-            )
-        elif motion.ended == "undefined":
-            lines.append(
-                f"The run from {motion.name} ends at {time}, where an equation of the plant or a "
-                "premise of the law has no value (a division by 0, a root or logarithm of a "
-                "negative number, or a number too large); start nearer to rest."
-            )
-        elif motion.ended == "stuck":
-            lines.append(
-                f"The run from {motion.name} ends at {time}: the integrator finds no step small "
-                "enough, as where a state goes to infinity; start nearer to rest."
-            )
-    return lines
+def _unsettled(found: PlantSimulation) -> Iterator[str]:
+    # Noise and disturbances may keep a motion from settling for ever.
+    short = [m for m in found.motions if m.whole and np.isnan(settling_time(m, SETTLED))]
+    if short and not found.scenario.disturbances and not found.scenario.noise:
+        longest = max(m.time[-1] for m in short)
+        yield sentence("unsettled", count=len(short), of=len(found.motions), longest=longest)
 
 
-def _starts(found: PlantSimulation) -> list[str]:
+def _starts(found: PlantSimulation) -> Iterator[str]:
     if 0 < found.scale < 1:
-        return [
-            f"Starts: corners of the box times {found.scale:.3g}, so that they lie in the set "
-            "{V <= c} of the certificate's function."
-        ]
+        yield sentence("corners", scale=found.scale)
+        return
     inside = [(motion, in_proved_set(found.loop, motion)) for motion in found.motions]
     outer = [
         f"{motion.name} (V is {start_share(found.loop, motion):.3g} times its level)"
@@ -452,17 +397,13 @@ def _starts(found: PlantSimulation) -> list[str]:
         if known is False
     ]
     if outer:
-        return [
-            f"Outside the proved set: {', '.join(outer)}. The certificate claims nothing of these "
-            "runs."
-        ]
-    if any(known is None for _, known in inside) and found.loop.gains is not None:
-        return ["No invariant set is proved, so the certificate claims nothing of these starts."]
-    return []
+        yield sentence("outer", starts=", ".join(outer))
+    elif any(known is None for _, known in inside) and found.loop.gains is not None:
+        yield sentence("no set")
 
 
-def _covered(found: PlantSimulation) -> list[str]:
-    """Return the parts of the scenario that the certificate does not cover."""
+def _covered(found: PlantSimulation) -> Iterator[str]:
+    """Yield the parts of the scenario that the certificate does not cover."""
     lines, scenario = [], found.scenario
     if scenario.noise:
         lines.append("measurement noise")
@@ -479,13 +420,12 @@ def _covered(found: PlantSimulation) -> list[str]:
     known = {one.variable.name: one.proved for one in withstood(found.design)}
     for name in dict.fromkeys(name for name, _ in scenario.disturbances):
         lines += _uncovered(found, name, known.get(name))
-    told = [f"Not covered by the certificate's sets: {'; '.join(lines)}."] if lines else []
+    if lines:
+        yield f"Not covered by the certificate's sets: {'; '.join(lines)}."
     sampling = found.design.document.get("controller", {}).get("sampling") or {}
     longest = sampling.get("longest")
     if step is not None and longest is not None and step > longest:
-        reason = sampling["reason"]
-        told.append(f"Longer than the longest sample time of the law, {longest:g} s: {reason}.")
-    return told
+        yield sentence("long sample", longest=longest, reason=sampling["reason"])
 
 
 def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[str]:

@@ -245,11 +245,6 @@ def test_a_list_cut_short_leaves_nothing_proved(turbine_design: TurbineDesign) -
     assert not any(found.proved)
 
 
-@pytest.fixture(autouse=True)
-def _unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
-    unmeasured(monkeypatch)
-
-
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
     """The shared design with the published law in place of its own."""
     return with_published_law(
@@ -270,9 +265,10 @@ NONE = {"proved": (), "unproved": ((3.0, 25.0),), "decay": (), "speed_share": ""
 CELLS = {"proved": ((3.0, 10.084124), (10.413799, 25.0)), "unproved": ((10.084124, 10.413799),)}
 
 
-@pytest.fixture(autouse=True)
-def _replayed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The cells of a stub are those of its claims: none is replayed."""
+@pytest.fixture
+def replayed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cells of a stub are those of its claims: none is replayed, and no loop is measured."""
+    unmeasured(monkeypatch)
     monkeypatch.setattr(overlap_module, "proved_cells", lambda *_: OVERLAP_FIGURES | CELLS)
 
 
@@ -299,6 +295,7 @@ def overlap_design(
     return cast(TurbineDesign, stub)
 
 
+@pytest.mark.usefixtures("replayed")
 def test_a_paper_law_has_its_own_words(turbine_design: TurbineDesign) -> None:
     """With a published law the page shows its equation and claims, not those of the other law."""
     design = with_paper_law(turbine_design)
@@ -310,6 +307,7 @@ def test_a_paper_law_has_its_own_words(turbine_design: TurbineDesign) -> None:
     assert "4 × 4 × 8 = 128 rules" in law
 
 
+@pytest.mark.usefixtures("replayed")
 def test_only_winds_of_cells_that_hold_are_proved() -> None:
     """Those of the cells that hold, with their bounds."""
     (own,) = overlap_claims(overlap_design())
@@ -321,6 +319,7 @@ def test_only_winds_of_cells_that_hold_are_proved() -> None:
     assert (own.decay, own.speed_share, own.half_width) == (("0.00233", "0.0997"), "3.53", "0.015")
 
 
+@pytest.mark.usefixtures("replayed")
 def test_a_claim_without_cells_that_hold_proves_no_wind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every wind is left, without bounds, and the terminal quotes the checker."""
     monkeypatch.setattr(overlap_module, "proved_cells", lambda *_: NONE)
@@ -330,6 +329,7 @@ def test_a_claim_without_cells_that_hold_proves_no_wind(monkeypatch: pytest.Monk
     assert "proved at no wind for speed" in " ".join(as_text(design).split())
 
 
+@pytest.mark.usefixtures("replayed")
 def test_overlaps_are_a_picture_a_table_and_folded_words() -> None:
     """Of Schulte's law: one figure with the gap, then a row per claim."""
     section = verdict_section(overlap_design())
@@ -347,6 +347,7 @@ def test_overlaps_are_a_picture_a_table_and_folded_words() -> None:
     assert "own &lt;overlaps&gt;" in claims
 
 
+@pytest.mark.usefixtures("replayed")
 def test_terminal_tells_the_overlaps() -> None:
     """The law's overlaps, with the gap."""
     lines = as_text(overlap_design()).splitlines()

@@ -482,7 +482,7 @@ def test_a_damaged_checkpoint(copied: Path, file: Path, tmp_path: Path) -> None:
         (data[:-1], "is damaged"),
         (data + b"0", "is damaged"),
         (data[:500] + bytes([data[500] ^ 1]) + data[501:], "is damaged"),
-        (data[:16] + b"\x07" + data[17:], "is not one of this copied"),
+        (data[:16] + b"\x07" + data[17:], "is not one of this library"),
         (b"", "is damaged"),
     ):
         at.write_bytes(bad)
