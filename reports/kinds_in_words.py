@@ -6,11 +6,11 @@ words elsewhere.  What the claim states is the ``sentence`` of its class in the 
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib.resources import files
 from typing import Any
+
+from takagi.reports.output import read_words
 
 # What both checkers say of a kind for each kind of weights, in the order of docs/blends.md.
 Weights = tuple[str, ...]
@@ -45,8 +45,5 @@ def _kind(stated: Mapping[str, Any]) -> KindInWords:
 
 
 KINDS_IN_WORDS: Mapping[str, KindInWords] = {
-    kind: _kind(stated)
-    for kind, stated in tomllib.loads(
-        files("takagi.reports").joinpath("kinds_in_words.toml").read_text(encoding="utf-8")
-    ).items()
+    kind: _kind(stated) for kind, stated in read_words("kinds_in_words.toml").items()
 }

@@ -7,8 +7,12 @@ import errno
 import io
 import os
 import tempfile
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from importlib.resources import files
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 
 class OutputError(OSError):
@@ -22,6 +26,19 @@ class OutputError(OSError):
 
     def __str__(self) -> str:
         return f"cannot write {explain(self)}"
+
+
+@cache
+def read_words(place: str) -> Mapping[str, Any]:
+    """Return a TOML file of words; ``place`` is below ``takagi.reports``."""
+    text = files("takagi.reports").joinpath(place).read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def sentence(place: str, key: str, **filled: Any) -> str:
+    """Return a sentence of such a file, its gaps filled."""
+    gaps: str = read_words(place)["sentences"][key]
+    return gaps.format(**filled)
 
 
 def write_file(path: str | Path, data: bytes | str) -> Path:

@@ -34,6 +34,7 @@ from takagi.reports.appendix.tex import (
 from takagi.reports.figures.operation import power_surface_figure, trim_figure
 from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_over_wind import SearchedMargins, wind_ranges
+from takagi.reports.output import read_words
 from takagi.reports.sections.turbine.model import (
     cells_drawing,
     filter_of,
@@ -51,22 +52,8 @@ if TYPE_CHECKING:
     from takagi.reports.simulation.measured_loop import DesignRun
 
 DEGREES = 180 / np.pi
-_SYMBOLS = {
-    "rotor.radius": "R",
-    "rotor.inertia": "J_r",
-    "rotor.rated_speed": r"\omega_\mathrm{rated}",
-    "rotor.air_density": r"\rho",
-    "drivetrain.gear_ratio": "n_g",
-    "generator.inertia": "J_g",
-    "generator.rated_torque": r"T_\mathrm{rated}",
-    "generator.maximum_torque": r"T_\mathrm{top}",
-    "pitch.minimum": r"\beta_\mathrm{min}",
-    "pitch.maximum": r"\beta_\mathrm{max}",
-    "pitch.rate_limit": r"\dot\beta_\mathrm{max}",
-    "pitch.time_constant": r"\tau_\beta",
-    "operation.cut_in": r"v_\mathrm{in}",
-    "operation.cut_out": r"v_\mathrm{out}",
-}
+_WORDS = read_words("appendix/words.toml")
+_SYMBOLS, _REMARKS = _WORDS["symbols"], _WORDS["remarks"]
 # Sections of a turbine's file with published results and with another controller's numbers: nothing
 # in the appendix depends on them.
 _LEFT_OUT = ("reference", "baseline")
@@ -225,12 +212,6 @@ def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
     return figures | {f"response-{name}": response_drawing(design, run) for name, run in runs}
 
 
-# Names of derivatives in the evidence of a premise (escaped for LaTeX) -> their formulas.
-_DERIVATIVES = {
-    r"dT\_r/domega / J": r"$\partial_\omega T_r / J$",
-    r"dT\_r/dbeta / J": r"$\partial_\beta T_r / J$",
-    r"dT\_r/dv / J": r"$\partial_v T_r / J$",
-}
 _NAMED = re.compile(r"^(.*) \[(.*)\]$")
 # sympy puts the dot over symbol and index together; it belongs over the symbol.
 _DOTTED = re.compile(r"\\dot\{([^{}]+)_\{([^{}]+)\}\}")
@@ -289,7 +270,7 @@ def _display(formula: str) -> Tex:
 
 def _title(words: str) -> Tex:
     text = str(escape(words))
-    for plain, symbols in _DERIVATIVES.items():
+    for plain, symbols in _WORDS["derivatives"].items():
         text = text.replace(plain, symbols)
     return Tex(re.sub(r"^Premise (\w+);", r"Premise $\1$;", text))
 
@@ -322,44 +303,23 @@ def conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
             f"Gains of the {region.region} region",
             region.condition,
             numbers=[Tex(rf"$\alpha = {decimal(region.requirement.decay_rate)}$~1/s")],
-            remark="States and input are scaled; $Q = P^{-1}$, $M_i = K_i Q$. "
-            "$\\kappa$ only bounds the unknowns, $\\bar x_k$ is the half width of the model's box, "
-            "$\\bar u_k$ and $\\bar r$ are actuator limits, $c$ selects the pitch deviation where "
-            "a rate is bounded and is zero otherwise. $B$ is the same in all rules, so the double "
-            "sum over rules reduces to these inequalities.",
+            remark=_REMARKS["regional"],
         )
     yield posed(
         "Gains of the wind observer",
         _observer_problem(design),
         numbers=[Tex(rf"$\alpha = {decimal(float(design.observer.decay_rate))}$~1/s")],
-        remark=_OBSERVER,
+        remark=_REMARKS["observer"],
     )
     if coherent and design.effort is not None:
-        yield posed("Gains of the effort-sharing law", _effort(design), remark=_EFFORT)
+        yield posed("Gains of the effort-sharing law", _effort(design), remark=_REMARKS["effort"])
     if design.candidate is not None and design.candidate.P is not None:
         yield posed(
             "Joint analysis of the blended loop",
             _invariance(design.candidate),
-            remark=_INVARIANCE,
+            remark=_REMARKS["invariance"],
             renamed={r"\alpha_{k}": r"\vartheta_{k}", "d_{k}": r"\bar w_k", "h_{i}": r"\ell_i"},
         )
-
-
-_OBSERVER = (
-    "The dual problem: $A_i$ and $B_j$ stand for the transposes of the error system's matrix and "
-    "output matrix, and $(l_1, l_2)^\\top = Q^{-1} M^\\top$."
-)
-_EFFORT = (
-    "One such problem per wind node, in states and effort divided by their ranges; $A_i$, $B_i$ "
-    "are the loop $\\dot e = a e - \\chi u$, $\\dot x_\\mathrm{I} = -e$ at the extremes of $a$ and "
-    "$\\chi$. The trace of $W$ is the mean cost over the unit sphere times their number."
-)
-_INVARIANCE = (
-    "$\\vartheta_k$ is fixed while $P$ and $\\eta$ are sought, then improved; $k$ runs over the "
-    "corners of all wind cells. The solver sees a growing subset of the corners, and every "
-    "corner is looked at before $P$ is accepted. Here floating point only proposes: the rounded "
-    "$P$ of the certificate is proved separately, in exact arithmetic."
-)
 
 
 def _observer_problem(design: TurbineDesign) -> Condition:
@@ -404,23 +364,6 @@ def _invariance(candidate: EffortSharingCandidate) -> Condition:
     )
 
 
-# What a formula contains -> what the symbol means.
-_EXPLAINED = (
-    (r"\mathrm{He}", r"$\He(X) = X + X^\top$"),
-    ("M_{i}", "$K_i = M_i Q^{-1}$ and $P = Q^{-1}$"),
-    (r"\nu", r"$\nu$ bounds the effort, $K Q K^\top \preceq \nu I$"),
-    (r"\bar u_k", r"$\bar u_k$ is the limit of input $k$"),
-    (r"\bar x_k", r"$\bar x_k$ is the half width of the range of state $k$"),
-    (r"\rho", r"$\rho = e^{-\alpha T}$"),
-    ("(F S)", r"$K = M S^{-1}$, $\int |F x|^2 + |G u|^2\,dt$ is the cost"),
-    (r"L^\top", r"$L L^\top$ is the mean of the starts"),
-    (r"T_{\text{lower}}", "$T$ is a triangular factor; its diagonal bounds the volume"),
-    (r"e_k^\top", "$e_k$ is column $k$ of the unit matrix"),
-)  # fmt: skip
-_DUAL = (
-    r"The problem is the dual one: $A_i$ and $B_i$ stand for the transposed matrices of the error "
-    r"and its outputs, and $L^\top = M Q^{-1}$ is the gain."
-)
 _RELAXATIONS = {"wang-tanaka-griffin": "all pairs", "common-gain": "one gain for all rules"}
 
 
@@ -443,7 +386,7 @@ def posed(
     for symbol, replacement in renamed.items():
         lines = [(label, formula.replace(symbol, replacement)) for label, formula in lines]
     everything = " ".join(formula for _, formula in lines)
-    explanations = [words for token, words in _EXPLAINED if token in everything]
+    explanations = [words for token, words in _WORDS["explained"].items() if token in everything]
     return {
         "title": title,
         "source": condition.source,
@@ -471,5 +414,5 @@ def posed_design(title: str, design: Design | None, *, dual: bool = False) -> li
         numbers.insert(0, Tex(rf"$\alpha = {decimal(design.decay_rate)}$~1/s"))
     if scales is not None:
         numbers.append(Tex(f"states in units of $({listed(map(float, scales))})$"))
-    remark = _DUAL if dual else ""
+    remark = _REMARKS["dual"] if dual else ""
     return [posed(title, design.answer.condition, numbers=numbers, remark=remark)]

@@ -16,36 +16,8 @@ from takagi.reports.baseline.comparison import (
     listed_changes,
 )
 from takagi.reports.ci_formats import markdown_cell
+from takagi.reports.output import read_words
 
-# How the name of a figure begins -> the word where it is better, and where it is worse.
-_WORDS: tuple[tuple[str, str, str], ...] = (
-    ("decay rate", "faster", "slower"),
-    ("common decay rate", "faster", "slower"),
-    ("settling time", "faster", "slower"),
-    ("volume of the set", "larger set", "smaller set"),
-    ("safe start of", "larger set", "smaller set"),
-    ("overshoot", "smaller overshoot", "larger overshoot"),
-    ("overspeed", "smaller overspeed", "larger overspeed"),
-    ("gain", "weaker effect of the disturbance", "stronger effect of the disturbance"),
-    ("norm", "weaker effect of the disturbance", "stronger effect of the disturbance"),
-    ("energy bound", "larger disturbance withstood", "smaller disturbance withstood"),
-    ("bound on disturbance", "larger disturbance withstood", "smaller disturbance withstood"),
-    ("wind error", "larger wind error withstood", "smaller wind error withstood"),
-    ("error of the estimate", "larger wind error withstood", "smaller wind error withstood"),
-    ("wind rate", "faster wind withstood", "slower wind withstood"),
-    ("rate of the wind", "faster wind withstood", "slower wind withstood"),
-    ("rates of weights", "faster weights allowed", "slower weights allowed"),
-    ("relative rounding", "more room to round the gains", "not as much room to round the gains"),
-    ("absolute rounding", "more room to round the gains", "not as much room to round the gains"),
-    ("limit of input", "smaller commands", "larger commands"),
-    ("limit of rate", "slower commands", "faster commands"),
-    ("largest", "calmer actuators", "busier actuators"),
-    ("sample time", "longer sample time allowed", "shorter sample time needed"),
-    ("inertia", "more plants covered", "fewer plants covered"),
-    ("frozen wake", "more plants covered", "fewer plants covered"),
-    ("speed overlap", "larger overlap", "smaller overlap"),
-    ("torque overlap", "larger overlap", "smaller overlap"),
-)
 # Relative change of a figure that rounding on another processor may cause.
 ROUNDING = 1e-3
 # A ratio of gains nearer to 1 than this is not mentioned.
@@ -59,9 +31,9 @@ def word_of(row: Moved) -> str:
     better = row.change > 0
     if row.claim == BOX:
         return "wider box" if better else "narrower box"
-    for start, good, bad in _WORDS:
+    for start, (good, bad) in read_words("baseline/words.toml").items():
         if row.figure.startswith(start):
-            return good if better else bad
+            return str(good if better else bad)
     return "better" if better else "worse"
 
 

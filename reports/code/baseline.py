@@ -8,10 +8,8 @@ turbine is at its trim then, so is the controller.  Nothing is proved about it.
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Collection, Mapping
 from decimal import Decimal
-from importlib.resources import files
 from typing import Any
 
 from takagi.certificates.checker.controller.language import LANGUAGE
@@ -21,11 +19,10 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
+from takagi.reports.output import read_words
 
 NOT_PROVED = "not proved (the reference controller, to compare with)"
-_STATED = tomllib.loads(
-    files("takagi.reports.code").joinpath("baseline.toml").read_text(encoding="utf-8")
-)
+_STATED = read_words("code/baseline.toml")
 _UNITS: Mapping[str, str] = _STATED["units"]
 
 

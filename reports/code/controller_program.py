@@ -11,15 +11,14 @@ from __future__ import annotations
 
 import ast
 import re
-import tomllib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
-from importlib.resources import files
 from typing import Any, TypeAlias
 
 from takagi.models.errors import ModelError
+from takagi.reports.output import read_words
 
 # Function -> (least, most) number of its arguments; None means any number.
 FUNCTIONS: dict[str, tuple[int, int | None]] = {
@@ -312,8 +311,7 @@ class ControllerProgram:
 @cache
 def reserved_words(language: str) -> frozenset[str]:
     """Return the words of a language that names must not be; ``reserved_words.toml`` has them."""
-    text = files("takagi.reports.code").joinpath("reserved_words.toml").read_text(encoding="utf-8")
-    return frozenset(tomllib.loads(text)[language].split())
+    return frozenset(read_words("code/reserved_words.toml")[language].split())
 
 
 LONGEST = 63  # characters that C99 promises to tell apart

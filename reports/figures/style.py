@@ -25,7 +25,8 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.reports.page.text import CaptionedFigure, page_words
+from takagi.reports.output import read_words
+from takagi.reports.page.text import CaptionedFigure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -359,7 +360,7 @@ def captioned_figure(figure: Figure, name: str, key: str = "", **filled: str) ->
 
     key : in ``words.toml``, the name unless given;  filled : what the words there leave open.
     """
-    words = page_words()["figures"][key or name]
+    words = read_words("page/words.toml")["figures"][key or name]
     caption, alternative = (words[part].format(**filled) for part in ("caption", "alternative"))
     svg = figure_to_svg(figure, name=name, description=alternative)
     return CaptionedFigure(name, svg, caption, alternative)

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
-from functools import cache
-from importlib.resources import files
 from math import ceil
 from typing import Any
 
 from takagi.certificates.checker.words import rounded as shown
 from takagi.models.files.units import behind as behind
+from takagi.reports.output import read_words
 
 
 def name_of(label: str) -> str:
@@ -71,19 +69,6 @@ class Table:
         )
 
 
-@cache
-def page_words() -> Mapping[str, Any]:
-    """Return the words of figures and tables."""
-    file = files("takagi.reports.page").joinpath("words.toml")
-    return tomllib.loads(file.read_text(encoding="utf-8"))
-
-
-def sentence(key: str, **filled: Any) -> str:
-    """Return a sentence of ``words.toml``, its gaps filled."""
-    words: str = page_words()["sentences"][key]
-    return words.format(**filled)
-
-
 def table(
     key: str, rows: Iterable[tuple[str, ...]], *, folded: bool = True, **filled: str
 ) -> Table:
@@ -91,7 +76,7 @@ def table(
 
     folded : whether it is where it can be;  filled : what the words there leave open.
     """
-    words, cells = page_words()["tables"][key], tuple(rows)
+    words, cells = read_words("page/words.toml")["tables"][key], tuple(rows)
     heads = [head.format(**filled) for head in words["columns"]]
     return Table(
         words["caption"].format(**filled),

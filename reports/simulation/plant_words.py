@@ -20,7 +20,8 @@ from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, S
 from takagi.reports.loops.plant_claims import withstood
 from takagi.reports.loops.plant_loop import proved_claims
 from takagi.reports.loops.plant_motion import Outside, settling_time
-from takagi.reports.page.text import behind, sentence
+from takagi.reports.output import sentence
+from takagi.reports.page.text import behind
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 
+WORDS = "simulation/words.toml"
 # A value of noise without a given time is held for this share of the fastest time constant.
 HELD_SHARE = 0.1
 # If no pole differs from zero [s].
@@ -305,7 +307,7 @@ def notes(found: PlantSimulation) -> list[str]:
     """Return sentences on signals, limited inputs, and what the certificate covers."""
     return [
         *_law(found), *_cut(found), *_runs(found), *_starts(found), *_covered(found),
-        *_unsettled(found), sentence("settled"),
+        *_unsettled(found), sentence(WORDS, "settled"),
     ]  # fmt: skip
 
 
@@ -329,9 +331,9 @@ def _law(found: PlantSimulation) -> Iterator[str]:
         yield f"From outside: {'; '.join(told)}."
     step, missed = found.scenario.sample_time, sum(motion.missed for motion in found.motions)
     if step is not None:
-        yield sentence("sampled law", step=step)
+        yield sentence(WORDS, "sampled law", step=step)
         if missed:
-            yield sentence("missed samples", count=missed, s="s" * (missed > 1))
+            yield sentence(WORDS, "missed samples", count=missed, s="s" * (missed > 1))
 
 
 def _cut(found: PlantSimulation) -> Iterator[str]:
@@ -342,7 +344,7 @@ def _cut(found: PlantSimulation) -> Iterator[str]:
                 begin, end = cuts[0].begin, max(cut.end for cut in cuts)
                 spent = sum(cut.end - cut.begin for cut in cuts)
                 words = sentence(
-                    "cut once" if len(cuts) == 1 else "cut often",
+                    WORDS, "cut once" if len(cuts) == 1 else "cut often",
                     begin=_time(found, begin), end=_time(found, end),
                     times=len(cuts), spent=_time(found, spent),
                 )  # fmt: skip
@@ -350,7 +352,7 @@ def _cut(found: PlantSimulation) -> Iterator[str]:
         if named:
             side, wanted = range_in_file_units(variable), _most_wanted(found, k, variable)
             yield sentence(
-                "cut", name=variable.name, range=side, wanted=wanted, runs=_first_runs(named)
+                WORDS, "cut", name=variable.name, range=side, wanted=wanted, runs=_first_runs(named)
             )
 
 
@@ -371,11 +373,11 @@ def _runs(found: PlantSimulation) -> Iterator[str]:
     left = [(motion.name, left_box(found.loop, motion)) for motion in found.motions]
     named = [f"{x[0].name} at {_time(found, x[1])} in the run from {run}" for run, x in left if x]
     if named:
-        yield sentence("left", runs=_first_runs(named))
+        yield sentence(WORDS, "left", runs=_first_runs(named))
     for motion in found.motions:
         if not motion.whole:
             time = _time(found, float(motion.time[-1]))
-            yield sentence(f"ended {motion.ended}", run=motion.name, time=time)
+            yield sentence(WORDS, f"ended {motion.ended}", run=motion.name, time=time)
 
 
 def _unsettled(found: PlantSimulation) -> Iterator[str]:
@@ -383,12 +385,12 @@ def _unsettled(found: PlantSimulation) -> Iterator[str]:
     short = [m for m in found.motions if m.whole and np.isnan(settling_time(m, SETTLED))]
     if short and not found.scenario.disturbances and not found.scenario.noise:
         longest = max(m.time[-1] for m in short)
-        yield sentence("unsettled", count=len(short), of=len(found.motions), longest=longest)
+        yield sentence(WORDS, "unsettled", count=len(short), of=len(found.motions), longest=longest)
 
 
 def _starts(found: PlantSimulation) -> Iterator[str]:
     if 0 < found.scale < 1:
-        yield sentence("corners", scale=found.scale)
+        yield sentence(WORDS, "corners", scale=found.scale)
         return
     inside = [(motion, in_proved_set(found.loop, motion)) for motion in found.motions]
     outer = [
@@ -397,9 +399,9 @@ def _starts(found: PlantSimulation) -> Iterator[str]:
         if known is False
     ]
     if outer:
-        yield sentence("outer", starts=", ".join(outer))
+        yield sentence(WORDS, "outer", starts=", ".join(outer))
     elif any(known is None for _, known in inside) and found.loop.gains is not None:
-        yield sentence("no set")
+        yield sentence(WORDS, "no set")
 
 
 def _covered(found: PlantSimulation) -> Iterator[str]:
@@ -425,7 +427,7 @@ def _covered(found: PlantSimulation) -> Iterator[str]:
     sampling = found.design.document.get("controller", {}).get("sampling") or {}
     longest = sampling.get("longest")
     if step is not None and longest is not None and step > longest:
-        yield sentence("long sample", longest=longest, reason=sampling["reason"])
+        yield sentence(WORDS, "long sample", longest=longest, reason=sampling["reason"])
 
 
 def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[str]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from takagi.models.arrays import Floats, Places
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, figure_to_svg, house_style, new_figure
-from takagi.reports.output import markdown_page, rows_csv
+from takagi.reports.output import markdown_page, read_words, rows_csv
 from takagi.reports.study.controllers import OURS, SETTLING, ControllersStudy, words_of
 from takagi.reports.study.overlap import TURBULENCE
 from takagi.reports.study.overlap_files import DECADES, DELS
@@ -154,16 +154,8 @@ class Quantity:
 
 
 QUANTITIES: Mapping[str, Quantity] = {
-    "mean_power": Quantity("mean power", "kW", more=True),
-    "overspeed": Quantity("overspeed", "%"),
-    "pitch_travel": Quantity("pitch travel", "deg"),
-    "torque_rate": Quantity("torque rate", "kN m/s"),
-    "tower_del": Quantity("tower DEL", "MN m"),
-    "blade_del": Quantity("blade DEL", "MN m"),
-    "shaft_del": Quantity("shaft DEL", "MN m"),
-    "both_active": Quantity("both actuators at work", "% of time"),
-    "peak_power": Quantity("peak power", "% of rated"),
-    "torque_change": Quantity("torque change in 0.4 s", "kN m"),
+    name: Quantity(**stated)
+    for name, stated in read_words("study/words.toml")["controllers"].items()
 }
 
 

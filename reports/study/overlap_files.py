@@ -12,7 +12,7 @@ import numpy as np
 
 from takagi.models.simulation.scenario import BLADE_EXPONENT, TOWER_EXPONENT
 from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
-from takagi.reports.output import markdown_page, rows_csv
+from takagi.reports.output import markdown_page, read_words, rows_csv
 from takagi.reports.study.overlap import SERIES, TURBULENCE, OverlapStudy, Point
 
 if TYPE_CHECKING:
@@ -25,16 +25,7 @@ YEAR = 10.0
 DELS = {"tower_del": TOWER_EXPONENT, "blade_del": BLADE_EXPONENT, "shaft_del": TOWER_EXPONENT}
 MEANS = ("mean_power", "pitch_rate", "both_active")
 LARGEST = ("overspeed", "torque_change")
-TITLES = {
-    "tower_del": "tower DEL [MN m]",
-    "blade_del": "blade DEL [MN m]",
-    "shaft_del": "shaft DEL [MN m]",
-    "mean_power": "mean power [kW]",
-    "pitch_rate": "pitch travel [deg/s]",
-    "overspeed": "overspeed [%]",
-    "torque_change": "torque change [kN m]",
-    "both_active": "actuators fight [%]",
-}
+TITLES: Mapping[str, str] = read_words("study/words.toml")["overlap"]
 PANELS = ("tower_del", "blade_del", "shaft_del", "mean_power")
 # A factor between the largest and the smallest load from which an axis is in decades.
 DECADES = 5.0

@@ -24,6 +24,7 @@ from takagi.certificates.sweep.tasks import Tell, run_tasks
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.turbine.loader import TurbineFile
+from takagi.reports.output import read_words
 from takagi.reports.study.overlap import (
     REFERENCE,
     SHORTEST,
@@ -113,18 +114,9 @@ class Quantity:
     words: str
 
 
-QUANTITIES = (
-    Quantity("energy", "%", True, 0.1, "least over the mean winds, over the reference's, less 100"),
-    Quantity("tower-del", "", False, 0.05, "mean over the mean winds of the ratio"),
-    Quantity("blade-del", "", False, 0.05, "the same"),
-    Quantity("shaft-del", "", False, 0.05, "the same"),
-    Quantity("travel", "", False, 0.05, "of pitch, the same"),
-    Quantity("overspeed", "%", False, 1.0, "largest in turbulence, over rated"),
-    Quantity("torque-change", "kN m", False, 1.0, "largest within 0.4 s, in turbulence"),
-    Quantity("recovery", "s", False, 5.0, "from the step up on, until speed and power stay within "
-             "1 % of rated"),
-    Quantity("peak-power", "%", False, 1.0, "largest in the steps and gusts, of rated"),
-)  # fmt: skip
+QUANTITIES = tuple(
+    Quantity(name, **stated) for name, stated in read_words("study/words.toml")["tuning"].items()
+)
 _NAMED = {quantity.name: quantity for quantity in QUANTITIES}
 _REQUIRED = re.compile(r"([a-z-]+)\s*(<=|>=)?\s*([-+]?[0-9.]+)\s*(%|s|kN ?m)?")
 
