@@ -32,14 +32,7 @@ from takagi.reports.code.controller_program import (
 )
 from takagi.reports.code.program_reading import require_nodes
 from takagi.reports.code.run import ProgramRun
-from takagi.reports.code.sampling import (
-    BIT,
-    longest_sample,
-    reported_range,
-    start_sample_time,
-    status_bits,
-)
-from takagi.reports.code.targets import Exported, ExportSettings, as_list, filled, proof_lines
+from takagi.reports.code.targets import BIT, Exported, ExportSettings, filled, shared_context
 
 # Names that the templates use, with the prefix: a name of the law must not be one of them.
 TEMPLATE_WORDS = (
@@ -120,26 +113,21 @@ def _context(
 ) -> dict[str, Any]:
     """Return what the templates are filled with, but for the function of a sample."""
     names, suffix = write.names, write.suffix
-    time = start_sample_time(program, settings.sample_time)
+    shared = shared_context(program, settings)
     outputs, kept = (
         [names[entry.name] for entry in entries] for entries in (program.outputs, program.kept)
     )
     members = [f"inputs.{names[signal.name]}" for signal in program.inputs]
     members += [f"outputs.{name}" for name in outputs] + [f"kept.{name}" for name in kept]
     sent = [f"sent.{name}" for name in outputs] + [f"next.{name}" for name in kept]
-    return {
-        "program": program,
-        "proof": proof_lines(program),
+    return shared | {
         "precision": settings.precision,
         "suffix": suffix,
-        "time": time,
         # A law in discrete time takes its own T only; this allows for its rounding to float.
-        "tolerance": time * Decimal("1e-6"),
-        "longest": longest_sample(program),
+        "tolerance": shared["time"] * Decimal("1e-6"),
         "word": word,
         "W": word.upper(),
         "names": names,
-        "status": status_bits(program),
         "members": members,
         "first": " && ".join(f"isfinite({member})" for member in sent),
         # Helpers come before the constants: a constant then cannot shadow a name inside a helper.
@@ -150,7 +138,6 @@ def _context(
         ),
         "comment": comment,
         "number": lambda value: literal(Decimal(value or 0), suffix),
-        "reported_range": reported_range,
         "rest_of_output": lambda name: _rest_of_output(program, name),
     }
 
@@ -244,7 +231,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     Raises ModelError: a name, number or sample time that C or the law cannot hold.
     """
     c = c_source(program, settings)
-    word, context = c.word, {**c.context, "as_list": as_list}
+    word, context = c.word, c.context
     samples = _known(program, float(c.sample_time))
 
     def row(values: Mapping[str, float], signals: Iterable[Signal]) -> str:
@@ -261,7 +248,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     files = {
         f"{word}.h": c.header,
         f"{word}.c": c.source,
-        f"{word}_test.c": filled("c", "test.c", context | test),
+        f"{word}_test.c": filled("c", "test.c", {**context, **test}),
         f"{word}_example.c": filled("c", "example.c", context),
         "README.md": filled("c", "README.md", context),
     }

@@ -35,15 +35,7 @@ from takagi.reports.code.controller_program import (
     identifiers,
     reserved_words,
 )
-from takagi.reports.code.sampling import (
-    BIT,
-    REPORTED,
-    longest_sample,
-    reported_range,
-    start_sample_time,
-    status_bits,
-)
-from takagi.reports.code.targets import Exported, ExportSettings, as_list, filled, proof_lines
+from takagi.reports.code.targets import REPORTED, Exported, ExportSettings, filled, shared_context
 
 # Word of the gain file's language -> standard function.
 _SAME_NAME = ("abs", "sqrt", "exp", "sin", "cos", "tan", "asin", "acos", "atan", "min", "max")
@@ -344,26 +336,18 @@ def _context(program: ControllerProgram, settings: ExportSettings) -> dict[str, 
         _require_room(constant)
     word, inside = _words(program)
     file = file_word(program.plant)
-    return {
-        "program": program,
+    return shared_context(program, settings, REPORTED) | {
         "file": file,
         "block": f"FB_{file.upper()}",
-        "time": start_sample_time(program, settings.sample_time),
         "zero": Decimal(0),
         "word": word,
         "inside": inside,
-        "proof": proof_lines(program),
-        "status": status_bits(program, REPORTED),
-        "BIT": BIT,
         "LARGEST": LARGEST,
-        "longest": longest_sample(program),
         "constants": [line for constant in program.constants for line in _constant(constant, word)],
         "statements": _statements(program, word, inside),
         "told": told,
         "note": lambda entry: _told(entry.unit, getattr(entry, "words", entry.meaning)),
         "real": real,
-        "reported_range": reported_range,
-        "as_list": as_list,
     }
 
 
