@@ -305,8 +305,8 @@ def test_the_page_rounds_by_the_same(value: float, digits: int) -> None:
     """Also where a number of floats lies a hair above a decimal."""
     exact = Fraction(repr(value))
 
-    assert Fraction(text.at_least(value, digits)) <= exact
-    assert exact <= Fraction(text.at_most(value, digits))
+    assert Fraction(text.lower_bound(value, digits)) <= exact
+    assert exact <= Fraction(text.upper_bound(value, digits))
 
 
 @pytest.mark.parametrize(
@@ -319,8 +319,8 @@ def test_the_page_rounds_by_the_same(value: float, digits: int) -> None:
         (at_most_to(3.1600000001, 2), "3.17"),
         (at_most_to(2, 2), "2.00"),
         (at_most_to(-0.2532, 2), "-0.25"),
-        (text.at_most(3.1600000001, 2), "3.17"),
-        (text.at_least(0.3, 3), "0.300"),
+        (text.upper_bound(3.1600000001, 2), "3.17"),
+        (text.lower_bound(0.3, 3), "0.300"),
         (text.with_decimals(-0.0001, 2), "0.00"),
         (text.with_decimals(float("inf"), 1), "∞"),
         (text.significant(-2.2154e-6, 3), "−2.22·10⁻⁶"),
